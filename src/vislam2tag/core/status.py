@@ -1,0 +1,38 @@
+"""Why a frame or reading has a position, or why it has none."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from vislam2tag.core.arrays import BoolArray, StatusArray
+
+
+class Status(IntEnum):
+    """Cause codes of frames and readings; the lower-case name is what tables show."""
+
+    OK = 0
+    BEFORE_FIRST_LANDMARK = 1
+    AFTER_LAST_LANDMARK = 2
+    TRACKING_LOST = 3
+    BREAK = 4
+    NO_MAPPING = 5
+    GAP = 6
+    UNCERTAIN = 7
+    OUTSIDE_FRAMES = 8
+    DUPLICATE = 9
+    INVALID = 10
+
+    @property
+    def label(self) -> str:
+        """The text written to tables, e.g. ``before_first_landmark``."""
+        return self.name.lower()
+
+
+STATUS_LABELS: tuple[str, ...] = tuple(status.label for status in Status)
+"""Label of each code, in code order."""
+
+
+def has_position(status: StatusArray) -> BoolArray:
+    """Tell which entries carry coordinates (``ok`` or ``uncertain``)."""
+    positioned: BoolArray = (status == Status.OK) | (status == Status.UNCERTAIN)
+    return positioned

@@ -1,0 +1,156 @@
+"""What one session gives to a mapping strategy, and what it gets back.
+
+Frames of reference: **ACS** is the tracker's own frame (right-handed, y up, metres), **BCS** the building
+frame of a floor (x right, y up on the plan, z up, metres). The horizontal plane of the ACS is the
+right-handed 2-D frame ``(tx, -tz)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
+
+
+@dataclass(frozen=True)
+class CameraTrack:
+    """Camera poses of a session in file order, ``n`` frames.
+
+    ``time_ns`` (n,) int64 boot-clock nanoseconds; ``position_acs`` (n, 3) metres; ``orientation_acs`` (n, 4)
+    unit quaternion (x, y, z, w), camera to ACS; ``status`` (n,) codes: OK for usable frames, DUPLICATE for a
+    repeated time (the first counts), INVALID for a backward time, a number that is not finite or an excluded span.
+    Usable frames have strictly increasing times.
+    """
+
+    time_ns: IntArray
+    position_acs: FloatArray
+    orientation_acs: FloatArray
+    status: StatusArray
+
+    @property
+    def usable(self) -> BoolArray:
+        """Mask (n,) of the frames that mapping may use."""
+        mask: BoolArray = self.status == 0
+        return mask
+
+    @property
+    def plane_acs(self) -> FloatArray:
+        """Horizontal camera positions (n, 2), ``(tx, -tz)``, metres."""
+        return to_plane(self.position_acs)
+
+
+@dataclass(frozen=True)
+class LandmarkLog:
+    """All logged landmark poses of a session in long form, ``k`` rows sorted by (landmark, frame).
+
+    ``ids``: the m landmark ids logged, in order of first sighting. ``landmark`` (k,) index into ``ids``;
+    ``frame`` (k,) index into the camera track; at most one row per (landmark, frame), only usable frames;
+    ``position_acs`` (k, 3) metres; ``orientation_acs`` (k, 4) quaternion (x, y, z, w), landmark to ACS.
+    Rows of lost tracking (pose equal to the camera's) are kept: use :attr:`lost`.
+    """
+
+    ids: tuple[str, ...]
+    landmark: IntArray
+    frame: IntArray
+    position_acs: FloatArray
+    orientation_acs: FloatArray
+    lost: BoolArray
+    """(k,) mask: the logged position equals the camera's, i.e. the tracker had lost this landmark."""
+
+    @cached_property
+    def offsets(self) -> IntArray:
+        """(m + 1,) start of each landmark's rows; rows of landmark i are ``offsets[i]:offsets[i + 1]``."""
+        return np.searchsorted(self.landmark, np.arange(len(self.ids) + 1)).astype(np.int64)
+
+    def rows_of(self, index: int) -> slice:
+        """Rows of the landmark with this index in ``ids``."""
+        return slice(int(self.offsets[index]), int(self.offsets[index + 1]))
+
+    @property
+    def plane_acs(self) -> FloatArray:
+        """Horizontal landmark positions (k, 2), ``(tx, -tz)``, metres."""
+        return to_plane(self.position_acs)
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Landmarks of a site in the BCS, ``m`` of them.
+
+    ``position_bcs`` (m, 2) metres; ``covariance_bcs`` (m, 2, 2) m^2, infinite on the diagonal where unsurveyed;
+    ``z_m`` (m,), ``heading_rad`` (m,) direction of the sheet's X axis from the BCS x axis, ``heading_sigma_rad``
+    (m,): NaN where unknown. ``floor`` (m,) int.
+    """
+
+    ids: tuple[str, ...]
+    floor: IntArray
+    position_bcs: FloatArray
+    covariance_bcs: FloatArray
+    z_m: FloatArray
+    heading_rad: FloatArray
+    heading_sigma_rad: FloatArray
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Index of each id."""
+        return {landmark_id: i for i, landmark_id in enumerate(self.ids)}
+
+    @property
+    def surveyed(self) -> BoolArray:
+        """Mask (m,) of the landmarks with a known position."""
+        known = np.column_stack((self.position_bcs, self.covariance_bcs[:, (0, 1), (0, 1)]))
+        mask: BoolArray = np.all(np.isfinite(known), axis=1)
+        return mask
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A closest approach to a landmark (paper, section V-B), or a boundary of lost tracking (``landmark`` empty)."""
+
+    frame: int
+    landmark: str
+    distance_m: float
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A sub-trajectory: frames ``start`` (included) to ``stop`` (excluded) that share one transformation or cause."""
+
+    start: int
+    stop: int
+    status: int
+    """A :class:`~vislam2tag.core.status.Status` code: OK, or what discarded the segment."""
+    first_landmark: str = ""
+    last_landmark: str = ""
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A mapped session: one entry for each frame of the camera track, in the same order.
+
+    ``position_bcs`` (n, 3) metres, NaN where there is none (z NaN where no height is known);
+    ``orientation_bcs`` (n, 4) quaternion (x, y, z, w), camera to BCS, NaN where unknown;
+    ``covariance_bcs`` (n, 2, 2) m^2, NaN where unknown; ``status`` (n,) codes of
+    :class:`~vislam2tag.core.status.Status`: every frame has a position or a cause.
+    """
+
+    time_ns: IntArray
+    position_bcs: FloatArray
+    orientation_bcs: FloatArray
+    covariance_bcs: FloatArray
+    status: StatusArray
+    segments: tuple[Segment, ...] = ()
+    visits: tuple[Visit, ...] = field(default=())
+
+    @property
+    def sigma_m(self) -> FloatArray:
+        """(n,) one standard deviation per axis, ``sqrt(trace(P) / 2)``, metres; NaN where unknown."""
+        sigma: FloatArray = np.sqrt(np.trace(self.covariance_bcs, axis1=1, axis2=2) / 2)
+        return sigma
+
+
+def to_plane(position_acs: FloatArray) -> FloatArray:
+    """Project ACS positions (..., 3) onto the horizontal plane: ``(tx, -tz)`` (..., 2), metres."""
+    return np.stack((position_acs[..., 0], -position_acs[..., 2]), axis=-1)

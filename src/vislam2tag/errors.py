@@ -1,0 +1,24 @@
+"""The exceptions that users can meet: one family, one clear message each."""
+
+
+class Vislam2tagError(Exception):
+    """Base of every error this package raises on bad input.
+
+    The message names the file (and line or row), what was expected and what to do.
+    """
+
+
+class SurveyError(Vislam2tagError):
+    """The folder is not a survey, or one of its site files cannot be used."""
+
+
+class SessionError(Vislam2tagError):
+    """One session cannot be read or mapped; the others go on."""
+
+
+class OutputError(Vislam2tagError):
+    """The output folder cannot be written, or belongs to something else."""
+
+
+class UsageError(Vislam2tagError):
+    """An option has a value that cannot work."""

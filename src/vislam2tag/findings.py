@@ -1,0 +1,51 @@
+"""Findings: data problems that are counted and reported instead of raised or dropped."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict
+
+ROWS_NAMED = 5
+"""How many line numbers a finding names; the rest is only counted."""
+
+
+class Severity(StrEnum):
+    """How much a finding matters to whoever uses the labels."""
+
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+class Finding(BaseModel):
+    """One kind of problem in one file of one session (or of the site)."""
+
+    model_config = ConfigDict(frozen=True)
+
+    kind: str
+    """Stable code, e.g. ``malformed_lines``; docs/formats.md lists them all."""
+    file: str
+    """File name inside the session folder, or path relative to the survey; empty for the session as a whole."""
+    count: int
+    """How many lines, rows, frames or landmarks are concerned."""
+    message: str
+    """One sentence: what was expected, what was done about it, what to do."""
+    severity: Severity = Severity.WARNING
+    lines: tuple[int, ...] = ()
+    """The first few 1-based line numbers concerned (at most :data:`ROWS_NAMED`)."""
+
+    @classmethod
+    def at_lines(
+        cls, kind: str, file: str, lines: list[int], message: str, severity: Severity = Severity.WARNING
+    ) -> Self:
+        """Make a finding from all the 1-based line numbers it concerns."""
+        return cls(
+            kind=kind,
+            file=file,
+            count=len(lines),
+            message=message,
+            severity=severity,
+            lines=tuple(lines[:ROWS_NAMED]),
+        )

@@ -1,0 +1,1 @@
+"""Time-based annotation: a position for every time-stamped reading."""

@@ -1,0 +1,1 @@
+"""Mapping strategies: one file and one registered name each."""

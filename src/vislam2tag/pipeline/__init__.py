@@ -1,0 +1,1 @@
+"""From a survey folder to an output folder."""

@@ -1,0 +1,123 @@
+"""The result of one session as JSON: what summary, report and evaluation read.
+
+It is written last (``sessions/SLUG.json``) and so marks the session as done.
+"""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.findings import Finding
+
+Polyline = list[tuple[float, float]]
+"""BCS points in metres, rounded to the centimetre."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FileAccount(_Model):
+    """One raw file: ``lines = rows +`` the lines counted by findings of unreadable lines."""
+
+    name: str
+    role: str
+    size_bytes: int
+    sha256: str
+    lines: int
+    rows: int
+
+
+class Stretch(_Model):
+    """A drawn run of frames with one status."""
+
+    status: str
+    points: Polyline
+
+
+class VisitMark(_Model):
+    """A landmark visit: where the camera was (BCS; None where unmapped) and when."""
+
+    landmark: str
+    time_ns: int
+    distance_m: float
+    position: tuple[float, float] | None
+
+
+class ScanStatistics(_Model):
+    """Wi-Fi scanning of a session."""
+
+    scans: int
+    median_interval_s: float | None
+    """Median time between the starts of successive scans."""
+    readings: int
+    repeated: int
+    access_points: int
+
+
+class Drawing(_Model):
+    """Thinned polylines for the report."""
+
+    mapped: list[Stretch]
+    """Runs of mapped frames (status ok or uncertain), in time order."""
+    discarded: list[Stretch]
+    """Runs of unmapped frames by cause, drawn where the aligned raw trajectory puts them."""
+    raw: Polyline
+    """The whole raw trajectory, aligned to the BCS by one similarity; empty where none can be found."""
+    wifi: Polyline
+    """Mean labelled position of each Wi-Fi scan."""
+
+
+class SessionResult(_Model):
+    """Everything about one processed session except its tables."""
+
+    slug: str
+    """File-name stem of the session's outputs."""
+    fingerprint: str
+    """SHA-256 over input files, landmarks, corrections, settings and version: unchanged means done."""
+    floor: int
+    device: str
+    session: str
+    format: str
+    strategy: str
+    version: str
+    error: str | None
+    """Why the session could not be read or mapped; None where it could."""
+    files: list[FileAccount]
+    findings: list[Finding]
+    start_ns: int | None
+    duration_s: float
+    distance_m: float
+    """Length of the walk: mapped where mapped, raw elsewhere, metres."""
+    frame_rate_hz: float | None
+    pose_lag_s: float | None
+    """Estimated lag of the pose stamps behind the gyroscope's; None where it cannot be estimated."""
+    frames: dict[str, int]
+    """Number of frames by status."""
+    frame_seconds: dict[str, float]
+    """Seconds of the walk by status."""
+    readings: dict[str, dict[str, int]]
+    """For each table the number of rows by status."""
+    visits: list[VisitMark]
+    landmarks_logged: list[str]
+    scans: ScanStatistics | None
+    drawing: Drawing
+    corrections: list[str]
+    """Each use of corrections.toml, one sentence each."""
+
+
+class Summary(_Model):
+    """Totals of a run (``summary.json``)."""
+
+    version: str
+    strategy: str
+    sessions: int
+    failed: int
+    duration_s: float
+    distance_m: float
+    frames: dict[str, int]
+    readings: dict[str, dict[str, int]]
+    findings: dict[str, int]
+    """Total count by kind."""
+    per_floor: dict[str, dict[str, float]]
+    per_device: dict[str, dict[str, float]]

@@ -1,0 +1,1 @@
+"""Sessions: what one walk recorded, and one reader per raw format."""

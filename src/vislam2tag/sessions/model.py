@@ -1,0 +1,48 @@
+"""The session: one walk's recordings on one clock, each row knowing the line it came from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import polars as pl
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.findings import Finding
+from vislam2tag.survey.model import SessionKey
+
+
+@dataclass(frozen=True)
+class FileRecord:
+    """Account of one raw file: ``lines = rows + unreadable``."""
+
+    name: str
+    """File name inside the session folder."""
+    role: str
+    """poses, landmarks, wifi, sensors, presses, or the stem of another table."""
+    size_bytes: int
+    sha256: str
+    lines: int
+    rows: int
+
+
+@dataclass(frozen=True)
+class Session:
+    """One walk, read whole; raw values, nothing corrected, nothing dropped.
+
+    ``tables`` holds every time-stamped table by name (``wifi``, ``sensors``, ...), rows in file order, each with
+    ``row`` (int64, 1-based line of the raw file), ``time_ns`` (int64) and ``repeated`` (bool: a reading that an
+    earlier row already gave), then its own columns:
+
+    * wifi: ``scan`` int32, ``bssid``, ``ssid`` text, ``rssi_dbm`` float32, ``frequency_mhz`` float32 (null: unknown)
+    * sensors: ``sensor`` text, ``v1`` .. ``v6`` float64
+    """
+
+    key: SessionKey
+    camera: CameraTrack
+    landmarks: LandmarkLog
+    presses_ns: IntArray
+    """Times of control-point presses, boot-clock nanoseconds."""
+    tables: dict[str, pl.DataFrame]
+    files: tuple[FileRecord, ...]
+    findings: tuple[Finding, ...]

@@ -1,0 +1,68 @@
+"""Every threshold and default of the package, in one place.
+
+The resolved tree is written beside each result (``settings.json``).
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class LabelRule(StrEnum):
+    """How a reading between two frames gets its position."""
+
+    INTERPOLATE = "interpolate"
+    """Linear interpolation between the two neighbouring frames."""
+    NEXT_FRAME = "next-frame"
+    """The paper's rule: the first frame whose time is not before the reading's."""
+
+
+class VisitSettings(_Frozen):
+    """When a walk counts as having visited a landmark (paper, section V-B)."""
+
+    radius_m: float = Field(default=1.0, gt=0)
+    """Greatest 3-D distance between camera and landmark, metres."""
+
+
+class LocalSettings(_Frozen):
+    """The paper's local mapping."""
+
+    max_step_m: float = Field(default=5.0, gt=0)
+    """``local-corrected`` discards a segment with a longer step between neighbouring mapped frames, metres."""
+
+
+class LabelSettings(_Frozen):
+    """How time-stamped readings are labelled."""
+
+    rule: LabelRule = LabelRule.INTERPOLATE
+    max_gap_s: float = Field(default=1.0, gt=0)
+    """No interpolation between frames farther apart than this, seconds."""
+
+
+class FindingSettings(_Frozen):
+    """When something odd in a session is worth a finding."""
+
+    frame_gap_s: float = 1.0
+    """A hole between neighbouring frames longer than this is a ``frame_gap``, seconds."""
+    scan_interval_s: float = 20.0
+    """A median time between Wi-Fi scans above this is ``scan_throttling`` (Android allows 4 scans in 2 minutes)."""
+    pose_lag_s: float = 0.1
+    """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
+
+
+class Settings(_Frozen):
+    """The resolved settings of a run."""
+
+    strategy: str = "local-corrected"
+    visits: VisitSettings = VisitSettings()
+    local: LocalSettings = LocalSettings()
+    labels: LabelSettings = LabelSettings()
+    findings: FindingSettings = FindingSettings()
+    default_landmark_sigma_m: float = Field(default=0.02, gt=0)
+    """Standard deviation per axis of a surveyed landmark whose file gives none, metres."""

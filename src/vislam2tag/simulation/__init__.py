@@ -1,0 +1,1 @@
+"""Walks, tracker, radio and inertial sensors with known truth."""

@@ -1,0 +1,99 @@
+"""What the parts of the simulator hand to each other: buildings, true walks, tracker logs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.tracks import LandmarkLog
+
+
+@dataclass(frozen=True)
+class SimulatedFloor:
+    """One floor: walls, walkable graph, landmarks and control points, in its BCS (metres)."""
+
+    number: int
+    name: str
+    width_m: float
+    height_m: float
+    elevation_m: float
+    walls: FloatArray
+    """(w, 2, 2) wall segments, doors left open."""
+    nodes: FloatArray
+    """(n, 2) nodes of the walkable graph (corridor turns, junctions, doors, room centres)."""
+    edges: IntArray
+    """(e, 2) pairs of node indices; straight, free of walls."""
+    landmark_ids: tuple[str, ...]
+    landmark_position: FloatArray
+    """(m, 3) on a wall, z above this floor."""
+    landmark_heading_rad: FloatArray
+    """(m,) direction of the sheet's X axis (to the right for who looks at it), from the BCS x axis."""
+    control_points: FloatArray
+    """(p, 2) points on the walkable graph."""
+
+
+@dataclass(frozen=True)
+class SimulatedBuilding:
+    """Floors over one another and the access points in them."""
+
+    floors: tuple[SimulatedFloor, ...]
+    ap_floor: IntArray
+    """(a,) floor number of each access point."""
+    ap_position: FloatArray
+    """(a, 3) BCS position, z above that floor."""
+    ap_bssid: tuple[str, ...]
+    ap_ssid: tuple[str, ...]
+    ap_frequency_mhz: FloatArray
+    ap_power_dbm: FloatArray
+    """(a,) RSSI at one metre."""
+
+
+@dataclass(frozen=True)
+class TrueWalk:
+    """The truth of one walk, sampled uniformly at ``rate_hz`` (200 by default), ``n`` samples.
+
+    The phone's body frame is Android's (x right, y up along the screen, z out of the screen); its camera looks
+    along -z (ARCore's camera frame is taken equal to the body frame).
+    """
+
+    floor: int
+    rate_hz: float
+    time_ns: IntArray
+    """(n,) boot-clock ns."""
+    position: FloatArray
+    """(n, 3) camera in BCS, z above the floor, gait bobbing and sway included; twice differentiable in effect."""
+    orientation: FloatArray
+    """(n, 4) quaternion (x, y, z, w), body to BCS (z up)."""
+    speed: FloatArray
+    """(n,) walking speed without gait, m/s."""
+    presses_ns: IntArray
+    """Times at which the walk passes over a control point (exact; the hand adds its error later)."""
+    pressed_point: IntArray
+    """Index of the control point of each press."""
+    landmarks_passed: IntArray
+    """Index of each landmark deliberately passed, in order."""
+
+
+@dataclass(frozen=True)
+class TrackerLog:
+    """What the AR tracker logs on a walk: camera frames and the landmark rows of each frame (ACS)."""
+
+    time_ns: IntArray
+    """(f,) stamp of each frame (boot clock, includes the pose lag)."""
+    exposure_ns: IntArray
+    """(f,) when the frame was really exposed: the truth of the frame is the walk's pose at this time."""
+    position_acs: FloatArray
+    orientation_acs: FloatArray
+    """(f, 4) quaternion (x, y, z, w), camera to ACS."""
+    landmarks: LandmarkLog
+    events: tuple[TrackerEvent, ...]
+
+
+@dataclass(frozen=True)
+class TrackerEvent:
+    """Something the tracker did, for tests and docs; the pipeline never reads it."""
+
+    frame: int
+    kind: str
+    """map_update, loop_correction, lost, found, break, relocalise."""
+    size_m: float

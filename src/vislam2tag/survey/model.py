@@ -1,0 +1,84 @@
+"""The survey model: site, floors, control points, session keys."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.findings import Finding
+
+
+@dataclass(frozen=True, order=True)
+class SessionKey:
+    """What identifies a session: floor number, device name and folder name (as on disk)."""
+
+    floor: int
+    device: str
+    session: str
+
+    def __str__(self) -> str:
+        return f"floor {self.floor} / {self.device} / {self.session}"
+
+
+@dataclass(frozen=True)
+class SessionRef:
+    """Where a session lies and which format its folder has (a registered name)."""
+
+    key: SessionKey
+    folder: Path
+    format: str
+    slug: str
+    """File-name stem of this session's outputs: unique in the survey, letters, digits, ``.``, ``_`` and ``-`` only."""
+
+
+@dataclass(frozen=True)
+class ControlPoints:
+    """Surveyed points on the floor that an evaluation walk presses at; ``position_bcs`` (p, 2) metres."""
+
+    ids: tuple[str, ...]
+    position_bcs: FloatArray
+
+
+@dataclass(frozen=True)
+class Floor:
+    """One floor of the site, in its own BCS (origin at the lower left of the plan)."""
+
+    number: int
+    name: str
+    width_m: float | None
+    """Extent of the plan along x, metres; None where no file gives it."""
+    height_m: float | None
+    """Extent of the plan along y, metres."""
+    elevation_m: float | None
+    plan: Path | None
+    """Image that covers exactly width x height, where there is one."""
+    control_points: ControlPoints
+
+
+@dataclass(frozen=True)
+class Site:
+    """The building: its floors and all landmarks (``landmarks.floor`` says where each one is)."""
+
+    floors: tuple[Floor, ...]
+    landmarks: Landmarks
+
+    def floor(self, number: int) -> Floor:
+        """Return the floor with this number; raises KeyError where there is none."""
+        for floor in self.floors:
+            if floor.number == number:
+                return floor
+        raise KeyError(number)
+
+
+@dataclass(frozen=True)
+class Survey:
+    """A survey folder, looked at but not read: the site, its sessions and what is odd about them."""
+
+    root: Path
+    site: Site
+    sessions: tuple[SessionRef, ...]
+    """Sorted by key."""
+    findings: tuple[Finding, ...]
+    """What is odd about the site's own files."""
