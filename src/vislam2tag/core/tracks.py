@@ -69,6 +69,21 @@ class LandmarkLog:
         """Rows of the landmark with this index in ``ids``."""
         return slice(int(self.offsets[index]), int(self.offsets[index + 1]))
 
+    def select(self, wanted: list[int]) -> LandmarkLog:
+        """Keep only the landmarks with these indices (ascending)."""
+        renumber = np.full(len(self.ids), -1, dtype=np.int64)
+        renumber[wanted] = np.arange(len(wanted))
+        landmark = renumber[self.landmark]
+        keep = landmark >= 0
+        return LandmarkLog(
+            ids=tuple(self.ids[i] for i in wanted),
+            landmark=landmark[keep],
+            frame=self.frame[keep],
+            position_acs=self.position_acs[keep],
+            orientation_acs=self.orientation_acs[keep],
+            lost=self.lost[keep],
+        )
+
     @property
     def plane_acs(self) -> FloatArray:
         """Horizontal landmark positions (k, 2), ``(tx, -tz)``, metres."""

@@ -1,0 +1,105 @@
+"""A position or a cause for any point in time, from a mapped trajectory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.tracks import Trajectory
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres and ``sigma_m`` (r,), NaN where there is none or
+    none is known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`.
+    """
+
+    position_bcs: FloatArray
+    sigma_m: FloatArray
+    status: StatusArray
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """The usable frames of a trajectory, times strictly increasing."""
+
+    time_ns: IntArray
+    position_bcs: FloatArray
+    sigma_m: FloatArray
+    status: StatusArray
+    holed: StatusArray
+    """1 where unusable frames lie between the frame before and this one."""
+
+
+def _usable_frames(trajectory: Trajectory) -> _Frames:
+    usable = np.flatnonzero((trajectory.status != Status.DUPLICATE) & (trajectory.status != Status.INVALID))
+    return _Frames(
+        trajectory.time_ns[usable],
+        trajectory.position_bcs[usable],
+        trajectory.sigma_m[usable],
+        trajectory.status[usable],
+        (np.diff(usable, prepend=-1) > 1).astype(np.int8),
+    )
+
+
+def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s: float) -> Labels:
+    """Interpolate linearly between the neighbouring frames of each time (r,), boot-clock nanoseconds.
+
+    Never across a discarded stretch (the reading gets its cause) nor between frames more than ``max_gap_s`` apart
+    (``gap``; ``invalid`` where only unusable frames lie between). Times outside the frames are ``outside_frames``.
+    """
+    frames = _usable_frames(trajectory)
+    if frames.time_ns.size == 0:
+        return _unlabelled(len(time_ns), Status.OUTSIDE_FRAMES)
+    after = np.minimum(np.searchsorted(frames.time_ns, time_ns), len(frames.time_ns) - 1)
+    exact = frames.time_ns[after] == time_ns
+    before = np.where(exact, after, np.maximum(after - 1, 0))
+    span_ns = frames.time_ns[after] - frames.time_ns[before]
+    share = np.where(exact, 0.0, (time_ns - frames.time_ns[before]) / np.maximum(span_ns, 1))
+    status = _status_between(frames, before, after)
+    too_far = has_position(status) & (span_ns > max_gap_s * 1e9)
+    status[too_far] = np.where(frames.holed[after[too_far]] == 1, Status.INVALID, Status.GAP)
+    status[(time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])] = Status.OUTSIDE_FRAMES
+    labelled = has_position(status)
+    position = _blend(frames.position_bcs, before, after, share[:, None])
+    sigma = _blend(frames.sigma_m, before, after, share)
+    return Labels(np.where(labelled[:, None], position, np.nan), np.where(labelled, sigma, np.nan), status)
+
+
+def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
+    """Give each time (r,) the label of the first frame that is not before it (the paper's rule, section IV-B)."""
+    frames = _usable_frames(trajectory)
+    if frames.time_ns.size == 0:
+        return _unlabelled(len(time_ns), Status.OUTSIDE_FRAMES)
+    after = np.minimum(np.searchsorted(frames.time_ns, time_ns), len(frames.time_ns) - 1)
+    outside = (time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])
+    status = np.where(outside, np.int8(Status.OUTSIDE_FRAMES), frames.status[after]).astype(np.int8)
+    labelled = has_position(status)
+    return Labels(
+        np.where(labelled[:, None], frames.position_bcs[after], np.nan),
+        np.where(labelled, frames.sigma_m[after], np.nan),
+        status,
+    )
+
+
+def _status_between(frames: _Frames, before: IntArray, after: IntArray) -> StatusArray:
+    """Status of a reading between two frames: the first cause met, ``uncertain`` if either end is, else ``ok``."""
+    first, second = frames.status[before], frames.status[after]
+    cause = np.where(has_position(first), second, first)
+    uncertain = (
+        has_position(first) & has_position(second) & ((first == Status.UNCERTAIN) | (second == Status.UNCERTAIN))
+    )
+    return np.where(uncertain, np.int8(Status.UNCERTAIN), cause).astype(np.int8)
+
+
+def _blend(values: FloatArray, before: IntArray, after: IntArray, share: FloatArray) -> FloatArray:
+    start = values[before]
+    blended: FloatArray = start + share * (values[after] - start)
+    return blended
+
+
+def _unlabelled(count: int, cause: Status) -> Labels:
+    return Labels(np.full((count, 3), np.nan), np.full(count, np.nan), np.full(count, cause, dtype=np.int8))

@@ -1,0 +1,38 @@
+"""Quaternions (x, y, z, w) between the tracker's frame and the building's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+
+_HALF = np.sqrt(0.5)
+
+
+def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Hamilton product of quaternions (..., 4), (x, y, z, w); ``right`` is applied first."""
+    lx, ly, lz, lw = np.moveaxis(left, -1, 0)
+    rx, ry, rz, rw = np.moveaxis(right, -1, 0)
+    return np.stack(
+        (
+            lw * rx + lx * rw + ly * rz - lz * ry,
+            lw * ry - lx * rz + ly * rw + lz * rx,
+            lw * rz + lx * ry - ly * rx + lz * rw,
+            lw * rw - lx * rx - ly * ry - lz * rz,
+        ),
+        axis=-1,
+    )
+
+
+def camera_to_bcs(orientation_acs: FloatArray, rotation_rad: FloatArray | float) -> FloatArray:
+    """Turn camera-to-ACS quaternions (n, 4) into camera-to-BCS ones.
+
+    The ACS has y up, the BCS z up: ``(x, y, z)`` becomes ``(x, -z, y)`` (a quarter turn about x), then the plane is
+    rotated by ``rotation_rad`` (scalar or (n,)) about the vertical axis. The sign is fixed by ``w >= 0``.
+    """
+    half = np.broadcast_to(np.asarray(rotation_rad, dtype=np.float64) / 2, orientation_acs.shape[:-1])
+    cos, sin = np.cos(half), np.sin(half)
+    bcs_q_acs = np.stack((_HALF * cos, _HALF * sin, _HALF * sin, _HALF * cos), axis=-1)
+    result = multiply(bcs_q_acs, orientation_acs)
+    signed: FloatArray = np.where(result[..., 3:] < 0, -result, result)
+    return signed

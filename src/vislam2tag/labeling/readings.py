@@ -1,0 +1,46 @@
+"""Labels for the time-stamped tables of a session (paper, section IV-B, last paragraph)."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from vislam2tag.core.arrays import StatusArray
+from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
+from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.settings import LabelRule, LabelSettings
+
+_LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
+
+
+def label_readings(table: pl.DataFrame, trajectory: Trajectory, settings: LabelSettings) -> pl.DataFrame:
+    """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
+
+    ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
+    order stay. A repeated reading is ``duplicate`` and has no position: the first one counts.
+    """
+    labels = _labels(table, trajectory, settings)
+    status = labels.status.copy()
+    repeated = table["repeated"].to_numpy()
+    status[repeated] = Status.DUPLICATE
+    unlabelled = pl.lit(pl.Series(repeated))
+    columns = dict(zip("xyz", labels.position_bcs.T, strict=True)) | {"sigma": labels.sigma_m}
+    return table.drop("repeated").with_columns(
+        *(
+            pl.when(~unlabelled).then(pl.Series(name, values, nan_to_null=True)).alias(name)
+            for name, values in columns.items()
+        ),
+        status_text(status),
+    )
+
+
+def status_text(status: StatusArray) -> pl.Series:
+    """Turn status codes (n,) into the text column ``status``."""
+    return _LABELS.gather(status).rename("status")
+
+
+def _labels(table: pl.DataFrame, trajectory: Trajectory, settings: LabelSettings) -> Labels:
+    time_ns = table["time_ns"].to_numpy()
+    if settings.rule is LabelRule.NEXT_FRAME:
+        return label_by_next_frame(time_ns, trajectory)
+    return label_by_interpolation(time_ns, trajectory, settings.max_gap_s)
