@@ -58,13 +58,13 @@ class ScanStatistics(_Model):
 class Drawing(_Model):
     """Thinned polylines for the report."""
 
-    mapped: list[Stretch]
+    mapped: list[Stretch] = []
     """Runs of mapped frames (status ok or uncertain), in time order."""
-    discarded: list[Stretch]
+    discarded: list[Stretch] = []
     """Runs of unmapped frames by cause, drawn where the aligned raw trajectory puts them."""
-    raw: Polyline
+    raw: Polyline = []
     """The whole raw trajectory, aligned to the BCS by one similarity; empty where none can be found."""
-    wifi: Polyline
+    wifi: Polyline = []
     """Mean labelled position of each Wi-Fi scan."""
 
 
@@ -81,28 +81,28 @@ class SessionResult(_Model):
     format: str
     strategy: str
     version: str
-    error: str | None
+    error: str | None = None
     """Why the session could not be read or mapped; None where it could."""
-    files: list[FileAccount]
-    findings: list[Finding]
-    start_ns: int | None
-    duration_s: float
-    distance_m: float
+    files: list[FileAccount] = []
+    findings: list[Finding] = []
+    start_ns: int | None = None
+    duration_s: float = 0.0
+    distance_m: float = 0.0
     """Length of the walk: mapped where mapped, raw elsewhere, metres."""
-    frame_rate_hz: float | None
-    pose_lag_s: float | None
+    frame_rate_hz: float | None = None
+    pose_lag_s: float | None = None
     """Estimated lag of the pose stamps behind the gyroscope's; None where it cannot be estimated."""
-    frames: dict[str, int]
+    frames: dict[str, int] = {}
     """Number of frames by status."""
-    frame_seconds: dict[str, float]
+    frame_seconds: dict[str, float] = {}
     """Seconds of the walk by status."""
-    readings: dict[str, dict[str, int]]
+    readings: dict[str, dict[str, int]] = {}
     """For each table the number of rows by status."""
-    visits: list[VisitMark]
-    landmarks_logged: list[str]
-    scans: ScanStatistics | None
-    drawing: Drawing
-    corrections: list[str]
+    visits: list[VisitMark] = []
+    landmarks_logged: list[str] = []
+    scans: ScanStatistics | None = None
+    drawing: Drawing = Drawing()
+    corrections: list[str] = []
     """Each use of corrections.toml, one sentence each."""
 
 
@@ -116,8 +116,12 @@ class Summary(_Model):
     duration_s: float
     distance_m: float
     frames: dict[str, int]
+    frame_seconds: dict[str, float]
+    """Seconds of all walks by status."""
     readings: dict[str, dict[str, int]]
     findings: dict[str, int]
     """Total count by kind."""
+    failures: dict[str, str]
+    """Error of each session that could not be read or mapped, by slug."""
     per_floor: dict[str, dict[str, float]]
     per_device: dict[str, dict[str, float]]

@@ -112,6 +112,19 @@ class Landmarks:
         """Index of each id."""
         return {landmark_id: i for i, landmark_id in enumerate(self.ids)}
 
+    def select(self, wanted: list[int]) -> Landmarks:
+        """Keep only the landmarks with these indices, in this order."""
+        rows = np.asarray(wanted, dtype=np.int64)
+        return Landmarks(
+            ids=tuple(self.ids[i] for i in wanted),
+            floor=self.floor[rows],
+            position_bcs=self.position_bcs[rows],
+            covariance_bcs=self.covariance_bcs[rows],
+            z_m=self.z_m[rows],
+            heading_rad=self.heading_rad[rows],
+            heading_sigma_rad=self.heading_sigma_rad[rows],
+        )
+
     @property
     def surveyed(self) -> BoolArray:
         """Mask (m,) of the landmarks with a known position."""

@@ -1,0 +1,127 @@
+"""``vislam2tag process``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from vislam2tag.mapping import strategy_names
+from vislam2tag.pipeline import Outcome, Selection, process
+from vislam2tag.results import Summary
+from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
+
+DEFAULTS = Settings()
+HELP = """
+Map every session of a survey and label every reading.
+
+Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
+OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
+same OUT finished, and that have not changed since, are not repeated.
+
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
+not a survey, or OUT cannot be written.
+
+Examples:
+
+    vislam2tag process survey --out labels
+
+    vislam2tag process survey --out labels --floor 1 --floor 4 --device LG --strategy local
+
+    vislam2tag process survey --out paper --label-rule next-frame --max-step-m 2
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("process", help=HELP)(_process)
+
+
+def _process(
+    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    strategy: Annotated[
+        str, typer.Option(help=f"Mapping strategy: {', '.join(strategy_names())}.")
+    ] = DEFAULTS.strategy,
+    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
+    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    label_rule: Annotated[LabelRule, typer.Option(help="How a reading gets its position.")] = DEFAULTS.labels.rule,
+    max_gap_s: Annotated[
+        float, typer.Option(min=0.001, help="No interpolation between frames farther apart than this, seconds.")
+    ] = DEFAULTS.labels.max_gap_s,
+    visit_radius_m: Annotated[
+        float, typer.Option(min=0.01, help="A landmark is visited within this 3-D distance, metres.")
+    ] = DEFAULTS.visits.radius_m,
+    max_step_m: Annotated[
+        float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
+    ] = DEFAULTS.local.max_step_m,
+) -> None:
+    settings = Settings(
+        strategy=strategy,
+        visits=VisitSettings(radius_m=visit_radius_m),
+        local=LocalSettings(max_step_m=max_step_m),
+        labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s),
+    )
+    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
+    errors = Console(stderr=True)
+    with SessionProgress(errors) as progress:
+        summary = process(survey, out, settings, selection=selection, jobs=jobs, progress=progress.advance)
+    _print_summary(summary, out)
+    raise typer.Exit(1 if summary.failed else 0)
+
+
+class SessionProgress:
+    """A progress bar over sessions on a terminal; a line for each failed session anywhere."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._bar = Progress(
+            TextColumn("sessions"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[rows]:,} rows"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self._task = self._bar.add_task("", total=None, rows=0)
+        self._rows = 0
+
+    def __enter__(self) -> SessionProgress:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def advance(self, outcome: Outcome, total: int) -> None:
+        """Count one finished session."""
+        self._rows += outcome.rows
+        self._bar.update(self._task, advance=1, total=total, rows=self._rows)
+        if outcome.error:
+            self._console.print(f"[bold red]failed[/] {outcome.slug}", highlight=False)
+            self._console.print(f"  {outcome.error}", highlight=False, markup=False)
+
+
+def _print_summary(summary: Summary, out: Path) -> None:
+    frames = sum(summary.frames.values())
+    typer.echo(
+        f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
+        f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames, frames)}"
+    )
+    for table, counts in summary.readings.items():
+        typer.echo(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts, sum(counts.values()))}")
+    if summary.findings:
+        typer.echo("findings: " + ", ".join(f"{kind} {count}" for kind, count in sorted(summary.findings.items())))
+    typer.echo(f"report: {out / 'report.html'}")
+
+
+def _share(counts: dict[str, int], total: int) -> str:
+    labelled = counts.get("ok", 0) + counts.get("uncertain", 0)
+    return f"{100 * labelled / total:.1f} %" if total else "none"

@@ -1,0 +1,98 @@
+"""Thinned polylines of a session for the report."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.results import Drawing, Polyline, Stretch
+
+SPACING_M = 0.4
+"""Least distance between drawn points."""
+MAX_POINTS = 500
+"""Most points drawn for one session and layer."""
+MAX_EXTENT_M = 2000.0
+"""Points farther out than this are not drawn: a tracker that has diverged."""
+
+
+def draw(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, wifi: pl.DataFrame
+) -> Drawing:
+    """Reduce a mapped session to what the report draws; all in BCS metres."""
+    frames = np.flatnonzero(camera.usable)
+    aligned = _aligned(camera, log, landmarks, trajectory, frames)
+    mapped = has_position(trajectory.status[frames])
+    runs = _runs(trajectory.status[frames])
+    spacing = max(SPACING_M, _length(camera.plane_acs[frames]) / MAX_POINTS)
+    positions = trajectory.position_bcs[frames, :2]
+    return Drawing(
+        mapped=[_stretch(Status(status), positions[a:b], spacing) for status, a, b in runs if mapped[a]],
+        discarded=[
+            _stretch(Status(status), aligned[a : b + 1], spacing)
+            for status, a, b in runs
+            if not mapped[a] and len(aligned)
+        ],
+        raw=_polyline(aligned, spacing),
+        wifi=_scan_positions(wifi),
+    )
+
+
+def _aligned(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, frames: IntArray
+) -> FloatArray:
+    """Raw positions (f, 2) laid over the plan by one similarity; (0, 2) where none can be found."""
+    plane = camera.plane_acs[frames]
+    mapped = has_position(trajectory.status[frames])
+    source, target = plane[mapped], trajectory.position_bcs[frames][mapped, :2]
+    if not mapped.any():
+        first = [
+            i for i, name in enumerate(log.ids) if name in landmarks.index and log.rows_of(i).start < len(log.frame)
+        ]
+        source = log.plane_acs[[log.rows_of(i).start for i in first]]
+        target = landmarks.position_bcs[[landmarks.index[log.ids[i]] for i in first]]
+    known = np.isfinite(target).all(axis=1)
+    try:
+        return Similarity2.fit(source[known], target[known]) @ plane
+    except ValueError:
+        return np.zeros((0, 2))
+
+
+def _runs(status: StatusArray) -> list[tuple[int, int, int]]:
+    """Runs of equal status as (status, start, stop)."""
+    if len(status) == 0:
+        return []
+    edges = np.flatnonzero(np.diff(status) != 0) + 1
+    starts, stops = np.concatenate(([0], edges)), np.concatenate((edges, [len(status)]))
+    return [(int(status[a]), int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+
+
+def _stretch(status: Status, points: FloatArray, spacing_m: float) -> Stretch:
+    return Stretch(status=STATUS_LABELS[status], points=_polyline(points, spacing_m))
+
+
+def _polyline(points: FloatArray, spacing_m: float) -> Polyline:
+    """Keep about one point each ``spacing_m`` of the way, and both ends."""
+    points = points[(np.abs(points) < MAX_EXTENT_M).all(axis=1)]
+    if len(points) == 0:
+        return []
+    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    keep = np.flatnonzero(np.diff(np.floor(way / spacing_m), prepend=-1.0) > 0)
+    return _rounded(points[np.unique(np.append(keep, len(points) - 1))])
+
+
+def _length(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _rounded(points: FloatArray) -> Polyline:
+    return [(x, y) for x, y in np.round(points, 2).tolist()]
+
+
+def _scan_positions(wifi: pl.DataFrame) -> Polyline:
+    """Mean labelled position of each scan."""
+    means = wifi.drop_nulls("x").group_by("scan").agg(pl.col("x", "y").mean()).sort("scan")
+    return _rounded(means.select("x", "y").to_numpy()[:: max(1, len(means) // MAX_POINTS)])

@@ -1,0 +1,67 @@
+"""Findings that need the landmarks' survey beside the session."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.findings import Finding, Severity
+
+
+def landmark_findings(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float
+) -> list[Finding]:
+    """Landmarks without a position, too high to be visited, or too few of them visited."""
+    return [*_without_position(log, landmarks), *_too_high(camera, log, trajectory, radius_m), *_too_few(trajectory)]
+
+
+def _without_position(log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
+    surveyed = landmarks.surveyed
+    missing = [name for name in log.ids if name not in landmarks.index or not surveyed[landmarks.index[name]]]
+    if not missing:
+        return []
+    return [
+        Finding(
+            kind="landmark_without_position",
+            file="",
+            count=len(missing),
+            message=f"landmarks {', '.join(missing)} were seen but have no surveyed position; they are not used: "
+            "add them to marker_dict.csv",
+        )
+    ]
+
+
+def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> list[Finding]:
+    """Landmarks passed within the radius on the plan, but never in space."""
+    visited = {visit.landmark for visit in trajectory.visits}
+    known = np.flatnonzero(~log.lost)
+    apart = np.linalg.norm(camera.plane_acs[log.frame[known]] - log.plane_acs[known], axis=1)
+    passed = {log.ids[i] for i in np.unique(log.landmark[known[apart < radius_m]])}
+    missed = [name for name in log.ids if name in passed - visited]
+    if not missed:
+        return []
+    return [
+        Finding(
+            kind="landmark_never_passed",
+            file="",
+            count=len(missed),
+            message=f"landmarks {', '.join(missed)} were passed but never within {radius_m:g} m in space, height "
+            "included, and so not visited: hang them at the phone's height or raise --visit-radius-m",
+        )
+    ]
+
+
+def _too_few(trajectory: Trajectory) -> list[Finding]:
+    visited = sorted({visit.landmark for visit in trajectory.visits})
+    if len(visited) >= 2 or len(trajectory.time_ns) == 0:
+        return []
+    return [
+        Finding(
+            kind="too_few_landmarks",
+            file="",
+            count=len(visited),
+            severity=Severity.ERROR,
+            message=f"{len(visited)} surveyed landmark(s) visited ({', '.join(visited) or 'none'}), two are needed to "
+            "map a walk: pass landmarks within the visit radius, or survey more of them",
+        )
+    ]

@@ -1,0 +1,194 @@
+"""One session from raw files to tables and result; runs in a worker process."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.core.pose_lag import estimate_pose_lag
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.errors import OutputError, SessionError
+from vislam2tag.findings import Finding
+from vislam2tag.mapping import strategy_named
+from vislam2tag.pipeline import statistics
+from vislam2tag.pipeline.drawing import draw
+from vislam2tag.pipeline.landmark_findings import landmark_findings
+from vislam2tag.pipeline.store import RESULTS, OutputFolder
+from vislam2tag.pipeline.tables import TRAJECTORY, reading_tables, trajectory_table, write_table
+from vislam2tag.results import FileAccount, SessionResult
+from vislam2tag.sessions import hash_inputs, read_session
+from vislam2tag.sessions.model import Session
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import Corrections, corrected_landmarks, corrected_session
+from vislam2tag.survey.model import SessionRef
+
+
+@dataclass(frozen=True)
+class Job:
+    """All that a worker needs to process one session."""
+
+    ref: SessionRef
+    landmarks: Landmarks
+    """Landmarks of the session's floor, before corrections."""
+    corrections: Corrections
+    settings: Settings
+    out: OutputFolder
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the worker tells the main process; the rest is on disk."""
+
+    slug: str
+    error: str | None
+    repeated: bool
+    """False where an earlier run's result still holds."""
+    rows: int
+
+
+def process_session(job: Job) -> Outcome:
+    """Read, map, label and write one session; what an earlier run did and nothing changed since is not repeated.
+
+    A session that cannot be read or mapped becomes a result with an error. Raises OutputError where nothing can be
+    written.
+    """
+    done = job.out.result(job.ref.slug)
+    if done is not None and _still_holds(job, done):
+        return _outcome(done, repeated=False)
+    job.out.forget(job.ref.slug)
+    try:
+        result = _process(job)
+    except OutputError:
+        raise
+    except SessionError as error:
+        result = _result(job, fingerprint="", error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its result names the fault
+        message = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
+        result = _result(job, fingerprint="", error=message)
+    job.out.write_text(f"{RESULTS}/{job.ref.slug}.json", result.model_dump_json(indent=1) + "\n")
+    return _outcome(result, repeated=True)
+
+
+def _outcome(result: SessionResult, *, repeated: bool) -> Outcome:
+    rows = sum(sum(counts.values()) for counts in result.readings.values())
+    return Outcome(result.slug, result.error, repeated, rows)
+
+
+def _still_holds(job: Job, done: SessionResult) -> bool:
+    tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
+    if not all((job.out.root / name / f"{job.ref.slug}.parquet").is_file() for name in tables):
+        return False
+    return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
+
+
+def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
+    """SHA-256 over everything that the session's outputs follow from."""
+    marks = job.landmarks
+    parts = {
+        "version": __version__,
+        "key": str(job.ref.key),
+        "format": job.ref.format,
+        "files": hashes,
+        "settings": job.settings.model_dump(mode="json"),
+        "corrections": job.corrections.for_session(job.ref.key).model_dump(mode="json"),
+        "landmarks": [marks.ids, marks.floor.tolist()],
+    }
+    digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
+    for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _process(job: Job) -> SessionResult:
+    """Read, correct, map, label, write the tables and reduce the rest to a result."""
+    landmarks, landmark_uses = corrected_landmarks(job.landmarks, job.corrections, job.ref.key)
+    session, session_uses = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
+    strategy = strategy_named(job.settings.strategy, job.settings)
+    trajectory = strategy.map(session.camera, session.landmarks, landmarks)
+    labelled = reading_tables(session, trajectory, job.settings.labels)
+    _write_table(job, TRAJECTORY, trajectory_table(job.ref.key, trajectory))
+    for name, table in labelled.items():
+        _write_table(job, name, table)
+    pose_lag_s = _pose_lag(session)
+    return _result(
+        job,
+        fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}),
+        error=_mapping_error(session, trajectory),
+        files=[FileAccount(**vars(record)) for record in session.files],
+        findings=[
+            *session.findings,
+            *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, job.settings.visits.radius_m),
+            *_pose_lag_finding(pose_lag_s, job.settings.findings.pose_lag_s),
+        ],
+        pose_lag_s=pose_lag_s,
+        **statistics.walk_statistics(session.camera, trajectory),
+        readings={name: statistics.status_counts(table) for name, table in labelled.items()},
+        visits=statistics.visit_marks(trajectory),
+        landmarks_logged=list(session.landmarks.ids),
+        scans=statistics.scan_statistics(session.tables["wifi"]),
+        drawing=draw(session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"]),
+        corrections=[*landmark_uses, *session_uses],
+    )
+
+
+def _write_table(job: Job, name: str, table: pl.DataFrame) -> None:
+    strategy = job.settings.strategy
+    job.out.write(f"{name}/{job.ref.slug}.parquet", lambda path: write_table(table, name, strategy, path))
+
+
+def _result(job: Job, **details: Any) -> SessionResult:
+    """Fill in who the session is and what processed it."""
+    key = job.ref.key
+    return SessionResult(
+        slug=job.ref.slug,
+        floor=key.floor,
+        device=key.device,
+        session=key.session,
+        format=job.ref.format,
+        strategy=job.settings.strategy,
+        version=__version__,
+        **details,
+    )
+
+
+def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
+    """Say why no frame could be mapped at all; None where the session was mapped, be it in parts."""
+    usable = trajectory.status[session.camera.usable]
+    if len(usable) == 0:
+        return f"{session.key}: no usable camera frame; see its findings"
+    if (usable == Status.NO_MAPPING).all():
+        return f"{session.key}: could not be mapped: fewer than two surveyed landmarks were visited; see its findings"
+    return None
+
+
+def _pose_lag(session: Session) -> float | None:
+    gyro = session.tables["sensors"].filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated")).sort("time_ns")
+    usable = session.camera.usable
+    lag_s = estimate_pose_lag(
+        session.camera.time_ns[usable],
+        session.camera.orientation_acs[usable],
+        gyro["time_ns"].to_numpy(),
+        np.nan_to_num(gyro.select("v1", "v2", "v3").to_numpy()),
+    )
+    return None if lag_s is None else round(lag_s, 4)
+
+
+def _pose_lag_finding(lag_s: float | None, limit_s: float) -> list[Finding]:
+    if lag_s is None or abs(lag_s) <= limit_s:
+        return []
+    return [
+        Finding(
+            kind="pose_lag",
+            file="",
+            count=1,
+            message=f"the poses are stamped {lag_s:+.2f} s after the gyroscope felt the same motion: labels are "
+            f"displaced by that much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml",
+        )
+    ]

@@ -1,0 +1,102 @@
+"""Counts, durations and lengths of a mapped session."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.status import STATUS_LABELS, has_position
+from vislam2tag.core.tracks import CameraTrack, Trajectory
+from vislam2tag.results import ScanStatistics, VisitMark
+
+WAY_STEP_S = 0.5
+"""Lengths are summed between points this far apart, so that gait and noise do not count as walking."""
+
+
+def walk_statistics(camera: CameraTrack, trajectory: Trajectory) -> dict[str, Any]:
+    """Duration, length, frame rate and frames by status, under their names in a session's result."""
+    time_ns = camera.time_ns[camera.usable]
+    duration_s = float(time_ns[-1] - time_ns[0]) * 1e-9 if len(time_ns) else 0.0
+    return {
+        "start_ns": int(time_ns[0]) if len(time_ns) else None,
+        "duration_s": round(duration_s, 3),
+        "distance_m": round(distance_m(camera, trajectory), 2),
+        "frame_rate_hz": round((len(time_ns) - 1) / duration_s, 3) if duration_s > 0 else None,
+        "frames": frame_counts(trajectory),
+        "frame_seconds": frame_seconds(camera, trajectory),
+    }
+
+
+def frame_counts(trajectory: Trajectory) -> dict[str, int]:
+    """Number of frames by status, statuses that occur only."""
+    counts = np.bincount(trajectory.status, minlength=len(STATUS_LABELS))
+    return {label: int(count) for label, count in zip(STATUS_LABELS, counts, strict=True) if count}
+
+
+def frame_seconds(camera: CameraTrack, trajectory: Trajectory) -> dict[str, float]:
+    """Seconds of the walk by status: each usable frame stands for the time to the next one."""
+    frames = np.flatnonzero(camera.usable)
+    seconds = np.diff(camera.time_ns[frames]) * 1e-9
+    sums = np.bincount(trajectory.status[frames[:-1]], weights=seconds, minlength=len(STATUS_LABELS))
+    return {label: round(float(total), 3) for label, total in zip(STATUS_LABELS, sums, strict=True) if total}
+
+
+def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
+    """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere."""
+    frames = np.flatnonzero(camera.usable)
+    if len(frames) == 0:
+        return 0.0
+    elapsed_s = (camera.time_ns[frames] - camera.time_ns[frames[0]]) * 1e-9
+    frames = frames[np.unique(np.searchsorted(elapsed_s, np.arange(0.0, elapsed_s[-1], WAY_STEP_S)))]
+    mapped = has_position(trajectory.status[frames])
+    steps = np.where(
+        mapped[1:] & mapped[:-1], _steps(trajectory.position_bcs[frames, :2]), _steps(camera.plane_acs[frames])
+    )
+    return float(np.sum(steps))
+
+
+def _steps(points: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return lengths
+
+
+def status_counts(table: pl.DataFrame) -> dict[str, int]:
+    """Number of rows of a labelled table by status, in the order of the status codes."""
+    counts = dict(table["status"].value_counts().iter_rows())
+    return {label: int(counts[label]) for label in STATUS_LABELS if label in counts}
+
+
+def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
+    """Scans, their rate and what was stale (raw table, before labelling); None where there is no reading."""
+    if len(wifi) == 0:
+        return None
+    starts = wifi.filter(~pl.col("repeated")).group_by("scan").agg(pl.col("time_ns").min()).sort("time_ns")
+    intervals = starts["time_ns"].diff().drop_nulls().to_numpy() * 1e-9
+    return ScanStatistics(
+        scans=wifi["scan"].n_unique(),
+        median_interval_s=round(float(np.median(intervals)), 3) if len(intervals) else None,
+        readings=len(wifi),
+        repeated=int(wifi["repeated"].sum()),
+        access_points=wifi["bssid"].n_unique(),
+    )
+
+
+def visit_marks(trajectory: Trajectory) -> list[VisitMark]:
+    """Each visit with where the camera was then."""
+    mapped = has_position(trajectory.status)
+    return [
+        VisitMark(
+            landmark=visit.landmark,
+            time_ns=int(trajectory.time_ns[visit.frame]),
+            distance_m=round(visit.distance_m, 3),
+            position=_pair(trajectory.position_bcs[visit.frame]) if mapped[visit.frame] else None,
+        )
+        for visit in trajectory.visits
+    ]
+
+
+def _pair(position: FloatArray) -> tuple[float, float]:
+    return round(float(position[0]), 2), round(float(position[1]), 2)

@@ -1,0 +1,123 @@
+"""The output folder: claimed by one run at a time, every file written whole or not at all."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag.errors import OutputError
+from vislam2tag.results import SessionResult
+
+PARTIAL = ".partial"
+RUN_FILE = "run.json"
+RESULTS = "sessions"
+PROGRAM = "vislam2tag"
+
+
+@dataclass(frozen=True)
+class OutputFolder:
+    """Paths and whole-file writes of one output folder; cheap to pass to worker processes."""
+
+    root: Path
+
+    def write(self, relative: str, fill: Callable[[Path], None]) -> None:
+        """Let ``fill`` write a temporary file, then move it to ``relative``; raises OutputError."""
+        target = self.root / relative
+        partial = self.root / PARTIAL / relative.replace("/", ".")
+        try:
+            target.parent.mkdir(exist_ok=True)
+            fill(partial)
+            os.replace(partial, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
+        except (OSError, pl.exceptions.PolarsError) as error:
+            raise OutputError(f"{target}: cannot be written ({error}); free space or choose another --out") from error
+
+    def write_text(self, relative: str, text: str) -> None:
+        """Write a UTF-8 text file whole."""
+        self.write(relative, lambda path: _write_bytes(path, text.encode()))
+
+    def result(self, slug: str) -> SessionResult | None:
+        """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
+        try:
+            return SessionResult.model_validate_json((self.root / RESULTS / f"{slug}.json").read_bytes())
+        except (FileNotFoundError, ValidationError):
+            return None
+
+    def forget(self, slug: str) -> None:
+        """Remove a session's done-mark, so that its tables are not trusted while they are rewritten."""
+        (self.root / RESULTS / f"{slug}.json").unlink(missing_ok=True)
+
+    def keep_only(self, slugs: set[str]) -> int:
+        """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
+        stale = {path.stem for path in self.root.glob(f"{RESULTS}/*.json")} - slugs
+        for path in [*self.root.glob("*/*.json"), *self.root.glob("*/*.parquet")]:
+            if path.stem not in slugs:
+                path.unlink()
+        return len(stale)
+
+
+@contextmanager
+def claim(root: Path, run: dict[str, object]) -> Iterator[OutputFolder]:
+    """Open an output folder for one run: new, empty or ours; raises OutputError otherwise.
+
+    The lock is held on the folder itself, so nothing is left behind when the process is killed.
+    """
+    folder = OutputFolder(root)
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        handle = os.open(root, os.O_RDONLY)
+    except OSError as error:
+        raise OutputError(f"{root}: cannot be made or opened as output folder ({error.strerror})") from error
+    try:
+        _lock(handle, root)
+        _refuse_foreign(root)
+        _prepare(folder, run)
+        yield folder
+        shutil.rmtree(root / PARTIAL, ignore_errors=True)
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, root: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        raise OutputError(f"{root}: another run is writing there; wait for it or choose another --out") from error
+
+
+def _refuse_foreign(root: Path) -> None:
+    """Refuse a non-empty folder that no run of ours made."""
+    if {path.name for path in root.iterdir()} <= {PARTIAL}:
+        return
+    try:
+        ours = json.loads((root / RUN_FILE).read_bytes())["program"] == PROGRAM
+    except (OSError, ValueError, KeyError, TypeError):
+        ours = False
+    if not ours:
+        raise OutputError(
+            f"{root}: is not empty and was not made by this program (it holds no {RUN_FILE}); "
+            "choose an empty or new folder for --out"
+        )
+
+
+def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
+    try:
+        shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
+        (folder.root / PARTIAL).mkdir()
+        for name in ("summary.json", "report.html"):
+            (folder.root / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
+    folder.write_text(RUN_FILE, json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n")
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
