@@ -1,1 +1,1 @@
-"""The HTML report."""
+"""What a run says about itself: its totals and one HTML page."""

@@ -1,0 +1,168 @@
+"""The Plotly figures of the page: one map a floor, and the time by status of every session."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.report.layers import Trace, plotly_text, session_traces
+from vislam2tag.report.palette import STATUS_STYLES
+from vislam2tag.report.plan import plan_data_uri
+from vislam2tag.survey.model import Floor
+
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+_MARGIN_M = 1.0
+_GRID = "#e4e7ea"
+
+
+@dataclass(frozen=True)
+class TimeBar:
+    """One session's column in the overview: what it is called, where its row is, and its seconds by status."""
+
+    floor: str
+    name: str
+    anchor: str
+    seconds: dict[str, float]
+    failed: bool
+
+
+def floor_figure(floor: Floor, landmarks: Landmarks) -> str:
+    """Return, as JSON, a floor's map in BCS metres with plan, landmarks and control points.
+
+    Its session layers are still empty (:func:`vislam2tag.report.layers.session_traces`); the plan covers width x
+    height of the floor, and a metric grid stands in where there is none.
+    """
+    image = plan_data_uri(floor.plan) if floor.plan and floor.width_m and floor.height_m else None
+    figure = go.Figure(data=[*session_traces(), *_site_traces(floor, landmarks)], layout_template="none")
+    figure.update_layout(_layout())
+    figure.update_xaxes(_axis("x / m", floor.width_m, grid=image is None), constrain="domain")
+    figure.update_yaxes(_axis("y / m", floor.height_m, grid=image is None), scaleanchor="x", constrain="domain")
+    if image:
+        figure.add_layout_image(_placed(image, floor))
+    return _json(figure)
+
+
+def time_figure(bars: Sequence[TimeBar]) -> str:
+    """Return, as JSON, stacked columns of minutes by status, one for each session, grouped by floor."""
+    columns = [[bar.floor for bar in bars], [plotly_text(bar.name) for bar in bars]]
+    anchors = [bar.anchor for bar in bars]
+    figure = go.Figure(layout_template="none")
+    for label, style in STATUS_STYLES.items():
+        minutes = [round(bar.seconds.get(label, 0.0) / 60, 3) for bar in bars]
+        if any(minutes):
+            figure.add_bar(
+                x=columns,
+                y=minutes,
+                name=style.name,
+                marker_color=style.colour,
+                customdata=anchors,
+                hovertemplate=f"%{{x}}<br>{style.name}: %{{y:.2f}} min<extra></extra>",
+            )
+    _mark_failed(figure, bars)
+    figure.update_layout(_layout(), barmode="stack", bargap=0.25, hovermode="closest", dragmode=False)
+    figure.update_xaxes(showticklabels=True, tickangle=-45, fixedrange=True, automargin=True)
+    figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
+    return _json(figure)
+
+
+def _mark_failed(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
+    failed = [bar for bar in bars if bar.failed]
+    if failed:
+        figure.add_scatter(
+            x=[[bar.floor for bar in failed], [plotly_text(bar.name) for bar in failed]],
+            y=[0.0] * len(failed),
+            mode="markers",
+            name="failed session",
+            marker={"symbol": "x", "size": 11, "color": "#b00020"},
+            customdata=[bar.anchor for bar in failed],
+            hovertemplate="%{x}<br>failed<extra></extra>",
+            cliponaxis=False,
+        )
+
+
+def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
+    """Return the floor's landmarks, surveyed or not, and its control points."""
+    here = (landmarks.floor == floor.number) & np.isfinite(landmarks.position_bcs).all(axis=1)
+    known = _pick(landmarks, here & landmarks.surveyed)
+    unknown = _pick(landmarks, here & ~landmarks.surveyed)
+    points = floor.control_points
+    return [
+        _named("control point", points.ids, points.position_bcs, {"symbol": "cross-thin-open", "color": "#6a3d9a"}),
+        _named("landmark", *known, {"symbol": "square", "color": "#1b1b1b"}),
+        _named("landmark, not surveyed", *unknown, {"symbol": "square-open", "color": "#b00020"}),
+    ]
+
+
+def _pick(landmarks: Landmarks, wanted: BoolArray) -> tuple[tuple[str, ...], FloatArray]:
+    index = np.flatnonzero(wanted)
+    return tuple(landmarks.ids[i] for i in index), landmarks.position_bcs[index]
+
+
+def _named(name: str, ids: Sequence[str], position_bcs: FloatArray, marker: dict[str, Any]) -> Trace:
+    """Return a trace of points with their ids beside them."""
+    xy = np.round(position_bcs, 3)
+    return {
+        "type": "scatter",
+        "mode": "markers+text",
+        "name": name,
+        "x": xy[:, 0].tolist(),
+        "y": xy[:, 1].tolist(),
+        "text": [plotly_text(landmark) for landmark in ids],
+        "textposition": "top right",
+        "textfont": {"size": 11, "color": marker["color"]},
+        "marker": {"size": 8, "line": {"width": 2}, **marker},
+        "hovertemplate": f"{name} %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m<extra></extra>",
+    }
+
+
+def _layout() -> dict[str, Any]:
+    return {
+        "font": {"family": FONT, "size": 12, "color": "#24292f"},
+        "paper_bgcolor": "white",
+        "plot_bgcolor": "white",
+        "dragmode": "pan",
+        "hoverlabel": {"align": "left"},
+        "legend": {"itemclick": "toggle", "itemdoubleclick": "toggleothers"},
+    }
+
+
+def _axis(title: str, extent_m: float | None, grid: bool) -> dict[str, Any]:
+    span = {} if extent_m is None else {"range": [-_MARGIN_M, extent_m + _MARGIN_M]}
+    return {
+        "title": {"text": title},
+        "showgrid": grid,
+        "gridcolor": _GRID,
+        "zeroline": False,
+        "ticks": "outside",
+        "tickcolor": _GRID,
+        "automargin": True,
+        **span,
+    }
+
+
+def _placed(image: str, floor: Floor) -> dict[str, Any]:
+    """Return the plan as a layout image that covers exactly width x height of the floor."""
+    return {
+        "source": image,
+        "xref": "x",
+        "yref": "y",
+        "x": 0,
+        "y": floor.height_m,
+        "sizex": floor.width_m,
+        "sizey": floor.height_m,
+        "sizing": "stretch",
+        "layer": "below",
+        "opacity": 0.75,
+    }
+
+
+def _json(figure: go.Figure) -> str:
+    # The standard library's encoder, so that the bytes do not depend on what else is installed.
+    text: str = figure.to_json(engine="json")
+    return text

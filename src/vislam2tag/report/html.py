@@ -1,0 +1,153 @@
+"""Writes the report: one HTML page that needs nothing else, streamed session by session."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from importlib import resources
+from importlib.metadata import version as installed_version
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.errors import OutputError
+from vislam2tag.report.figures import TimeBar, floor_figure, time_figure
+from vislam2tag.report.layers import session_part
+from vislam2tag.report.palette import STATUS_STYLES, style_of
+from vislam2tag.report.views import Overview, SessionView
+from vislam2tag.report.wording import FILTERS
+from vislam2tag.results import SessionResult, Summary
+from vislam2tag.settings import Settings
+from vislam2tag.survey.model import Floor, Survey
+
+_LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
+
+
+def write_report(
+    out_file: Path, survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary
+) -> None:
+    """Write the page ``out_file`` about a run over a survey.
+
+    ``results`` come in the survey's order (floor by floor) and are read once, one at a time, so memory does not grow
+    with their number; ``summary`` is their :func:`~vislam2tag.report.summary.summarise`. Equal input gives equal
+    bytes. The page is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    """
+    partial = out_file.with_name(out_file.name + ".part")
+    page = _environment().get_template("page.html.j2").generate(_context(survey, settings, results, summary))
+    try:
+        # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
+        with partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream:
+            stream.writelines(page)
+        partial.replace(out_file)
+    except OSError as error:
+        raise OutputError(
+            f"{out_file}: the report cannot be written ({error.strerror}); free or choose the place"
+        ) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True)
+class _FloorView:
+    """A floor's map and its sessions, which pass by once."""
+
+    floor: Floor
+    landmarks: Landmarks
+    sessions: Iterator[SessionView]
+
+    @property
+    def figure(self) -> Markup:
+        return _embedded(floor_figure(self.floor, self.landmarks))
+
+    @property
+    def unplaced(self) -> list[str]:
+        """Landmarks of this floor that nobody surveyed."""
+        here = (self.landmarks.floor == self.floor.number) & ~self.landmarks.surveyed
+        return [landmark for landmark, wanted in zip(self.landmarks.ids, here, strict=True) if wanted]
+
+
+@dataclass
+class _Pages:
+    """Lets the sessions pass once, floor by floor, and keeps of each only its column of the overview."""
+
+    survey: Survey
+    settings: Settings
+    results: Iterable[SessionResult]
+    bars: list[TimeBar] = field(default_factory=list)
+
+    def floors(self) -> Iterator[_FloorView]:
+        for number, results in groupby(self.results, key=lambda result: result.floor):
+            yield _FloorView(self.survey.site.floor(number), self.survey.site.landmarks, self._views(results))
+
+    def _views(self, results: Iterable[SessionResult]) -> Iterator[SessionView]:
+        longest_s = self.settings.findings.scan_interval_s
+        for result in results:
+            interval_s = result.scans.median_interval_s if result.scans else None
+            view = SessionView(result, throttled=interval_s is not None and interval_s > longest_s)
+            self.bars.append(view.bar)
+            yield view
+
+    def time_figure(self) -> Markup:
+        return _embedded(time_figure(self.bars))
+
+
+def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary) -> dict[str, Any]:
+    pages = _Pages(survey, settings, results)
+    assets = resources.files("vislam2tag.report") / "templates"
+    return {
+        "title": survey.root.resolve().name,
+        "survey": survey,
+        "summary": summary,
+        "overview": Overview(summary),
+        "styles": STATUS_STYLES,
+        "style_of": style_of,
+        "floors": pages.floors(),
+        "time_figure": pages.time_figure,
+        "part": lambda view: _embedded(json.dumps(session_part(view.result), separators=(",", ":"))),
+        "settings": list(_flat(settings.model_dump(mode="json"))),
+        "versions": _versions(summary),
+        "css": Markup((assets / "page.css").read_text("utf-8")),
+        "js": Markup((assets / "page.js").read_text("utf-8")),
+        "plotly_js": Markup(get_plotlyjs()),
+    }
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("vislam2tag.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(FILTERS)
+    return environment
+
+
+def _embedded(text: str) -> Markup:
+    """Make JSON safe inside a script element: nothing in it can end the element or open a comment."""
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def _flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield each setting with its dotted name."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _versions(summary: Summary) -> list[tuple[str, str]]:
+    return [
+        ("vislam2tag", summary.version),
+        ("Python", platform.python_version()),
+        *((library, installed_version(library)) for library in _LIBRARIES),
+    ]

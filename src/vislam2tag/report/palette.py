@@ -1,0 +1,106 @@
+"""What each status means to a reader and how it is drawn (colours after Okabe and Ito, safe for the colour-blind)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vislam2tag.core.status import Status
+
+
+@dataclass(frozen=True)
+class StatusStyle:
+    """Name, one-sentence meaning, colour and line dash of a status (the dash tells causes apart in grey prints)."""
+
+    label: str
+    name: str
+    meaning: str
+    colour: str
+    dash: str
+
+
+def _style(status: Status, name: str, colour: str, dash: str, meaning: str) -> StatusStyle:
+    return StatusStyle(label=status.label, name=name, meaning=meaning, colour=colour, dash=dash)
+
+
+STATUS_STYLES: dict[str, StatusStyle] = {
+    style.label: style
+    for style in (
+        _style(Status.OK, "labelled (ok)", "#0072b2", "solid", "Labelled: the position is known."),
+        _style(
+            Status.UNCERTAIN,
+            "uncertain",
+            "#56b4e9",
+            "solid",
+            "A position is given, but with less certainty than the survey asks for; not counted as labelled.",
+        ),
+        _style(
+            Status.BEFORE_FIRST_LANDMARK,
+            "before first landmark",
+            "#e69f00",
+            "dot",
+            "The walk had not yet passed a landmark, so nothing ties it to the building.",
+        ),
+        _style(
+            Status.AFTER_LAST_LANDMARK,
+            "after last landmark",
+            "#9a6200",
+            "dot",
+            "The walk went on after its last landmark; end walks at a landmark to avoid this.",
+        ),
+        _style(
+            Status.TRACKING_LOST,
+            "tracking lost",
+            "#d55e00",
+            "dash",
+            "The phone lost track of its own motion, for example in the dark or in front of a blank wall.",
+        ),
+        _style(
+            Status.BREAK,
+            "break",
+            "#cc79a7",
+            "dashdot",
+            "The recorded path jumps farther than a person walks, so the stretch between two landmarks is discarded.",
+        ),
+        _style(
+            Status.NO_MAPPING,
+            "no mapping",
+            "#4d4d4d",
+            "longdash",
+            "No position could be computed, for example because fewer than two known landmarks were passed.",
+        ),
+        _style(
+            Status.GAP,
+            "gap",
+            "#009e73",
+            "dot",
+            "The reading lies between two camera frames too far apart in time to fill the hole.",
+        ),
+        _style(
+            Status.OUTSIDE_FRAMES,
+            "outside frames",
+            "#7f7f7f",
+            "dot",
+            "The reading was taken before the first or after the last camera frame.",
+        ),
+        _style(
+            Status.DUPLICATE,
+            "repeated",
+            "#c4c4c4",
+            "dot",
+            "The same frame or reading was recorded before; it counts once, and this one in no percentage.",
+        ),
+        _style(
+            Status.INVALID,
+            "invalid",
+            "#000000",
+            "dot",
+            "The record cannot be used: its time runs backward, a number is not finite, or a correction excludes it.",
+        ),
+    )
+}
+"""Style of each status, by label, in the order of every chart and list."""
+
+
+def style_of(label: str) -> StatusStyle:
+    """Return the style of a status label; raises KeyError for a label no status has."""
+    return STATUS_STYLES[label]

@@ -1,0 +1,116 @@
+"""Totals of a run, reduced from the session results one at a time."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from vislam2tag.core.status import Status
+from vislam2tag.results import SessionResult, Summary
+
+_Number = TypeVar("_Number", int, float)
+
+_OK = Status.OK.label
+_DUPLICATE = Status.DUPLICATE.label
+
+
+def labelled_share(counts: Mapping[str, int]) -> float | None:
+    """Share of frames or readings with status ``ok``, 0 to 1; None where there are none.
+
+    Repeated ones (``duplicate``) say nothing new and are counted neither as labelled nor as lost.
+    """
+    total = sum(count for status, count in counts.items() if status != _DUPLICATE)
+    return counts.get(_OK, 0) / total if total else None
+
+
+def summarise(results: Iterable[SessionResult], strategy: str, version: str) -> Summary:
+    """Add up the results of a run's sessions; takes them one at a time, so memory does not grow with the survey.
+
+    ``per_floor`` and ``per_device`` hold, for each floor number or device name, ``sessions``, ``failed``,
+    ``duration_s``, ``distance_m``, ``frames`` and ``frames_ok`` (both without repeated frames).
+    """
+    totals = _Totals()
+    for result in results:
+        totals.add(result)
+    return Summary(
+        version=version,
+        strategy=strategy,
+        sessions=totals.sessions,
+        failed=len(totals.failures),
+        duration_s=round(totals.duration_s, 3),
+        distance_m=round(totals.distance_m, 3),
+        frames=_sorted(totals.frames),
+        frame_seconds=_rounded(totals.frame_seconds),
+        readings={table: _sorted(counts) for table, counts in sorted(totals.readings.items())},
+        findings=_sorted(totals.findings),
+        failures=totals.failures,
+        per_floor={str(floor): _rounded(sums) for floor, sums in sorted(totals.floors.items())},
+        per_device={device: _rounded(sums) for device, sums in sorted(totals.devices.items())},
+    )
+
+
+def _integers() -> dict[str, int]:
+    return defaultdict(int)
+
+
+def _floats() -> dict[str, float]:
+    return defaultdict(float)
+
+
+@dataclass
+class _Totals:
+    """Running sums over the sessions added so far."""
+
+    sessions: int = 0
+    duration_s: float = 0.0
+    distance_m: float = 0.0
+    frames: dict[str, int] = field(default_factory=_integers)
+    frame_seconds: dict[str, float] = field(default_factory=_floats)
+    readings: dict[str, dict[str, int]] = field(default_factory=lambda: defaultdict(_integers))
+    findings: dict[str, int] = field(default_factory=_integers)
+    failures: dict[str, str] = field(default_factory=dict)
+    floors: dict[int, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
+    devices: dict[str, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
+
+    def add(self, result: SessionResult) -> None:
+        self.sessions += 1
+        self.duration_s += result.duration_s
+        self.distance_m += result.distance_m
+        _accumulate(self.frames, result.frames)
+        _accumulate(self.frame_seconds, result.frame_seconds)
+        for table, counts in result.readings.items():
+            _accumulate(self.readings[table], counts)
+        for finding in result.findings:
+            self.findings[finding.kind] += finding.count
+        if result.error is not None:
+            self.failures[result.slug] = result.error
+        sums = _group_sums(result)
+        _accumulate(self.floors[result.floor], sums)
+        _accumulate(self.devices[result.device], sums)
+
+
+def _group_sums(result: SessionResult) -> dict[str, float]:
+    frames = sum(count for status, count in result.frames.items() if status != _DUPLICATE)
+    return {
+        "sessions": 1,
+        "failed": int(result.error is not None),
+        "duration_s": result.duration_s,
+        "distance_m": result.distance_m,
+        "frames": frames,
+        "frames_ok": result.frames.get(_OK, 0),
+    }
+
+
+def _accumulate(sums: dict[str, _Number], more: Mapping[str, _Number]) -> None:
+    for key, value in more.items():
+        sums[key] += value
+
+
+def _sorted(counts: Mapping[str, int]) -> dict[str, int]:
+    return dict(sorted(counts.items()))
+
+
+def _rounded(sums: Mapping[str, float]) -> dict[str, float]:
+    return {key: round(value, 3) for key, value in sorted(sums.items())}

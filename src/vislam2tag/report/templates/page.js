@@ -1,0 +1,128 @@
+"use strict";
+(() => {
+  const config = {
+    displaylogo: false,
+    scrollZoom: true,
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+  };
+  const touch = matchMedia("(pointer: coarse)").matches;
+  const read = (element) => JSON.parse(element.textContent);
+  const maps = [];
+
+  // The floor's size on the page: as wide as it can be, as high as the plan asks, never higher than the window.
+  function mapLayout(map, width) {
+    const wide = width > 760;
+    const margin = {l: 56, r: wide ? 215 : 12, t: 12, b: 48};
+    const plan = (width - margin.l - margin.r) * map.aspect;
+    const legendRows = wide ? 0 : Math.ceil(map.div.data.filter((trace) => trace.showlegend).length / 2);
+    margin.b += 20 * legendRows;
+    const height = Math.min(Math.max(plan, wide ? 330 : 220), Math.max(0.78 * innerHeight, 330));
+    const legend = wide
+      ? {"legend.orientation": "v", "legend.x": 1.02, "legend.y": 1, "legend.yanchor": "top"}
+      : {"legend.orientation": "h", "legend.x": 0, "legend.y": -50 / height, "legend.yanchor": "top"};
+    return {...legend, margin, width, height: height + margin.t + margin.b};
+  }
+
+  // One trace a layer: the coordinates of the wanted sessions one after the other, nulls between them.
+  function joined(layer, parts) {
+    const x = [], y = [], text = [];
+    for (const part of parts) {
+      const columns = part.layers[layer];
+      if (!columns) continue;
+      if (x.length) { x.push(null); y.push(null); text.push(""); }
+      for (let i = 0; i < columns[0].length; i++) {
+        x.push(columns[0][i]);
+        y.push(columns[1][i]);
+        text.push(columns[2] ? columns[2][i] : part.hover);
+      }
+    }
+    return {x, y, text};
+  }
+
+  function drawMap(section) {
+    const div = section.querySelector(".map");
+    const figure = read(section.querySelector("script.figure"));
+    const parts = [...section.querySelectorAll("script.part")].map(read);
+    const layers = [];
+    figure.data.forEach((trace, index) => {
+      if (trace.meta) { layers.push(index); Object.assign(trace, joined(trace.meta, parts)); }
+      trace.showlegend = trace.x.length > 0;
+    });
+    if (touch) figure.layout.dragmode = false;
+    const span = (axis) => (axis.range ? axis.range[1] - axis.range[0] : 1);
+    const aspect = span(figure.layout.yaxis) / span(figure.layout.xaxis);
+    const map = {div, aspect};
+    maps.push(map);
+    figure.layout.width = div.clientWidth;
+    Plotly.newPlot(div, figure.data, figure.layout, config);
+    fit(map);
+    const chooser = section.querySelector("select");
+    chooser.add(new Option(`all ${parts.length} sessions`, "all"));
+    parts.forEach((part, index) => chooser.add(new Option(part.name, index)));
+    chooser.addEventListener("change", () => {
+      const wanted = chooser.value === "all" ? parts : [parts[Number(chooser.value)]];
+      const columns = layers.map((index) => joined(figure.data[index].meta, wanted));
+      Plotly.restyle(div, {
+        x: columns.map((column) => column.x),
+        y: columns.map((column) => column.y),
+        text: columns.map((column) => column.text),
+      }, layers);
+    });
+  }
+
+  function fit(map, width) {
+    Plotly.relayout(map.div, mapLayout(map, width || map.div.clientWidth));
+  }
+
+  function drawTimes() {
+    const div = document.getElementById("times");
+    const figure = read(document.getElementById("times-figure"));
+    if (!figure.data.length) { div.hidden = true; return; }
+    const columns = new Set(figure.data.flatMap((trace) => trace.customdata)).size;
+    figure.layout.height = columns > 40 ? 320 : 430;
+    if (columns > 40) figure.layout.xaxis.showticklabels = false;
+    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"});
+    figure.layout.margin = {l: 48, r: 8, t: 60, b: 60};
+    Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
+    div.on("plotly_click", (event) => reveal(event.points[0].customdata));
+    maps.push({div, times: true});
+  }
+
+  // Open the details of a session and go there.
+  function reveal(anchor) {
+    const row = document.getElementById(anchor);
+    if (!row) return;
+    row.querySelector("details").open = true;
+    row.scrollIntoView({block: "start", behavior: "smooth"});
+  }
+
+  function sortBy(header) {
+    const table = header.closest("table");
+    const column = header.cellIndex;
+    const falling = header.getAttribute("aria-sort") !== "descending";
+    for (const other of table.tHead.rows[0].cells) other.removeAttribute("aria-sort");
+    header.setAttribute("aria-sort", falling ? "descending" : "ascending");
+    const key = (body) => body.rows[0].cells[column].dataset.sort;
+    const compare = (a, b) => (isNaN(key(a)) ? key(a).localeCompare(key(b)) : key(a) - key(b));
+    const bodies = [...table.tBodies].sort((a, b) => (falling ? compare(b, a) : compare(a, b)));
+    table.append(...bodies);
+  }
+
+  function resize(width) {
+    for (const map of maps) {
+      if (map.times) Plotly.relayout(map.div, {width: width || map.div.clientWidth});
+      else fit(map, width);
+    }
+  }
+
+  document.querySelectorAll("section.floor").forEach(drawMap);
+  drawTimes();
+  document.querySelectorAll("th button").forEach((button) =>
+    button.addEventListener("click", () => sortBy(button.closest("th"))));
+  document.querySelectorAll("a[data-session]").forEach((link) =>
+    link.addEventListener("click", () => reveal(link.hash.slice(1))));
+  let pending = 0;
+  addEventListener("resize", () => { clearTimeout(pending); pending = setTimeout(resize, 150); });
+  addEventListener("beforeprint", () => resize(680));
+  addEventListener("afterprint", () => resize());
+})();

@@ -1,0 +1,69 @@
+"""Numbers and codes as people read them: the template's filters."""
+
+from __future__ import annotations
+
+MISSING = "–"
+"""What stands where a value is not known."""
+
+
+def percent(share: float | None) -> str:
+    """Write a share 0 to 1 in percent; short of everything never reads 100 %, more than nothing never 0 %."""
+    if share is None:
+        return MISSING
+    if 0.995 < share < 1:
+        return "> 99 %"
+    if 0 < share < 0.005:
+        return "< 1 %"
+    return f"{100 * share:.0f} %"
+
+
+def duration(seconds: float | None) -> str:
+    """Write seconds as ``12.3 s``, ``4 min 05 s`` or ``2 h 03 min``."""
+    if seconds is None:
+        return MISSING
+    if seconds < 59.95:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes:02d} min"
+
+
+def distance(metres: float | None) -> str:
+    """Write metres as ``12 m``, kilometres from ten thousand on."""
+    if metres is None:
+        return MISSING
+    return f"{metres / 1000:.1f} km" if metres >= 10_000 else f"{metres:.0f} m"
+
+
+def number(value: float | None, decimals: int = 1) -> str:
+    """Write a number with fixed decimals."""
+    return MISSING if value is None else f"{value:.{decimals}f}"
+
+
+def count(value: int) -> str:
+    """Write a count with thin spaces between thousands."""
+    return f"{value:,}".replace(",", "\u202f")
+
+
+def size(size_bytes: int) -> str:
+    """Write a file size in kB or MB (powers of ten)."""
+    return f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1_000_000 else f"{size_bytes / 1e3:.1f} kB"
+
+
+def words(code: str) -> str:
+    """Write a code such as ``scan_throttling`` as words."""
+    return code.replace("_", " ")
+
+
+FILTERS = {
+    "percent": percent,
+    "duration": duration,
+    "distance": distance,
+    "number": number,
+    "count": count,
+    "size": size,
+    "words": words,
+}
+"""The filters by the name templates use."""
