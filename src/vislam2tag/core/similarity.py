@@ -58,6 +58,8 @@ class Similarity2:
         Raises ValueError where all the source points coincide.
         """
         p, q = as_complex(source), as_complex(target)
+        if len(p) < 2:
+            raise ValueError("fewer than two points define no similarity")
         p_mean, q_mean = p.mean(), q.mean()
         spread = float(np.sum(np.abs(p - p_mean) ** 2))
         if not spread > 0:

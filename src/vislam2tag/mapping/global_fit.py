@@ -33,7 +33,7 @@ class GlobalMapping:
         frames = [boundary.frame for boundary in (*visits, *boundaries_of_loss(camera, log))]
         source, target = _median_pairs(log_surveyed, landmarks)
         try:
-            bcs_T_acs = self.transformation.fit(source, target)  # noqa: N806
+            bcs_T_acs = self.transformation.fit(source, target)
             start, stop = min(frames), max(frames)
         except ValueError:
             return Sheet.blank(camera, Status.NO_MAPPING).finish(camera, (), visits)

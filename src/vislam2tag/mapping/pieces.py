@@ -28,7 +28,7 @@ class Sheet:
         status = np.where(camera.usable, np.int8(cause), camera.status).astype(np.int8)
         return cls(np.full((n, 3), np.nan), np.full((n, 4), np.nan), status)
 
-    def map_stretch(self, camera: CameraTrack, start: int, stop: int, bcs_T_acs: Similarity2 | Affine2) -> None:  # noqa: N803
+    def map_stretch(self, camera: CameraTrack, start: int, stop: int, bcs_T_acs: Similarity2 | Affine2) -> None:
         """Fill frames ``start`` (included) to ``stop`` (excluded) by one transformation of the plane."""
         frames = start + np.flatnonzero(camera.usable[start:stop])
         self.position_bcs[frames, :2] = bcs_T_acs @ camera.plane_acs[frames]
