@@ -72,6 +72,8 @@ class TrueWalk:
     """Index of the control point of each press."""
     landmarks_passed: IntArray
     """Index of each landmark deliberately passed, in order."""
+    blocked_ns: IntArray
+    """(b, 2) start and end of each time somebody blocks the camera's view."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,182 @@
+"""Where a walk leads: a route over the floor's graph and the smooth path a person takes along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.settings import WalkSettings
+
+STEP_M = 0.02
+"""Sampling of a path."""
+CORNER_M = 0.4
+"""How much corners are rounded."""
+PASS_M = (0.5, 0.75)
+"""Range of the distance between camera and sheet when a landmark is passed, in the plane."""
+KEEP_RIGHT_M = 0.2
+
+
+@dataclass(frozen=True)
+class Path:
+    """A smooth path: ``points`` (p, 2) every 2 cm or so, and what it passes, by sample."""
+
+    points: FloatArray
+    landmark: IntArray
+    """Index of each landmark passed, in order."""
+    landmark_sample: IntArray
+    point: IntArray
+    """Index of each control point passed over, in order."""
+    point_sample: IntArray
+
+
+def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
+    """Lay a path of at least ``length_m`` over the floor's graph, past landmarks and control points."""
+    route = _shuttle(floor, length_m) if settings.straight_corridor else _wander(floor, length_m, settings, rng)
+    corners = floor.nodes[route]
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))))
+    centre_s = np.arange(0.0, along[-1], STEP_M)
+    centre = np.column_stack([np.interp(centre_s, along, corners[:, k]) for k in (0, 1)])
+    centre = gaussian_filter1d(centre, CORNER_M / STEP_M, axis=0, mode="nearest")
+    landmarks, landmark_s = _met(floor, floor.landmark_position[:, :2], route, along, 2.0)
+    points, point_s = _met(floor, floor.control_points, route, along, 0.4)
+    landmark_sample = (landmark_s / STEP_M).astype(np.int64).clip(0, len(centre) - 1)
+    normal = _normals(centre)
+    offset = _sway(centre_s, settings, rng) * _door_squeeze(floor, route, along, centre_s)
+    offset = _approach(offset, floor, centre, normal, landmarks, landmark_sample, rng)
+    path = gaussian_filter1d(centre + offset[:, None] * normal, 0.2 / STEP_M, axis=0, mode="nearest")
+    point_sample = (point_s / STEP_M).astype(np.int64).clip(0, len(centre) - 1)
+    return Path(path, landmarks, landmark_sample, points, point_sample)
+
+
+def _wander(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> IntArray:
+    """Walk the corridors, least used ones first, and now and then into a room; (r,) node indices."""
+    neighbours, rooms = _neighbours(floor), room_nodes(floor)
+    used: dict[tuple[int, int], int] = {}
+    route = [int(rng.choice([i for i in range(len(neighbours)) if i not in rooms]))]
+    left, before = length_m, -1
+    while left > 0:
+        here = route[-1]
+        options = [n for n in neighbours[here] if n != before] or neighbours[here]
+        into_room = [n for n in options if n in rooms]
+        onward = [n for n in options if n not in rooms] or options
+        if into_room and rng.random() < settings.rooms:
+            onward = into_room
+        weight = np.array([4.0 ** -used.get((min(here, n), max(here, n)), 0) for n in onward])
+        after = int(rng.choice(onward, p=weight / weight.sum()))
+        edge = (min(here, after), max(here, after))
+        used[edge] = used.get(edge, 0) + 1
+        left -= float(np.linalg.norm(floor.nodes[after] - floor.nodes[here]))
+        before = here
+        route.append(after)
+    return np.array(route, dtype=np.int64)
+
+
+def _shuttle(floor: SimulatedFloor, length_m: float) -> IntArray:
+    """Go up and down the longest corridor, all of it; (r,) node indices."""
+    corridor = station_corridor(floor)
+    extent = float(np.linalg.norm(floor.nodes[corridor[-1]] - floor.nodes[corridor[0]]))
+    laps = int(length_m / extent) + 2
+    legs = [corridor if lap % 2 == 0 else corridor[::-1] for lap in range(laps)]
+    return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+
+
+def station_corridor(floor: SimulatedFloor) -> IntArray:
+    """Nodes along the floor's longest straight corridor, from left to right (the first such from below)."""
+    joined = floor.nodes[floor.edges]
+    level = joined[np.abs(joined[:, 0, 1] - joined[:, 1, 1]) < 1e-6]
+    rows, edges_in_row = np.unique(level[:, 0, 1], return_inverse=True)
+    lengths = np.bincount(edges_in_row, np.abs(level[:, 0, 0] - level[:, 1, 0]))
+    row = rows[int(np.argmax(lengths.round(2)))]
+    inside = np.flatnonzero(np.abs(floor.nodes[:, 1] - row) < 1e-6)
+    return inside[np.argsort(floor.nodes[inside, 0])].astype(np.int64)
+
+
+def _neighbours(floor: SimulatedFloor) -> list[list[int]]:
+    neighbours: list[list[int]] = [[] for _ in floor.nodes]
+    for a, b in floor.edges.tolist():
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    return neighbours
+
+
+def room_nodes(floor: SimulatedFloor) -> set[int]:
+    """Nodes inside rooms: they hang off a corridor node at right angles to all its other edges."""
+    neighbours = _neighbours(floor)
+    rooms = set()
+    for node, joined in enumerate(neighbours):
+        foot = joined[0]
+        spur = floor.nodes[node] - floor.nodes[foot]
+        onward = floor.nodes[[n for n in neighbours[foot] if n != node and len(neighbours[n]) > 1]] - floor.nodes[foot]
+        if len(joined) == 1 and np.all(np.abs(onward @ spur) < 1e-3 * np.linalg.norm(spur)):
+            rooms.add(node)
+    return rooms
+
+
+def _met(
+    floor: SimulatedFloor, things: FloatArray, route: IntArray, along: FloatArray, reach_m: float
+) -> tuple[IntArray, FloatArray]:
+    """Which things lie beside the route's corridor legs within ``reach_m``: index and arc length, in order."""
+    start, stop = floor.nodes[route[:-1]], floor.nodes[route[1:]]
+    length = np.diff(along)
+    spur = np.isin(route, list(room_nodes(floor)))
+    unit = (stop - start) / length[:, None]
+    offset = things[None] - start[:, None]
+    forward = np.einsum("ltk,lk->lt", offset, unit)
+    across = np.abs(offset[..., 0] * unit[:, None, 1] - offset[..., 1] * unit[:, None, 0])
+    leg, thing = np.nonzero(
+        (across < reach_m) & (forward >= 0) & (forward < length[:, None]) & ~(spur[:-1] | spur[1:])[:, None]
+    )
+    arc = along[leg] + forward[leg, thing]
+    order = np.argsort(arc, kind="stable")
+    return thing[order].astype(np.int64), arc[order]
+
+
+def _normals(centre: FloatArray) -> FloatArray:
+    """Unit vectors (p, 2) to the left of the path."""
+    tangent = np.gradient(centre, axis=0)
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True).clip(1e-9)
+    normals: FloatArray = np.column_stack((-tangent[:, 1], tangent[:, 0]))
+    return normals
+
+
+def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
+    """Slow wandering across the corridor, to the right of its middle (positive is left), metres."""
+    knots = np.arange(0.0, arc[-1] + 8.0, 4.0)
+    spread, keep = (0.08, 0.1) if settings.control_points or settings.straight_corridor else (0.15, KEEP_RIGHT_M)
+    wander: FloatArray = np.interp(arc, knots, rng.normal(-keep, spread, len(knots)))
+    return wander
+
+
+def _door_squeeze(floor: SimulatedFloor, route: IntArray, along: FloatArray, arc: FloatArray) -> FloatArray:
+    """Factor (p,) that leads through the middle of doors: 0 on the way into and out of rooms."""
+    entered = along[np.isin(route, list(room_nodes(floor)))]
+    marks = np.concatenate(([-np.inf], entered, [np.inf]))
+    right = np.searchsorted(marks, arc)
+    nearest = np.minimum(arc - marks[right - 1], marks[right] - arc)
+    factor: FloatArray = ((nearest - 4.2) / 1.5).clip(0, 1)
+    return factor
+
+
+def _approach(
+    offset: FloatArray,
+    floor: SimulatedFloor,
+    centre: FloatArray,
+    normal: FloatArray,
+    landmarks: IntArray,
+    samples: IntArray,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Bend the path towards each landmark passed, to an arm's length off its sheet."""
+    bent = offset.copy()
+    reach = round(3.0 / STEP_M)
+    for landmark, sample in zip(landmarks.tolist(), samples.tolist(), strict=True):
+        lateral = float((floor.landmark_position[landmark, :2] - centre[sample]) @ normal[sample])
+        aim = np.sign(lateral) * max(abs(lateral) - rng.uniform(*PASS_M), 0.0)
+        span = slice(max(sample - reach, 0), min(sample + reach + 1, len(bent)))
+        weight = np.exp(-0.5 * ((np.arange(span.start, span.stop) - sample) * STEP_M / 0.8) ** 2)
+        bent[span] += weight * (aim - bent[span])
+    return bent

@@ -1,0 +1,155 @@
+"""Which surveys are simulated: the building, and each session's floor, device, walk and share of faults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.simulation.building import make_building
+from vislam2tag.simulation.model import SimulatedBuilding
+from vislam2tag.simulation.settings import (
+    BuildingSettings,
+    TrackerSettings,
+    WalkSettings,
+    WalkStyle,
+    severity_level,
+    stream,
+    walk_settings,
+)
+from vislam2tag.survey.model import SessionKey
+
+GOLDEN = (5**0.5 - 1) / 2
+"""Successive multiples modulo 1 are spread evenly however many there are."""
+POSE_LAGS_S = {"LG": 0.055, "OnePlus": 0.035, "Galaxy": 0.045, "S20": 0.03}
+
+FIRST_STARTS = {
+    (1, "LG_ref"): "2022-01-19T16:06:28",
+    (1, "OnePlus_ref"): "2022-01-19T15:51:00",
+    (4, "LG_ref"): "2022-01-14T14:12:09",
+    (4, "OnePlus_ref"): "2022-01-14T14:20:31",
+    (4, "LG_tachy"): "2022-01-14T16:08:47",
+    (4, "OnePlus_tachy"): "2022-01-14T16:01:04",
+}
+
+
+@dataclass(frozen=True)
+class PlannedSession:
+    """One session to simulate."""
+
+    key: SessionKey
+    duration_s: float
+    walk: WalkSettings
+    tracker: TrackerSettings
+    fault_quantile: float
+    """Where this session stands among all, from 0 (best tracked) to 1 (worst)."""
+    presses: bool
+    """Whether the walker presses at control points."""
+    total_station: bool
+    """Whether a total station tracks the phone."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A survey to simulate."""
+
+    seed: int
+    severity: float
+    building: SimulatedBuilding
+    sessions: tuple[PlannedSession, ...]
+
+
+def regular_survey(
+    seed: int,
+    severity: str | float = "default",
+    floors: tuple[int, ...] = (0, 1),
+    devices: tuple[str, ...] = ("LG", "OnePlus"),
+    sessions: int = 2,
+    duration_s: float = 180.0,
+    building: BuildingSettings | None = None,
+    walk: WalkSettings | None = None,
+) -> Scenario:
+    """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
+
+    Adding floors, devices or sessions leaves the others as they are. Raises ValueError for a severity below zero.
+    """
+    level = severity_level(severity)
+    planned = []
+    for floor in floors:
+        for device in devices:
+            offset = float(stream(seed, "faults", floor, device).uniform())
+            for number in range(sessions):
+                quantile = (offset + number * GOLDEN) % 1.0
+                walker = walk if walk is not None else _provoked(WalkStyle.SURVEY, quantile * min(level, 1.0))
+                start = datetime(2021, 12, 20, 9) + timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
+                key = SessionKey(floor, device, start.isoformat())
+                planned.append(_planned(key, duration_s, walker, level, quantile, WalkStyle.SURVEY))
+    furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
+    return Scenario(seed, level, make_building(furnished, seed), tuple(planned))
+
+
+def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
+    """Plan the paper's evaluation in copy: 24 walks over control points, 10 in a total station's view.
+
+    Floors 1 and 4 with LG_ref and OnePlus_ref, median duration three minutes and one walk of fifteen; floor 4 with
+    LG_tachy and OnePlus_tachy (paper, section VI). Faults are spread evenly over the walks' ranks.
+    Raises ValueError for a severity below zero.
+    """
+    level = severity_level(severity)
+    rng = stream(seed, "paper")
+    planned = []
+    quantiles = _strata(24, rng)
+    durations = np.append(rng.uniform(120.0, 240.0, 23), 900.0).round()
+    for number, key in enumerate(_paper_keys((1, 4), ("LG_ref", "OnePlus_ref"), 6)):
+        quantile = float(quantiles[number])
+        walker = _provoked(WalkStyle.CONTROL_POINTS, quantile * min(level, 1.0))
+        long_walk = key.session == FIRST_STARTS[1, "LG_ref"]
+        duration = float(durations[23] if long_walk else durations[number % 23])
+        planned.append(_planned(key, duration, walker, level, quantile, WalkStyle.CONTROL_POINTS))
+    quantiles = _strata(10, rng)
+    for number, key in enumerate(_paper_keys((4,), ("LG_tachy", "OnePlus_tachy"), 5)):
+        quantile = float(quantiles[number])
+        walker = _provoked(WalkStyle.TOTAL_STATION, quantile * min(level, 1.0))
+        duration = float(rng.integers(60, 121))
+        planned.append(_planned(key, duration, walker, level, quantile, WalkStyle.TOTAL_STATION))
+    building = BuildingSettings(floors=(1, 4), landmarks=14)
+    return Scenario(seed, level, make_building(building, seed), tuple(planned))
+
+
+def _paper_keys(floors: tuple[int, ...], devices: tuple[str, ...], sessions: int) -> list[SessionKey]:
+    """Session folders named as in the published evaluation, each 17 minutes after the one before."""
+    starts = [(floor, device, FIRST_STARTS[floor, device]) for floor in floors for device in devices]
+    return [
+        SessionKey(floor, device, (datetime.fromisoformat(first) + timedelta(minutes=17 * n)).isoformat())
+        for floor, device, first in starts
+        for n in range(sessions)
+    ]
+
+
+def _strata(count: int, rng: np.random.Generator) -> FloatArray:
+    """Quantiles (count,), one near the middle of each of ``count`` equal parts of 0..1, in random order."""
+    return np.asarray((rng.permutation(count) + rng.uniform(0.4, 0.6, count)) / count)
+
+
+def _provoked(style: WalkStyle, badness: float) -> WalkSettings:
+    """What goes wrong has a cause: the worse a session is tracked, the more people and running it has seen."""
+    if style is WalkStyle.TOTAL_STATION:
+        return walk_settings(style, runs=2 if badness > 0.65 else 0)
+    return walk_settings(style, runs=1 if badness > 0.8 else 0, people=1 if badness > 0.5 else 0)
+
+
+def _planned(
+    key: SessionKey, duration_s: float, walk: WalkSettings, severity: float, quantile: float, style: WalkStyle
+) -> PlannedSession:
+    lag = POSE_LAGS_S.get(key.device.split("_")[0], 0.045)
+    return PlannedSession(
+        key=key,
+        duration_s=duration_s,
+        walk=walk,
+        tracker=TrackerSettings(severity=severity, pose_lag_s=lag),
+        fault_quantile=quantile,
+        presses=style is WalkStyle.CONTROL_POINTS,
+        total_station=style is WalkStyle.TOTAL_STATION,
+    )

@@ -1,0 +1,132 @@
+"""Options of the simulator's world: buildings, walks and the tracker; and where its random numbers come from."""
+
+from __future__ import annotations
+
+import hashlib
+from enum import StrEnum
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+SEVERITIES = {"none": 0.0, "mild": 0.5, "default": 1.0, "severe": 2.0}
+"""Named fault levels; ``none`` is a tracker with sensor noise and nothing else."""
+
+
+def severity_level(severity: str | float) -> float:
+    """Turn a name of :data:`SEVERITIES`, or a number not below zero, into a level; raises ValueError otherwise."""
+    level = SEVERITIES.get(severity) if isinstance(severity, str) else None
+    if level is None:
+        level = float(severity)
+    if not 0 <= level < float("inf"):
+        raise ValueError(f"severity must not be below zero: {severity}")
+    return level
+
+
+def stream(seed: int, *names: object) -> np.random.Generator:
+    """Make the generator that belongs to these names: other names never change what it draws."""
+    text = "\x1f".join(str(name) for name in (seed, *names))
+    return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big"))
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class BuildingSettings(_Frozen):
+    """Size and furnishing of a generated building; lengths in metres."""
+
+    floors: tuple[int, ...] = (0,)
+    """Floor numbers."""
+    width_m: float = Field(default=60.0, ge=30)
+    height_m: float = Field(default=32.0, ge=24)
+    storey_m: float = 3.6
+    corridor_width_m: float = Field(default=2.2, ge=1.6, le=4)
+    room_depth_m: float = Field(default=5.0, ge=3)
+    room_width_m: float = Field(default=4.5, ge=3)
+    cross_corridors: int = Field(default=1, ge=0, le=4)
+    """Corridors that cut across the ring."""
+    dead_ends: int = Field(default=1, ge=0, le=4)
+    """Corners of the ring at which a corridor runs on to the outer wall."""
+    landmarks: int = Field(default=12, ge=2, le=25)
+    """Landmarks on each floor."""
+    landmark_height_m: float = 1.4
+    landmark_height_sigma_m: float = 0.04
+    control_point_spacing_m: float = Field(default=6.0, ge=2)
+    access_points: int = Field(default=14, ge=1)
+    """Access points on each floor."""
+
+
+class WalkSettings(_Frozen):
+    """How somebody walks."""
+
+    speed_m_s: float = Field(default=1.0, gt=0.2, lt=2)
+    """Mean speed where nothing slows the walker; each walk has its own, 8 % about it."""
+    pauses_per_minute: float = Field(default=0.5, ge=0)
+    rooms: float = Field(default=0.12, ge=0, le=1)
+    """Probability of entering a room when passing its door."""
+    runs: int = Field(default=0, ge=0)
+    """Running stretches of 5 to 9 s, at 2 to 3 m/s."""
+    people: int = Field(default=0, ge=0)
+    """Times at which somebody blocks the camera's view for 2 to 5 s."""
+    look: bool = True
+    """Whether the walker turns the phone to the landmarks passed."""
+    straight_corridor: bool = False
+    """Up and down the longest corridor with changing speed, in a total station's view."""
+    control_points: bool = False
+    """Whether the walk leads over the control points (an evaluation walk)."""
+
+
+class TrackerSettings(_Frozen):
+    """The AR tracker's errors at severity 1; all drift and all faults scale with ``severity``."""
+
+    severity: float = Field(default=1.0, ge=0)
+    frame_rate_hz: float = Field(default=30.0, gt=0, le=120)
+    frame_jitter_s: float = Field(default=0.0006, ge=0)
+    pose_lag_s: float = 0.045
+    """Pose stamps are later than the exposure by this; a constant of the phone."""
+    pose_noise_m: float = 0.002
+    """White noise of the camera position, per axis."""
+    sighting_bias_m: float = 0.02
+    """Error of a landmark's position that all frames of one pass share, per axis, at 1 m distance."""
+    sighting_noise_m: float = 0.004
+    """White noise of a landmark's position, per axis, at 1 m distance."""
+    sighting_heading_sigma_rad: float = 0.02
+    """Error of a landmark's heading that all frames of one pass share."""
+    sighting_range_m: float = 3.0
+    sighting_angle_rad: float = np.pi / 3
+    """Greatest angle between the sheet's normal and the direction to the camera."""
+    field_of_view_rad: float = 1.1
+    """Full opening angle of the camera."""
+    heading_drift_rad: float = 0.004
+    """Random walk of the heading, per square root of metre walked."""
+    turning_drift: float = 0.006
+    """Further random walk of the heading, per square root of radian turned."""
+    scale_sigma: float = 0.012
+    """Stationary spread of the scale."""
+    scale_length_m: float = 40.0
+    """Distance over which the scale forgets itself."""
+    position_drift_m: float = 0.012
+    """Random walk of the position, per square root of metre walked, per axis."""
+    running_factor: float = 3.0
+    """Drift grows by this where the walker runs."""
+    loop_share: tuple[float, float] = (0.2, 0.8)
+    """Range of the share of the drift that a revisit corrects."""
+    map_updates_per_minute: float = 0.7
+    """Small re-expressions of camera and landmarks together."""
+
+
+class WalkStyle(StrEnum):
+    """Named ways to walk."""
+
+    SURVEY = "survey"
+    CONTROL_POINTS = "control-points"
+    TOTAL_STATION = "total-station"
+
+
+def walk_settings(style: WalkStyle, runs: int = 0, people: int = 0) -> WalkSettings:
+    """Resolve a named way to walk."""
+    if style is WalkStyle.CONTROL_POINTS:
+        return WalkSettings(control_points=True, rooms=0.0, runs=runs, people=people)
+    if style is WalkStyle.TOTAL_STATION:
+        return WalkSettings(straight_corridor=True, rooms=0.0, pauses_per_minute=0.3, runs=runs, people=people)
+    return WalkSettings(runs=runs, people=people)
