@@ -1,0 +1,114 @@
+"""Applying ``corrections.toml`` to a session that has been read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.sessions.clock import clock_mismatch
+from vislam2tag.sessions.model import Session
+from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
+
+_NS = 1_000_000_000
+
+
+def corrected_session(session: Session, corrections: Corrections) -> tuple[Session, tuple[str, ...]]:
+    """Apply the corrections that concern a session, and give one sentence for each use.
+
+    In this order: clocks are shifted, landmark ids swapped, landmarks excluded (by their corrected id), time spans
+    excluded (their frames become INVALID and lose their landmark rows).
+    """
+    entries = corrections.for_session(session.key)
+    uses: list[str] = []
+    for shift in entries.shift_clock:
+        session = _shifted(session, shift, uses)
+    for swap in entries.swap_landmarks:
+        session = replace(session, landmarks=_swapped(session.landmarks, swap, uses))
+    for landmark in entries.exclude_landmark:
+        session = replace(session, landmarks=_without(session.landmarks, landmark, uses))
+    for span in entries.exclude_span:
+        session = _without_span(session, span, uses)
+    return (_with_clocks_judged_again(session) if entries.shift_clock else session), tuple(uses)
+
+
+def _shifted(session: Session, entry: ShiftClock, uses: list[str]) -> Session:
+    offset_ns = round(entry.offset_s * _NS)
+    uses.append(f"The clock of {entry.table} is shifted by {entry.offset_s:+g} s{entry.because()}.")
+    if entry.table == "camera":
+        return replace(session, camera=replace(session.camera, time_ns=_add(session.camera.time_ns, offset_ns)))
+    if entry.table == "presses":
+        return replace(session, presses_ns=_add(session.presses_ns, offset_ns))
+    if entry.table not in session.tables:
+        return session
+    table = session.tables[entry.table]
+    times = pl.Series("time_ns", _add(table["time_ns"].to_numpy(), offset_ns))
+    return replace(session, tables={**session.tables, entry.table: table.with_columns(times)})
+
+
+def _add(time_ns: IntArray, offset_ns: int) -> IntArray:
+    """Shift times, staying within int64."""
+    limits = np.iinfo(np.int64)
+    low, high = limits.min - min(offset_ns, 0), limits.max - max(offset_ns, 0)
+    shifted: IntArray = np.clip(time_ns, low, high) + offset_ns
+    return shifted
+
+
+def _with_clocks_judged_again(session: Session) -> Session:
+    findings = [finding for finding in session.findings if finding.kind != "clock_mismatch"]
+    times = {name: table["time_ns"].to_numpy() for name, table in session.tables.items()}
+    times["presses"] = session.presses_ns
+    for record in session.files:
+        if record.role in times:
+            findings += clock_mismatch(times[record.role], record.name, session.camera)
+    return replace(session, findings=tuple(findings))
+
+
+def _swapped(log: LandmarkLog, entry: SwapLandmarks, uses: list[str]) -> LandmarkLog:
+    first, second = entry.ids
+    if first not in log.ids and second not in log.ids:
+        return log
+    uses.append(f"Landmarks {first} and {second} are exchanged{entry.because()}.")
+    other = {first: second, second: first}
+    return replace(log, ids=tuple(other.get(landmark, landmark) for landmark in log.ids))
+
+
+def _without(log: LandmarkLog, entry: ExcludeLandmark, uses: list[str]) -> LandmarkLog:
+    if entry.id not in log.ids:
+        return log
+    uses.append(f"Landmark {entry.id} is left out{entry.because()}.")
+    return log.select([i for i, landmark in enumerate(log.ids) if landmark != entry.id])
+
+
+def _without_span(session: Session, entry: ExcludeSpan, uses: list[str]) -> Session:
+    camera = session.camera
+    if not camera.usable.any():
+        return session
+    since_start_s = (camera.time_ns - camera.time_ns[camera.usable][0]) / _NS
+    inside = (since_start_s >= entry.from_s) & (since_start_s < entry.to_s)
+    if not inside.any():
+        return session
+    frames = int(inside.sum())
+    uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are left out{entry.because()}.")
+    status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
+    keep = ~inside[session.landmarks.frame]
+    return replace(
+        session, camera=replace(camera, status=status), landmarks=_rows_kept(session.landmarks, keep.nonzero()[0])
+    )
+
+
+def _rows_kept(log: LandmarkLog, rows: IntArray) -> LandmarkLog:
+    """Keep these rows; landmarks without any left stay listed only if they still have one."""
+    thinned = LandmarkLog(
+        log.ids,
+        log.landmark[rows],
+        log.frame[rows],
+        log.position_acs[rows],
+        log.orientation_acs[rows],
+        log.lost[rows],
+    )
+    return thinned.select(np.unique(thinned.landmark).tolist())

@@ -1,0 +1,117 @@
+"""The landmark log of a session: rows matched to frames, sorted by landmark and frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.findings import Finding
+from vislam2tag.sessions.poses import POSE_COLUMNS, poses_of
+from vislam2tag.survey.ids import landmark_id
+
+LANDMARK_SCHEMA = {"id": pl.String, "time_ns": pl.Int64, **POSE_COLUMNS}
+SAME_POSITION_M = 1e-6
+"""A landmark this close to the camera is the camera's own pose: poses are logged with six decimals."""
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Usable rows in (landmark, frame) order, with the line each came from."""
+
+    line: IntArray
+    landmark: IntArray
+    frame: IntArray
+    position: FloatArray
+    orientation: FloatArray
+
+    def take(self, index: IntArray | BoolArray) -> _Rows:
+        return _Rows(
+            self.line[index], self.landmark[index], self.frame[index], self.position[index], self.orientation[index]
+        )
+
+
+def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[LandmarkLog, list[Finding]]:
+    """Make the landmark log of the parsed rows of a landmark file (``row`` and :data:`LANDMARK_SCHEMA`).
+
+    A row belongs to the usable frame of exactly its time; of rows with the same landmark and time the first counts.
+    """
+    position, orientation, sound, findings = poses_of(rows, file)
+    frame, orphans = _frames_of(rows["time_ns"].to_numpy(), camera)
+    line = rows["row"].to_numpy()
+    if (sound & orphans).any():
+        message = "no frame has the time of these rows; they are not used"
+        lines = line[sound & orphans].tolist()
+        findings.append(Finding.at_lines("landmark_rows_without_frame", file, lines, message))
+    ids, landmark = _landmarks_of(rows["id"])
+    used = _Rows(line, landmark, frame, position, orientation).take(sound & (frame >= 0))
+    ids, used = _by_first_sighting(ids, used)
+    used, repeated = _sorted_once(used)
+    if len(repeated):
+        message = "a landmark has several rows at the same time; the first counts"
+        findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(repeated.tolist()), message))
+    lost = np.abs(used.position - camera.position_acs[used.frame]).max(axis=1, initial=0.0) <= SAME_POSITION_M
+    log = LandmarkLog(ids, used.landmark, used.frame, used.position, used.orientation, lost)
+    return log, findings + _tracking_lost(log, used.line, file, len(camera.time_ns))
+
+
+def _frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
+    """Index of the usable frame at each time, -1 where there is none; mask of times at which no frame at all is."""
+    usable = np.flatnonzero(camera.usable)
+    at = np.searchsorted(camera.time_ns[usable], time_ns)
+    padded = np.append(usable, -1)
+    frame = padded[np.minimum(at, len(usable))]
+    matched = (frame >= 0) & (camera.time_ns[frame] == time_ns) if len(usable) else np.zeros(len(time_ns), dtype=bool)
+    orphans = ~matched
+    if len(usable) < len(camera.time_ns):
+        # Rows of an unusable frame are told by that frame's own finding.
+        orphans &= ~np.isin(time_ns, camera.time_ns)
+    return np.where(matched, frame, -1), orphans
+
+
+def _landmarks_of(raw_ids: pl.Series) -> tuple[tuple[str, ...], IntArray]:
+    """The different ids in order of appearance, and each row's index among them."""
+    spellings = raw_ids.unique(maintain_order=True).to_list()
+    names = [landmark_id(spelling) for spelling in spellings]
+    ids = tuple(dict.fromkeys(names))
+    index = {landmark: i for i, landmark in enumerate(ids)}
+    codes = np.array([index[name] for name in names], dtype=np.int64)
+    spelled = raw_ids.cast(pl.Enum(spellings)).to_physical().to_numpy()
+    return ids, codes[spelled]
+
+
+def _by_first_sighting(ids: tuple[str, ...], rows: _Rows) -> tuple[tuple[str, ...], _Rows]:
+    """Number the landmarks by the frame of their first row; landmarks without a row go."""
+    first = np.full(len(ids), np.iinfo(np.int64).max)
+    np.minimum.at(first, rows.landmark, rows.frame)
+    order = np.argsort(first, kind="stable")
+    order = order[first[order] < np.iinfo(np.int64).max]
+    rank = np.zeros(len(ids), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    renumbered = _Rows(rows.line, rank[rows.landmark], rows.frame, rows.position, rows.orientation)
+    return tuple(ids[i] for i in order), renumbered
+
+
+def _sorted_once(rows: _Rows) -> tuple[_Rows, IntArray]:
+    """Sort by (landmark, frame), keep the first of equals; the lines of the others are returned."""
+    ordered = rows.take(np.lexsort((rows.frame, rows.landmark)))
+    repeated = np.zeros(len(ordered.line), dtype=bool)
+    repeated[1:] = (np.diff(ordered.landmark) == 0) & (np.diff(ordered.frame) == 0)
+    return (ordered.take(~repeated), ordered.line[repeated]) if repeated.any() else (ordered, ordered.line[:0])
+
+
+def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> list[Finding]:
+    """Report the frames at which every landmark logged has the camera's pose."""
+    logged = np.bincount(log.frame, minlength=frames)
+    lost = np.bincount(log.frame[log.lost], minlength=frames)
+    critical = (logged > 0) & (lost == logged)
+    if not critical.any():
+        return []
+    first_line = np.full(frames, np.iinfo(np.int64).max)
+    np.minimum.at(first_line, log.frame, line)
+    runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
+    message = f"frames without tracking in {runs} runs: every landmark has the camera's pose; they split the walk"
+    return [Finding.at_lines("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)]

@@ -1,0 +1,81 @@
+"""The protocol of session formats and their registry; adding a format touches one module of this package."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import pkgutil
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+import polars as pl
+
+from vislam2tag.errors import SessionError
+from vislam2tag.sessions.model import Session
+from vislam2tag.settings import FindingSettings
+from vislam2tag.survey.model import SessionRef
+
+
+class SessionFormat(Protocol):
+    """Reads the session folders of one raw format."""
+
+    name: str
+
+    def recognises(self, folder: Path) -> bool:
+        """Tell from the names in a folder whether it is a session of this format; reads no file."""
+        ...
+
+    def input_files(self, folder: Path) -> list[Path]:
+        """List the files of a session folder that :meth:`read` looks at."""
+        ...
+
+    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read a session whole; data problems are findings, only a SessionError may escape."""
+        ...
+
+
+_FORMATS: dict[str, SessionFormat] = {}
+
+
+def register(session_format: SessionFormat) -> None:
+    """Make a format known by its name; called once at the end of the format's own module."""
+    _FORMATS[session_format.name] = session_format
+
+
+@cache
+def _load_all() -> None:
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        importlib.import_module(f"{__package__}.{module.name}")
+
+
+def format_of(folder: Path) -> str | None:
+    """Name of the first format, in order of names, that recognises a folder; None where none does."""
+    _load_all()
+    return next((name for name in sorted(_FORMATS) if _FORMATS[name].recognises(folder)), None)
+
+
+def hash_inputs(ref: SessionRef) -> dict[str, str]:
+    """SHA-256 of each input file of a session by name; raises SessionError where one cannot be read."""
+    try:
+        paths = _format_named(ref).input_files(ref.folder)
+        return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+    except OSError as error:
+        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+
+
+def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
+    """Read one session whole. Raises SessionError where its folder or format is gone; nothing else."""
+    try:
+        return _format_named(ref).read(ref, settings or FindingSettings())
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+
+
+def _format_named(ref: SessionRef) -> SessionFormat:
+    _load_all()
+    if ref.format not in _FORMATS:
+        raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
+    if not ref.folder.is_dir():
+        raise SessionError(f"{ref.folder}: no such session folder")
+    return _FORMATS[ref.format]

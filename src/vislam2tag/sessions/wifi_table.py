@@ -1,0 +1,103 @@
+"""Wi-Fi scans: ``scan; t; WLAN; ssid; bssid; rss`` with t in microseconds and any text in ssid."""
+
+from __future__ import annotations
+
+import codecs
+
+import polars as pl
+
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.raw_table import RawTable, sift
+from vislam2tag.settings import FindingSettings
+
+_US_TO_NS = 1000
+_GREATEST_US = (2**63 - 1) // _US_TO_NS
+_REPLACEMENT = "\ufffd"
+
+# The ssid may hold the separator, so that the fields after it are found from the end of the line.
+_LINE = (
+    r"^\s*(?<scan>[+-]?\d+)\s*;\s*(?<time_us>\d+)\s*;\s*WLAN\s*; ?(?<ssid>.*);\s*(?<bssid>[^;\s]+)\s*;"
+    r"\s*(?<rssi_dbm>[^;\s]+)\s*$"
+)
+
+
+def parse_wifi(data: bytes, file: str) -> RawTable:
+    """Parse a Wi-Fi file into ``row``, ``time_ns``, ``scan``, ``bssid``, ``ssid``, ``rssi_dbm``, ``frequency_mhz``.
+
+    Undecodable bytes become U+FFFD and a finding; the published layout has no frequency (null).
+    """
+    text = data.removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="replace")
+    lines = text.split("\n")
+    if lines[-1] == "":
+        lines.pop()
+    fields = pl.Series("line", lines, dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
+    table = fields.select(
+        pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
+        _times_ns().alias("time_ns"),
+        pl.col("scan").cast(pl.Int32, strict=False),
+        pl.col("bssid"),
+        pl.col("ssid"),
+        pl.col("rssi_dbm").str.replace(",", ".", literal=True).cast(pl.Float32, strict=False),
+        pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
+    )
+    parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
+    raw = sift(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
+    broken = _undecodable(data, raw)
+    if not broken:
+        return raw
+    message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
+    finding = Finding.at_lines("undecodable_text", file, broken, message, Severity.INFO)
+    return RawTable(raw.file, raw.lines, raw.rows, raw.unreadable, (*raw.findings, finding))
+
+
+def _times_ns() -> pl.Expr:
+    time_us = pl.col("time_us").cast(pl.Int64, strict=False)
+    return pl.when(time_us <= _GREATEST_US).then(time_us) * _US_TO_NS
+
+
+def _undecodable(data: bytes, raw: RawTable) -> list[int]:
+    """Rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
+    suspects = raw.rows.filter(pl.col("ssid").str.contains(_REPLACEMENT, literal=True))["row"].to_list()
+    lines = data.split(b"\n") if suspects else []
+    return [row for row in suspects if not _is_utf8(lines[row - 1])]
+
+
+def _is_utf8(line: bytes) -> bool:
+    try:
+        line.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row has the same bssid and time, as when a scan returns stale results."""
+    return rows.with_columns(pl.struct("bssid", "time_ns").is_first_distinct().not_().alias("repeated"))
+
+
+def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
+    """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
+    findings = []
+    stale = rows.filter("repeated")["row"].to_list()
+    if stale:
+        message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
+        findings.append(Finding.at_lines("stale_wifi_rows", file, stale, message, Severity.INFO))
+    interval_s = median_scan_interval_s(rows)
+    if interval_s is not None and interval_s > settings.scan_interval_s:
+        message = (
+            f"scans start every {interval_s:.1f} s (median): the phone throttles scanning; switch off "
+            "'Wi-Fi scan throttling' in its developer options"
+        )
+        scans = rows["scan"].n_unique()
+        findings.append(Finding(kind="scan_throttling", file=file, count=scans, message=message))
+    return findings
+
+
+def median_scan_interval_s(rows: pl.DataFrame) -> float | None:
+    """Median time between the starts of successive scans, seconds; None for fewer than two scans.
+
+    A scan starts with its earliest fresh reading.
+    """
+    starts = rows.filter(~pl.col("repeated")).group_by("scan").agg(pl.col("time_ns").min())["time_ns"].sort()
+    median = starts.diff().drop_nulls().median()
+    return None if median is None else float(median) / 1e9  # type: ignore[arg-type]

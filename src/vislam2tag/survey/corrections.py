@@ -1,0 +1,255 @@
+"""``corrections.toml``: what its owner knows better than the raw files; those stay untouched."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.errors import SurveyError
+from vislam2tag.findings import Finding
+from vislam2tag.settings import Settings
+from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.model import SessionKey
+
+CORRECTIONS_FILE = "corrections.toml"
+_START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")
+
+
+def session_start(name: str) -> datetime | None:
+    """Start time that a session folder is named by (phone's wall clock); None for any other name."""
+    for pattern in _START_FORMATS:
+        try:
+            return datetime.strptime(name, pattern)
+        except ValueError:
+            continue
+    return None
+
+
+def _id_text(value: object) -> object:
+    return landmark_id(str(value)) if isinstance(value, str | int) and not isinstance(value, bool) else value
+
+
+def _date_time(value: object) -> object:
+    return (session_start(value) or value) if isinstance(value, str) else value
+
+
+_Id = Annotated[str, BeforeValidator(_id_text), Field(min_length=1)]
+_DateTime = Annotated[datetime, BeforeValidator(_date_time)]
+
+
+class Entry(BaseModel):
+    """One correction; the selectors say for which sessions (absent: all)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
+
+    floor: int | None = None
+    device: str | None = None
+    session: str | None = None
+    """Folder name, with or without its colons."""
+    reason: str = ""
+
+    def applies(self, key: SessionKey) -> bool:
+        """Tell whether the selectors choose this session."""
+        return (
+            self.floor in (None, key.floor)
+            and self.device in (None, key.device)
+            and (self.session is None or self.session.replace(":", "") == key.session.replace(":", ""))
+        )
+
+    def because(self) -> str:
+        """The reason in brackets, to end a sentence with."""
+        return f" ({self.reason})" if self.reason else ""
+
+
+class ExcludeSession(Entry):
+    """Leave sessions out."""
+
+    @model_validator(mode="after")
+    def _selects(self) -> Self:
+        if (self.floor, self.device, self.session) == (None, None, None):
+            raise ValueError("at least one of floor, device and session is needed")
+        return self
+
+
+class ExcludeSpan(Entry):
+    """Leave a time span out: frames from ``from_s`` (included) to ``to_s`` (excluded) after the first frame."""
+
+    from_s: FiniteFloat = 0.0
+    to_s: float = float("inf")
+
+    @model_validator(mode="after")
+    def _is_span(self) -> Self:
+        if not self.from_s < self.to_s:
+            raise ValueError("from_s must be less than to_s")
+        return self
+
+
+class ExcludeLandmark(Entry):
+    """Use neither the surveyed position nor the sightings of a landmark."""
+
+    id: _Id
+
+
+class SwapLandmarks(Entry):
+    """Two sheets hang in each other's place: exchange their ids in the logs."""
+
+    ids: Annotated[list[_Id], Field(min_length=2, max_length=2)]
+
+    @model_validator(mode="after")
+    def _differ(self) -> Self:
+        if self.ids[0] == self.ids[1]:
+            raise ValueError("ids must be two different landmarks")
+        return self
+
+
+class MoveLandmark(Entry):
+    """A landmark was elsewhere, always or for sessions that start within ``from`` (included) and ``until``."""
+
+    id: _Id
+    x: FiniteFloat
+    y: FiniteFloat
+    since: _DateTime | None = Field(default=None, alias="from")
+    until: _DateTime | None = None
+
+    def applies(self, key: SessionKey) -> bool:
+        """Tell whether selectors and start time choose this session; an unknown start is in no limited period."""
+        if not super().applies(key):
+            return False
+        if self.since is None and self.until is None:
+            return True
+        start = session_start(key.session)
+        if start is None:
+            return False
+        return (self.since is None or self.since <= start) and (self.until is None or start < self.until)
+
+
+class ShiftClock(Entry):
+    """Add an offset to all times of one table."""
+
+    table: Literal["sensors", "wifi", "presses", "camera"]
+    offset_s: Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+class Corrections(BaseModel):
+    """All entries of the file, in its order; none where there is no file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    exclude_session: tuple[ExcludeSession, ...] = ()
+    exclude_span: tuple[ExcludeSpan, ...] = ()
+    exclude_landmark: tuple[ExcludeLandmark, ...] = ()
+    swap_landmarks: tuple[SwapLandmarks, ...] = ()
+    move_landmark: tuple[MoveLandmark, ...] = ()
+    shift_clock: tuple[ShiftClock, ...] = ()
+
+    def for_session(self, key: SessionKey) -> Corrections:
+        """Keep only the entries that apply to one session."""
+        return Corrections(
+            **{name: tuple(e for e in getattr(self, name) if e.applies(key)) for name in Corrections.model_fields}
+        )
+
+    def excludes(self, key: SessionKey) -> bool:
+        """Tell whether a session is left out."""
+        return any(entry.applies(key) for entry in self.exclude_session)
+
+
+def read_corrections(root: Path) -> Corrections:
+    """Read the survey's corrections; raises SurveyError naming file, entry and what was expected."""
+    path = root / CORRECTIONS_FILE
+    if not path.exists():
+        return Corrections()
+    try:
+        return Corrections.model_validate(tomllib.loads(path.read_bytes().decode("utf-8")))
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValidationError as error:
+        raise SurveyError(f"{path}: {_first_problem(error)}") from error
+    except ValueError as error:
+        raise SurveyError(f"{path}: not a TOML file: {error}") from error
+
+
+def _first_problem(error: ValidationError) -> str:
+    problem = error.errors()[0]
+    table, *rest = problem["loc"]
+    numbers = [part for part in rest if isinstance(part, int)]
+    fields = [str(part) for part in rest if not isinstance(part, int)]
+    entry = f"[[{table}]]" + (f" number {numbers[0] + 1}" if numbers else "")
+    return f"{entry}{''.join(f', {field}' for field in fields)}: {problem['msg']}"
+
+
+def corrected_landmarks(
+    landmarks: Landmarks, corrections: Corrections, key: SessionKey
+) -> tuple[Landmarks, tuple[str, ...]]:
+    """Landmarks of a session's floor with its corrections applied, and one sentence for each use.
+
+    Excluded landmarks go. A moved one keeps its sigma (the default one if it was unsurveyed) and loses its heading.
+    """
+    entries = corrections.for_session(key)
+    excluded = {entry.id for entry in entries.exclude_landmark}
+    keep = [i for i, name in enumerate(landmarks.ids) if int(landmarks.floor[i]) == key.floor and name not in excluded]
+    chosen = _select(landmarks, keep)
+    uses = []
+    for entry in entries.move_landmark:
+        if entry.id in chosen.index:
+            _move(chosen, chosen.index[entry.id], entry)
+            uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
+    return chosen, tuple(uses)
+
+
+def _select(landmarks: Landmarks, keep: list[int]) -> Landmarks:
+    """Copy the landmarks with these indices."""
+    index = np.array(keep, dtype=np.int64)
+    return Landmarks(
+        ids=tuple(landmarks.ids[i] for i in keep),
+        floor=landmarks.floor[index],
+        position_bcs=landmarks.position_bcs[index],
+        covariance_bcs=landmarks.covariance_bcs[index],
+        z_m=landmarks.z_m[index],
+        heading_rad=landmarks.heading_rad[index],
+        heading_sigma_rad=landmarks.heading_sigma_rad[index],
+    )
+
+
+def _move(own: Landmarks, index: int, entry: MoveLandmark) -> None:
+    """Write the new place of a landmark into arrays of our own."""
+    own.position_bcs[index] = entry.x, entry.y
+    if not np.isfinite(own.covariance_bcs[index]).all():
+        own.covariance_bcs[index] = np.eye(2) * Settings().default_landmark_sigma_m ** 2
+    own.heading_rad[index] = own.heading_sigma_rad[index] = np.nan
+
+
+def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], landmarks: Landmarks) -> list[Finding]:
+    """Find entries that match no session, or name only landmarks that the sessions' floors do not have."""
+    known = set(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
+    findings = []
+    for table in Corrections.model_fields:
+        entries: tuple[Entry, ...] = getattr(corrections, table)
+        for number, entry in enumerate(entries, start=1):
+            floors = {key.floor for key in keys if entry.applies(key)}
+            names = _named_landmarks(entry)
+            if not floors:
+                problem = "no session matches"
+            elif names and not any((floor, name) in known for floor in floors for name in names):
+                problem = f"no landmark {' or '.join(names)} on the floors it is for"
+            else:
+                continue
+            message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
+            findings.append(Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message))
+    return findings
+
+
+def _named_landmarks(entry: Entry) -> tuple[str, ...]:
+    match entry:
+        case SwapLandmarks():
+            return tuple(entry.ids)
+        case ExcludeLandmark() | MoveLandmark():
+            return (entry.id,)
+        case _:
+            return ()

@@ -1,0 +1,104 @@
+"""Looking at a survey folder: its site files are read, its session folders only listed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from vislam2tag.errors import SurveyError
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.settings import Settings
+from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
+from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_control_points, read_landmark_file
+from vislam2tag.survey.model import Floor, SessionKey, Site
+
+PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
+_FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
+
+
+def read_site(
+    root: Path, default_sigma_m: float = Settings().default_landmark_sigma_m
+) -> tuple[Site, tuple[Finding, ...]]:
+    """Read floors, landmarks and control points of a survey folder.
+
+    ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none. Missing and damaged
+    site files are findings. Raises SurveyError where the folder is missing, no folder, or holds no floor.
+    """
+    folders, findings = floor_folders(root)
+    rows, floor_findings = read_floor_file(root)
+    findings += floor_findings
+    floors: list[Floor] = []
+    landmarks: list[SurveyedLandmark] = []
+    taken: set[tuple[int, str]] = set()
+    for number, folder in folders.items():
+        floor, floor_findings = _floor(root, folder, number, rows.get(number))
+        found, landmark_findings = read_landmark_file(root, folder, number, default_sigma_m, taken)
+        floors.append(floor)
+        landmarks += found
+        findings += floor_findings + landmark_findings
+    return Site(tuple(floors), landmarks_from(landmarks)), tuple(findings)
+
+
+def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
+    """List the ``floor_K`` folders by number; a second folder of the same number is a finding.
+
+    Raises SurveyError where ``root`` is missing, no folder, cannot be listed, or holds no floor.
+    """
+    if not root.exists():
+        raise SurveyError(f"{root}: no such folder; expected a survey folder with floor_K folders inside")
+    if not root.is_dir():
+        raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
+    folders: dict[int, Path] = {}
+    findings: list[Finding] = []
+    for folder in subfolders(root):
+        match = _FLOOR_FOLDER.fullmatch(folder.name)
+        if match and int(match.group(1)) not in folders:
+            folders[int(match.group(1))] = folder
+        elif match:
+            message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
+            findings.append(Finding(kind="duplicate_floor", file=folder.name, count=1, message=message))
+    if not folders:
+        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it")
+    return dict(sorted(folders.items())), findings
+
+
+def subfolders(folder: Path) -> list[Path]:
+    """List the visible folders in a folder, sorted by name; raises SurveyError where it cannot be listed."""
+    try:
+        return sorted(entry for entry in folder.iterdir() if not entry.name.startswith(".") and entry.is_dir())
+    except OSError as error:
+        raise SurveyError(f"{folder}: cannot be listed: {error.strerror}") from error
+
+
+def session_folders(root: Path) -> Iterator[tuple[SessionKey, Path]]:
+    """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds."""
+    for number, floor_folder in floor_folders(root)[0].items():
+        for device in subfolders(floor_folder):
+            for session in subfolders(device):
+                yield SessionKey(number, device.name, session.name), session
+
+
+def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple[Floor, list[Finding]]:
+    plan = next((folder / name for name in PLAN_NAMES if (folder / name).is_file()), None)
+    control_points, findings = read_control_points(root, folder)
+    if plan is None:
+        message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
+        findings.append(_about_floor("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO))
+    if row is None and (root / FLOOR_FILE).is_file():
+        message = f"floor {number} has no usable row; its extent is taken from the data"
+        findings.append(_about_floor("floor_without_size", FLOOR_FILE, message, Severity.WARNING))
+    floor = Floor(
+        number=number,
+        name=row.name if row and row.name else f"Floor {number}",
+        width_m=row.width_m if row else None,
+        height_m=row.height_m if row else None,
+        elevation_m=row.elevation_m if row else None,
+        plan=plan,
+        control_points=control_points,
+    )
+    return floor, findings
+
+
+def _about_floor(kind: str, file: str, message: str, severity: Severity) -> Finding:
+    return Finding(kind=kind, file=file, count=1, message=message, severity=severity)

@@ -1,0 +1,69 @@
+"""``floor_dimensions.csv``: extent, elevation and name of each floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.findings import Finding
+from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table
+
+FLOOR_FILE = "floor_dimensions.csv"
+
+_MESSAGES = {
+    "malformed_lines": (
+        "a row needs a whole floor number and a positive width and height in metres; these rows are left out: "
+        "correct them"
+    ),
+    "duplicate_floor": "a floor may have one row; the first counts: remove the others",
+}
+
+
+@dataclass(frozen=True)
+class FloorRow:
+    """One row of the file: what is known of a floor besides its folder."""
+
+    width_m: float
+    height_m: float
+    elevation_m: float | None
+    name: str
+
+
+def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
+    """Read the floors by number; a missing or damaged file is a finding.
+
+    Columns: ``id``, ``width``, ``height`` (metres) and the optional ``elevation`` (metres) and ``name``.
+    """
+    path = root / FLOOR_FILE
+    if not path.is_file():
+        return {}, [_unusable("missing_file", "no such file")]
+    table = read_site_table(root, path)
+    if not {"id", "width", "height"} <= set(table.header):
+        return {}, [_unusable("malformed_header", "the first line must be: id,width,height")]
+    counts = LineCounts.of(FLOOR_FILE)
+    floors: dict[int, FloorRow] = {}
+    for line, fields in table.rows:
+        try:
+            number, row = _floor_row(table, fields)
+        except ValueError:
+            counts.add("malformed_lines", line)
+            continue
+        if number in floors:
+            counts.add("duplicate_floor", line)
+        else:
+            floors[number] = row
+    return floors, counts.findings(_MESSAGES)
+
+
+def _unusable(kind: str, problem: str) -> Finding:
+    message = f"{problem}; the floors' extents are unknown and are taken from the data"
+    return Finding(kind=kind, file=FLOOR_FILE, count=1, message=message)
+
+
+def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:
+    width, height, elevation = (finite_or_none(table.cell(fields, name)) for name in ("width", "height", "elevation"))
+    if width is None or height is None or width <= 0 or height <= 0:
+        raise ValueError("width and height must be positive")
+    number = int(landmark_id(table.cell(fields, "id")))
+    return number, FloorRow(width, height, elevation, table.cell(fields, "name"))

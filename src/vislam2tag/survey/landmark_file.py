@@ -1,0 +1,167 @@
+"""Landmark files (``floor_K/marker_dict.csv``) and control points (``floor_K/refmarker.csv``)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.findings import Finding
+from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.model import ControlPoints
+from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, number_or_none, read_site_table
+
+LANDMARK_FILE = "marker_dict.csv"
+CONTROL_POINT_FILE = "refmarker.csv"
+
+_MESSAGES = {
+    "malformed_lines": (
+        "a row needs an id, numbers for x and y (or none for an unsurveyed landmark) and positive sigmas; "
+        "these rows are left out: correct them"
+    ),
+    "non_finite_values": "coordinates must be finite; these rows are left out: correct them",
+    "duplicate_landmarks": "an id may appear once on a floor; the first row counts: remove the others",
+}
+
+
+@dataclass(frozen=True)
+class SurveyedLandmark:
+    """One row of a landmark file; NaN where a value is unknown."""
+
+    landmark: str
+    floor: int
+    x_m: float
+    y_m: float
+    z_m: float
+    sigma_m: float
+    heading_rad: float
+    heading_sigma_rad: float
+
+
+def read_landmark_file(
+    root: Path, folder: Path, floor: int, default_sigma_m: float, taken: set[tuple[int, str]]
+) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    """Read the landmarks of one floor folder; what cannot be used is a finding.
+
+    ``taken`` holds the (floor, id) pairs that earlier files gave; this file's are added.
+
+    Columns: the first is the id whatever its name, then ``x``, ``y`` (metres, BCS) and the optional ``z``,
+    ``floor``, ``sigma_m`` (per axis), ``heading_rad``, ``heading_sigma_rad``, in any order.
+    """
+    path = folder / LANDMARK_FILE
+    name = str(path.relative_to(root))
+    if not path.is_file():
+        return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
+    table = read_site_table(root, path)
+    if not {"x", "y"} <= set(table.header[1:]):
+        return [], [_no_landmarks("malformed_header", name, "the first line must be: id,x,y (then optional columns)")]
+    return _landmarks_of(table, floor, default_sigma_m, taken)
+
+
+def _no_landmarks(kind: str, file: str, message: str) -> Finding:
+    return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped")
+
+
+def _landmarks_of(
+    table: SiteTable, floor: int, default_sigma_m: float, taken: set[tuple[int, str]]
+) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    counts = LineCounts.of(table.file)
+    found: list[SurveyedLandmark] = []
+    for line, fields in table.rows:
+        try:
+            landmark = _landmark_of(table, fields, floor, default_sigma_m)
+        except ValueError:
+            counts.add("malformed_lines", line)
+            continue
+        if any(math.isinf(value) for value in (landmark.x_m, landmark.y_m, landmark.z_m)):
+            counts.add("non_finite_values", line)
+        elif (landmark.floor, landmark.landmark) in taken:
+            counts.add("duplicate_landmarks", line)
+        else:
+            taken.add((landmark.floor, landmark.landmark))
+            found.append(landmark)
+    return found, counts.findings(_MESSAGES)
+
+
+def _landmark_of(table: SiteTable, fields: tuple[str, ...], floor: int, default_sigma_m: float) -> SurveyedLandmark:
+    """Make a landmark of one row; a coordinate that is written but not finite comes out infinite."""
+    name = landmark_id(fields[0])
+    x, y, z = (_coordinate(table.cell(fields, column)) for column in ("x", "y", "z"))
+    sigma, heading, heading_sigma = (
+        finite_or_none(table.cell(fields, column)) for column in ("sigma_m", "heading_rad", "heading_sigma_rad")
+    )
+    floor_text = table.cell(fields, "floor")
+    not_positive = any(value is not None and value <= 0 for value in (sigma, heading_sigma))
+    if not name or math.isnan(x) != math.isnan(y) or not_positive:
+        raise ValueError(f"'{name}' is not a usable landmark")
+    return SurveyedLandmark(
+        landmark=name,
+        floor=int(landmark_id(floor_text)) if floor_text else floor,
+        x_m=x,
+        y_m=y,
+        z_m=z,
+        sigma_m=default_sigma_m if sigma is None else sigma,
+        heading_rad=math.nan if heading is None else heading,
+        heading_sigma_rad=math.nan if heading_sigma is None else heading_sigma,
+    )
+
+
+def _coordinate(text: str) -> float:
+    value = number_or_none(text)
+    if value is None:
+        return math.nan
+    return value if math.isfinite(value) else math.inf
+
+
+def landmarks_from(rows: Sequence[SurveyedLandmark]) -> Landmarks:
+    """Put landmarks into arrays: covariance ``sigma_m``² I, infinite on the diagonal where unsurveyed."""
+    columns = np.array(
+        [(r.x_m, r.y_m, r.z_m, r.sigma_m, r.heading_rad, r.heading_sigma_rad) for r in rows], dtype=np.float64
+    ).reshape(len(rows), 6)
+    position = columns[:, :2].copy()
+    unsurveyed = np.isnan(position).any(axis=1)
+    variance = np.where(unsurveyed, np.inf, columns[:, 3] ** 2)
+    covariance = np.zeros((len(rows), 2, 2))
+    covariance[:, (0, 1), (0, 1)] = variance[:, None]
+    return Landmarks(
+        ids=tuple(r.landmark for r in rows),
+        floor=np.array([r.floor for r in rows], dtype=np.int64),
+        position_bcs=position,
+        covariance_bcs=covariance,
+        z_m=columns[:, 2].copy(),
+        heading_rad=columns[:, 4].copy(),
+        heading_sigma_rad=columns[:, 5].copy(),
+    )
+
+
+def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[Finding]]:
+    """Read the control points of a floor folder: rows ``x,y`` (metres, BCS) without a header; ids count from 0.
+
+    Only evaluation surveys have the file, so its absence is nothing to report.
+    """
+    path = folder / CONTROL_POINT_FILE
+    if not path.is_file():
+        return ControlPoints((), np.empty((0, 2))), []
+    table = read_site_table(root, path, has_header=False)
+    counts = LineCounts.of(table.file)
+    points: list[tuple[float, float]] = []
+    for line, fields in table.rows:
+        try:
+            x, y = (finite_or_none(field) for field in fields[:2])
+        except ValueError:
+            x = y = None
+        if x is None or y is None:
+            counts.add("malformed_lines", line)
+        else:
+            points.append((x, y))
+    positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
+    ids = tuple(str(i) for i in range(len(points)))
+    return ControlPoints(ids, positions), counts.findings(
+        {
+            "malformed_lines": "a row must be two finite numbers, x,y; these rows are left out: correct them",
+        }
+    )

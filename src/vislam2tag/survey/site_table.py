@@ -1,0 +1,90 @@
+"""Small comma-separated site files (floors, landmarks, control points), row by row with line numbers."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.errors import SurveyError
+from vislam2tag.findings import Finding
+
+
+@dataclass(frozen=True)
+class SiteTable:
+    """The rows of one site file; ``rows`` pairs each 1-based line number with its fields, stripped."""
+
+    file: str
+    """Path relative to the survey."""
+    header: tuple[str, ...]
+    """Column names in lower case; empty where the file has no header."""
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+
+    def cell(self, fields: tuple[str, ...], column: str) -> str:
+        """Return the text of a named column in a row; empty where the row or the file has none."""
+        if column not in self.header:
+            return ""
+        index = self.header.index(column)
+        return fields[index] if index < len(fields) else ""
+
+
+def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteTable:
+    """Read a site file; blank lines are skipped. Raises SurveyError where it cannot be opened."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig", errors="replace")
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
+    lines = enumerate(text.split("\n"), start=1)
+    rows = tuple((number, _fields(line)) for number, line in lines if line.strip())
+    header = tuple(name.lower() for name in rows[0][1]) if has_header and rows else ()
+    return SiteTable(str(path.relative_to(root)), header, rows[1:] if has_header else rows)
+
+
+def _fields(line: str) -> tuple[str, ...]:
+    try:
+        return tuple(field.strip() for field in next(csv.reader([line.rstrip("\r")], skipinitialspace=True)))
+    except (csv.Error, StopIteration):
+        return ("",)
+
+
+def number_or_none(text: str) -> float | None:
+    """Parse an optional number: empty text is None. Raises ValueError for what is no number."""
+    if not text:
+        return None
+    if "_" in text:
+        raise ValueError(f"'{text}' is no number")
+    return float(text)
+
+
+def finite_or_none(text: str) -> float | None:
+    """Parse an optional finite number; raises ValueError for other text."""
+    value = number_or_none(text)
+    if value is not None and not math.isfinite(value):
+        raise ValueError(f"'{text}' is not finite")
+    return value
+
+
+@dataclass
+class LineCounts:
+    """Collects the lines of one file that share a problem, and turns them into findings."""
+
+    file: str
+    lines: dict[str, list[int]]
+
+    @classmethod
+    def of(cls, file: str) -> LineCounts:
+        """Start with nothing counted."""
+        return cls(file, {})
+
+    def add(self, kind: str, line: int) -> None:
+        """Count one line."""
+        self.lines.setdefault(kind, []).append(line)
+
+    def findings(self, messages: dict[str, str]) -> list[Finding]:
+        """One finding for each kind counted, in the order of ``messages``."""
+        return [
+            Finding.at_lines(kind, self.file, self.lines[kind], message)
+            for kind, message in messages.items()
+            if kind in self.lines
+        ]
