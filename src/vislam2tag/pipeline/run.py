@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import wait
 from pathlib import Path
 
@@ -21,15 +21,16 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping import strategy_named
 from vislam2tag.pipeline.session import Job, Outcome, process_session
 from vislam2tag.pipeline.store import OutputFolder, claim
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
 from vislam2tag.results import SessionResult, Summary
+from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import read_corrections
-from vislam2tag.survey.discover import open_survey
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
 Progress = Callable[[Outcome, int], None]
@@ -64,6 +65,7 @@ def process(
     strategy_named(settings.strategy, settings)
     survey = open_survey(survey_root, settings.default_landmark_sigma_m)
     refs = _selected(survey, selection)
+    survey = _with_exclusions(survey)
     with claim(out, _run_record(settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         _process_all(_jobs(survey, refs, settings, folder), jobs, progress)
@@ -88,6 +90,23 @@ def _selected(survey: Survey, selection: Selection) -> list[SessionRef]:
         and (not selection.devices or ref.key.device in selection.devices)
         and not corrections.excludes(ref.key)
     ]
+
+
+def _with_exclusions(survey: Survey) -> Survey:
+    """Say in the survey's findings which sessions corrections leave out."""
+    corrections = read_corrections(survey.root)
+    excluded = [
+        Finding(
+            kind="excluded_session",
+            file=CORRECTIONS_FILE,
+            count=1,
+            severity=Severity.INFO,
+            message=f"{ref.key} is left out{entry.because()}",
+        )
+        for ref in survey.sessions
+        for entry in corrections.for_session(ref.key).exclude_session[:1]
+    ]
+    return replace(survey, findings=(*survey.findings, *excluded))
 
 
 def _run_record(settings: Settings, selection: Selection) -> dict[str, object]:
@@ -176,6 +195,6 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: 
                 yield result
 
     summary = summarise(results(), settings.strategy, __version__)
-    folder.write("report.html", lambda path: write_report(path, survey, settings, results, summary))
+    folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
     folder.write_text("summary.json", json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary

@@ -23,10 +23,10 @@ from vislam2tag.pipeline.landmark_findings import landmark_findings
 from vislam2tag.pipeline.store import RESULTS, OutputFolder
 from vislam2tag.pipeline.tables import TRAJECTORY, reading_tables, trajectory_table, write_table
 from vislam2tag.results import FileAccount, SessionResult
-from vislam2tag.sessions import hash_inputs, read_session
+from vislam2tag.sessions import corrected_session, hash_inputs, read_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import Corrections, corrected_landmarks, corrected_session
+from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.model import SessionRef
 
 

@@ -1,0 +1,161 @@
+"""Speed of ``vislam2tag process`` against DuckDB, which only turns the same raw files into Parquet.
+
+DuckDB (two threads) converts sensors, initPoses, poses and wifi files of the whole survey, one COPY a table with typed
+columns; ``process`` (two processes) reads the same files, maps, labels and writes everything. Both run in turn; the
+ratio of the median times and the peak memory of all processes are printed.
+
+    python benchmarks/process_speed.py                     5 floors x 4 devices x 4 sessions of 3 minutes
+    python benchmarks/process_speed.py --floors 1 --repeats 1
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import duckdb
+import psutil
+
+POSE = "tx DOUBLE, ty DOUBLE, tz DOUBLE, qx DOUBLE, qy DOUBLE, qz DOUBLE, qw DOUBLE"
+COLUMNS = {
+    "sensors": "t BIGINT, sensor VARCHAR, v1 DOUBLE, v2 DOUBLE, v3 DOUBLE, v4 DOUBLE, v5 DOUBLE, v6 DOUBLE",
+    "initPoses": f"id VARCHAR, t BIGINT, {POSE}",
+    "poses": f"t BIGINT, {POSE}",
+    "wifi": "scan INTEGER, t BIGINT, kind VARCHAR, ssid VARCHAR, bssid VARCHAR, rss INTEGER",
+}
+
+
+def main() -> None:
+    """Simulate the survey, run both programs in turn, print the ratio."""
+    options = _options()
+    with tempfile.TemporaryDirectory() as folder:
+        survey = Path(folder) / "survey"
+        _vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
+        _compare("survey", survey, Path(folder), options.repeats)
+        if options.long:
+            _long_session(Path(folder), options.repeats)
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--floors", type=int, default=5)
+    parser.add_argument("--sessions", type=int, default=4)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--long", action="store_true", help="also one session of 15 minutes against five of 3")
+    return parser.parse_args()
+
+
+def _simulation(floors: int, devices: int, sessions: int, minutes: float) -> list[str]:
+    size = ["--floors", str(floors), "--devices", str(devices), "--sessions", str(sessions)]
+    return [*size, "--minutes", str(minutes), "--locale", "de", "--seed", "1"]
+
+
+def _vislam2tag(*arguments: str) -> None:
+    subprocess.run([sys.executable, "-m", "vislam2tag", *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def _process(survey: Path, out: Path, jobs: int = 2) -> None:
+    shutil.rmtree(out, ignore_errors=True)
+    _vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs))
+
+
+def _duckdb(survey: Path, out: Path) -> None:
+    """Convert the survey's files in a process of its own, as ``process`` runs in its own."""
+    out.mkdir(exist_ok=True)
+    subprocess.run([sys.executable, __file__, "convert", str(survey), str(out)], check=True)
+
+
+def convert(survey: str, out: str) -> None:
+    """Turn the raw files of a survey into four Parquet files with DuckDB on two threads."""
+    connection = duckdb.connect()
+    connection.execute("SET threads = 2")
+    for table, columns in COLUMNS.items():
+        types = ", ".join(f"'{name}': '{kind}'" for name, kind in (column.split() for column in columns.split(", ")))
+        connection.execute(
+            f"COPY (SELECT * FROM read_csv('{survey}/floor_*/*/*/{table}.csv', delim='; ', header=false, quote='', "
+            f"decimal_separator=',', columns={{{types}}})) TO '{out}/{table}.parquet' (FORMAT parquet)"
+        )
+
+
+def _compare(name: str, survey: Path, folder: Path, repeats: int) -> None:
+    convert_s, process_s, peaks = [], [], []
+    for _ in range(repeats):
+        convert_s.append(_timed(lambda: _duckdb(survey, folder / "duckdb"))[0])
+        seconds, peak = _timed(lambda: _process(survey, folder / "labels"))
+        process_s.append(seconds)
+        peaks.append(peak)
+    ratio = statistics.median(process_s) / statistics.median(convert_s)
+    print(f"{name}: {sum(1 for _ in survey.glob('floor_*/*/*/poses.csv'))} sessions, {_megabytes(survey):.0f} MB raw")
+    print(f"  process / DuckDB = {ratio:.2f} (median of {repeats}); peak memory of all processes {max(peaks):.0f} MB")
+
+
+def _long_session(folder: Path, repeats: int) -> None:
+    """One session of 15 minutes against five of 3 minutes, each processed by one process."""
+    times = {}
+    for name, sessions, minutes in (("five", 5, 3.0), ("one", 1, 15.0)):
+        _vislam2tag("simulate", str(folder / name), *_simulation(1, 1, sessions, minutes))
+        runs = [_timed(lambda name=name: _process(folder / name, folder / "labels", 1))[0] for _ in range(repeats)]
+        times[name] = statistics.median(runs)
+    print(f"one session of 15 minutes / five of 3 minutes = {times['one'] / times['five']:.2f}")
+
+
+def _megabytes(folder: Path) -> float:
+    return sum(path.stat().st_size for path in folder.rglob("*.csv")) / 1e6
+
+
+def _timed(work: object) -> tuple[float, float]:
+    """Seconds and peak memory (MB, all child processes together) of a call that runs a subprocess."""
+    peak = PeakMemory()
+    start = time.perf_counter()
+    with peak:
+        work()  # type: ignore[operator]
+    return time.perf_counter() - start, peak.megabytes
+
+
+class PeakMemory:
+    """Samples the memory of all child processes in a thread."""
+
+    def __init__(self) -> None:
+        self.megabytes = 0.0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+
+    def __enter__(self) -> PeakMemory:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        while not self._stop.wait(0.05):
+            children = psutil.Process().children(recursive=True)
+            self.megabytes = max(self.megabytes, sum(_resident(child) for child in children) / 1e6)
+
+
+def _resident(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_info().rss)
+    except psutil.Error:
+        return 0
+
+
+def run(arguments: Sequence[str]) -> None:
+    """Dispatch: the script calls itself for DuckDB's part."""
+    if arguments[:1] == ["convert"]:
+        convert(*arguments[1:])
+    else:
+        main()
+
+
+if __name__ == "__main__":
+    run(sys.argv[1:])
