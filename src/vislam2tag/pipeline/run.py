@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 import platform
-import signal
-import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from multiprocessing.connection import wait
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.errors import UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.session import Job, Outcome, process_session
+from vislam2tag.pipeline.session import Job
 from vislam2tag.pipeline.store import OutputFolder, claim
+from vislam2tag.pipeline.workers import Progress, process_all
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
 from vislam2tag.results import SessionResult, Summary
@@ -32,9 +25,6 @@ from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
-
-Progress = Callable[[Outcome, int], None]
-"""Called after each session with its outcome and the total number of sessions."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +58,7 @@ def process(
     survey = _with_exclusions(survey)
     with claim(out, _run_record(settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
-        _process_all(_jobs(survey, refs, settings, folder), jobs, progress)
+        process_all(_jobs(survey, refs, settings, folder), jobs, progress)
         return _reduce(survey, refs, settings, folder)
 
 
@@ -122,67 +112,14 @@ def _run_record(settings: Settings, selection: Selection) -> dict[str, object]:
     }
 
 
-def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Iterator[Job]:
+def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> list[Job]:
     corrections = read_corrections(survey.root)
     landmarks = survey.site.landmarks
-    for ref in refs:
-        here = landmarks.select(np.flatnonzero(landmarks.floor == ref.key.floor).tolist())
-        yield Job(ref, here, corrections, settings, folder)
-
-
-def _process_all(jobs: Iterator[Job], workers: int, progress: Progress | None) -> None:
-    todo = list(jobs)
-    report = progress or _silent
-    if workers <= 1:
-        for job in todo:
-            report(process_session(job), len(todo))
-        return
-    with _pool(min(workers, max(len(todo), 1))) as pool:
-        futures: list[Future[Outcome]] = [pool.submit(process_session, job) for job in todo]
-        try:
-            for future in as_completed(futures):
-                report(future.result(), len(todo))
-        except BrokenProcessPool as error:
-            raise OutputError(
-                "a worker process was ended from outside (out of memory?); "
-                "run again with fewer --jobs, what is done is kept"
-            ) from error
-        finally:
-            for future in futures:
-                future.cancel()
-
-
-def _silent(_outcome: Outcome, _total: int) -> None:
-    """Report nothing."""
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes of one thread each, so that they do not compete for the cores."""
-    before = os.environ.get("POLARS_MAX_THREADS")
-    os.environ["POLARS_MAX_THREADS"] = "1"
-    try:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
-            yield pool
-    finally:
-        if before is None:
-            del os.environ["POLARS_MAX_THREADS"]
-        else:
-            os.environ["POLARS_MAX_THREADS"] = before
-
-
-def _start_worker() -> None:
-    """Leave interrupts to the main process, and end at once when it dies (it may be killed)."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+    here = {
+        floor: landmarks.select(np.flatnonzero(landmarks.floor == floor).tolist())
+        for floor in {ref.key.floor for ref in refs}
+    }
+    return [Job(ref, here[ref.key.floor], corrections, settings, folder) for ref in refs]
 
 
 def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Summary:
