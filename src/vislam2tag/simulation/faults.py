@@ -1,0 +1,126 @@
+"""What goes wrong with a tracker on one walk, and how badly: planned from the session's rank among all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, IntArray
+from vislam2tag.simulation.odometry import RUNNING_M_S, Frames
+from vislam2tag.simulation.settings import TrackerSettings
+
+FAULTY_SHARE = 0.5
+"""Share of the sessions with a fault at severity 1."""
+REEXPRESSED = 0.5
+"""From this badness on the tracker re-expresses its whole map far away once (a quarter of the sessions)."""
+NOMINAL_S = 180.0
+"""Numbers of faults are for a walk of this duration; longer walks see more."""
+
+
+@dataclass(frozen=True)
+class Break:
+    """The camera jumps by ``jump`` (complex metres) and turns by ``turn_rad``; it may jump back at frame ``back``."""
+
+    frame: int
+    jump: complex
+    turn_rad: float
+    back: int | None
+
+
+@dataclass(frozen=True)
+class MapUpdate:
+    """Camera and landmarks are re-expressed together about the camera: ``factor`` and ``shift`` are complex."""
+
+    frame: int
+    factor: complex
+    shift: complex
+
+
+@dataclass(frozen=True)
+class FaultPlan:
+    """All planned faults of one walk."""
+
+    lost: IntArray
+    """(l, 2) runs of frames without tracking."""
+    breaks: tuple[Break, ...]
+    updates: tuple[MapUpdate, ...]
+
+    def lost_frames(self, count: int) -> BoolArray:
+        """Mask (count,) of the frames without tracking."""
+        frame = np.arange(count)[:, None]
+        mask: BoolArray = ((frame >= self.lost[:, 0]) & (frame < self.lost[:, 1])).any(axis=1)
+        return mask
+
+
+def badness_of(quantile: float, severity: float) -> float:
+    """How badly a session of this rank is tracked, 0 to 1: nothing happens to the better half at severity 1."""
+    share = min(1.0, FAULTY_SHARE * severity)
+    return 0.0 if share == 0 else max(0.0, 1 - (1 - quantile) / share)
+
+
+def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng: np.random.Generator) -> FaultPlan:
+    """Draw the faults of one walk; people in the view and running say where they happen."""
+    badness = badness_of(quantile, settings.severity)
+    count = len(frames.plane)
+    longer = max(1.0, count / settings.frame_rate_hz / NOMINAL_S)
+    updates = _small_updates(count, settings, rng)
+    if badness == 0:
+        return FaultPlan(np.empty((0, 2), dtype=np.int64), (), tuple(updates))
+    if badness > REEXPRESSED:
+        updates.append(_reexpression(count, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
+    runs = _lost_runs(frames, round((1 + 1.5 * badness) * longer), settings, rng)
+    breaks = _breaks(frames, round(2.2 * badness * longer), badness, settings, rng)
+    return FaultPlan(runs, breaks, tuple(sorted(updates, key=lambda update: update.frame)))
+
+
+def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generator) -> list[MapUpdate]:
+    """Frequent harmless re-expressions: centimetres, a degree or so."""
+    minutes = count / settings.frame_rate_hz / 60
+    number = int(rng.poisson(settings.map_updates_per_minute * minutes * min(settings.severity, 1.0)))
+    at = np.sort(rng.integers(1, count, number)).tolist()
+    turn = rng.normal(0, 0.006, number) * settings.severity
+    shift = rng.normal(0, 0.05, (2, number)) * settings.severity
+    scale = 1 + rng.normal(0, 0.002, number) * settings.severity
+    factors = scale * np.exp(1j * turn)
+    return [MapUpdate(at[i], complex(factors[i]), complex(*shift[:, i])) for i in range(number)]
+
+
+def _reexpression(count: int, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
+    """A new origin and heading, tens of metres away; the higher the rank, the farther."""
+    distance = settings.severity * (12.0 + 45.0 * rank**2)
+    factor = np.exp(1j * rng.uniform(0.3, 1.2) * rng.choice((-1.0, 1.0)))
+    frame = int(count * rng.uniform(0.6, 0.75))
+    return MapUpdate(frame, complex(factor), complex(distance * np.exp(1j * rng.uniform(-np.pi, np.pi))))
+
+
+def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
+    """Runs without tracking (l, 2), a few seconds each, where somebody blocks the view if anybody does."""
+    start = _places(frames.blocked, number, rng)
+    length = rng.uniform(2.0, 5.0, len(start)) * min(settings.severity, 3.0) * settings.frame_rate_hz
+    return np.column_stack((start, np.minimum(start + length.astype(np.int64), len(frames.plane) - 1)))
+
+
+def _breaks(
+    frames: Frames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
+) -> tuple[Break, ...]:
+    """Jumps of the camera alone, metres away, where the walker runs if anywhere; half of them are taken back."""
+    breaks = []
+    for frame in _places(frames.speed > RUNNING_M_S, number, rng).tolist():
+        size = settings.severity * (7.0 + 8.0 * badness) * rng.uniform(0.8, 1.2)
+        back = frame + int(rng.uniform(4.0, 15.0) * settings.frame_rate_hz)
+        returns = rng.random() < 0.5 and back < len(frames.plane) - 1
+        jump = complex(size * np.exp(1j * rng.uniform(-np.pi, np.pi)))
+        breaks.append(Break(frame, jump, float(rng.normal(0, 0.3)), back if returns else None))
+    return tuple(breaks)
+
+
+def _places(provoking: BoolArray, number: int, rng: np.random.Generator) -> IntArray:
+    """Frames (number,) for faults, in order: the first ones where they are provoked, the others evenly spread."""
+    count = len(provoking)
+    share = (np.arange(number) + rng.uniform(0.1, 0.9, number)) / max(number, 1)
+    place = ((0.15 + 0.75 * share) * count).astype(np.int64)
+    hot = np.flatnonzero(provoking & (np.arange(count) > 0.1 * count) & (np.arange(count) < 0.95 * count))
+    if len(hot) and number:
+        place[int(np.argmin(np.abs(place - hot[0])))] = int(rng.choice(hot))
+    return np.sort(place)

@@ -1,0 +1,127 @@
+"""The AR tracker: from a true walk to the poses it logs.
+
+Frames: dead reckoning in its own frame, the map built on it (:mod:`mapper`), re-expressions of that map, and the
+tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.orientation import multiply
+from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.simulation.faults import FaultPlan, plan_faults
+from vislam2tag.simulation.mapper import MapLog, Mapper
+from vislam2tag.simulation.model import SimulatedFloor, TrackerEvent, TrackerLog, TrueWalk
+from vislam2tag.simulation.odometry import Frames, Odometry, dead_reckon, expose
+from vislam2tag.simulation.settings import TrackerSettings
+from vislam2tag.simulation.sightings import sight
+
+HALF = np.sqrt(0.5)
+LYING_Q_STANDING = np.array([-HALF, 0.0, 0.0, HALF])
+"""Quarter turn that takes z-up axes to y-up ones."""
+
+
+def track(
+    walk: TrueWalk,
+    floor: SimulatedFloor,
+    settings: TrackerSettings,
+    rng: np.random.Generator,
+    fault_quantile: float | None = None,
+) -> TrackerLog:
+    """Log a walk as the tracker would; ``fault_quantile`` (0 best to 1 worst) ranks it, drawn where None."""
+    quantile = float(rng.uniform()) if fault_quantile is None else fault_quantile
+    frames = expose(walk, settings, rng)
+    odometry = dead_reckon(frames, settings, rng)
+    faults = plan_faults(frames, settings, quantile, rng)
+    lost = faults.lost_frames(len(frames.plane))
+    sightings = sight(frames, floor, lost, settings, rng)
+    mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), faults)
+    position, orientation = _camera_poses(frames, odometry, mapped, settings, rng)
+    held = _last_tracked(lost)
+    position, orientation = position[held], orientation[held]
+    return TrackerLog(
+        time_ns=frames.stamp_ns,
+        exposure_ns=frames.exposure_ns,
+        position_acs=position,
+        orientation_acs=orientation,
+        landmarks=_landmark_log(floor.landmark_ids, mapped, position, orientation, lost),
+        events=_events(mapped, faults),
+    )
+
+
+def _reexpress(mapped: MapLog, faults: FaultPlan) -> MapLog:
+    """Apply the map updates: from each one's frame on, camera and landmarks are moved together."""
+    camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
+    heading = mapped.heading.copy()
+    for update in faults.updates:
+        later = slice(update.frame, None)
+        shift = camera[update.frame] * (1 - update.factor) + update.shift
+        camera[later] = update.factor * camera[later] + shift
+        anchor[later] = update.factor * anchor[later] + shift
+        turn[later] *= update.factor
+        heading[later] += np.angle(update.factor)
+    return MapLog(camera, turn, anchor, heading, mapped.height, mapped.events)
+
+
+def _camera_poses(
+    frames: Frames, odometry: Odometry, mapped: MapLog, settings: TrackerSettings, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Camera positions (f, 3) and quaternions (f, 4) in the ACS."""
+    noise = settings.pose_noise_m * rng.standard_normal((len(frames.plane), 3))
+    position = _to_acs(mapped.camera, odometry.height) + noise
+    yaw = _about_vertical(np.angle(mapped.turn * odometry.factor))
+    standing = np.broadcast_to(LYING_Q_STANDING, yaw.shape)
+    return position, multiply(yaw, multiply(standing, frames.orientation))
+
+
+def _to_acs(plane: ComplexArray, height: FloatArray) -> FloatArray:
+    return np.stack((plane.real, height, -plane.imag), axis=-1)
+
+
+def _about_vertical(angle: FloatArray) -> FloatArray:
+    """Quaternions (..., 4) of rotations about the ACS's y axis: anticlockwise in the plane ``(x, -z)``."""
+    zero = np.zeros_like(angle)
+    return np.stack((zero, np.sin(angle / 2), zero, np.cos(angle / 2)), axis=-1)
+
+
+def _sheet_orientation(heading: FloatArray) -> FloatArray:
+    """Quaternions (..., 4) of sheets on a wall: +X right along ``heading``, +Y out of the wall, +Z down."""
+    cos, sin = HALF * np.cos(heading / 2), HALF * np.sin(heading / 2)
+    return np.stack((cos, sin, -sin, cos), axis=-1)
+
+
+def _last_tracked(lost: BoolArray) -> IntArray:
+    """For each frame the last one with tracking: the camera's pose is held while there is none."""
+    frame = np.where(lost, 0, np.arange(len(lost)))
+    return np.maximum.accumulate(frame)
+
+
+def _landmark_log(
+    ids: tuple[str, ...], mapped: MapLog, position: FloatArray, orientation: FloatArray, lost: BoolArray
+) -> LandmarkLog:
+    """Rows of every known landmark at every frame; the camera's own pose while tracking is lost."""
+    known = ~np.isnan(mapped.height)
+    first = np.where(known.any(axis=0), known.argmax(axis=0), len(known))
+    order = np.argsort(first, kind="stable")[: int(known.any(axis=0).sum())]
+    landmark, frame = np.nonzero(known[:, order].T)
+    column = order[landmark]
+    gone = lost[frame]
+    sheet = _to_acs(mapped.anchor[frame, column], mapped.height[frame, column])
+    facing = _sheet_orientation(mapped.heading[frame, column])
+    return LandmarkLog(
+        ids=tuple(ids[i] for i in order.tolist()),
+        landmark=landmark.astype(np.int64),
+        frame=frame.astype(np.int64),
+        position_acs=np.where(gone[:, None], position[frame], sheet),
+        orientation_acs=np.where(gone[:, None], orientation[frame], facing),
+        lost=gone,
+    )
+
+
+def _events(mapped: MapLog, faults: FaultPlan) -> tuple[TrackerEvent, ...]:
+    events = [*mapped.events, *(TrackerEvent(u.frame, "map_update", abs(u.shift)) for u in faults.updates)]
+    for start, stop in faults.lost.tolist():
+        events += [TrackerEvent(start, "lost", 0.0), TrackerEvent(stop, "found", 0.0)]
+    return tuple(sorted(events, key=lambda event: event.frame))
