@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import polars as pl
 
@@ -16,22 +14,6 @@ from vislam2tag.survey.ids import landmark_id
 LANDMARK_SCHEMA = {"id": pl.String, "time_ns": pl.Int64, **POSE_COLUMNS}
 SAME_POSITION_M = 1e-6
 """A landmark this close to the camera is the camera's own pose: poses are logged with six decimals."""
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """Usable rows in (landmark, frame) order, with the line each came from."""
-
-    line: IntArray
-    landmark: IntArray
-    frame: IntArray
-    position: FloatArray
-    orientation: FloatArray
-
-    def take(self, index: IntArray | BoolArray) -> _Rows:
-        return _Rows(
-            self.line[index], self.landmark[index], self.frame[index], self.position[index], self.orientation[index]
-        )
 
 
 def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[LandmarkLog, list[Finding]]:
@@ -47,15 +29,23 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
         lines = line[sound & orphans].tolist()
         findings.append(Finding.at_lines("landmark_rows_without_frame", file, lines, message))
     ids, landmark = _landmarks_of(rows["id"])
-    used = _Rows(line, landmark, frame, position, orientation).take(sound & (frame >= 0))
-    ids, used = _by_first_sighting(ids, used)
-    used, repeated = _sorted_once(used)
+    used = np.flatnonzero(sound & (frame >= 0))
+    ids, landmark = _by_first_sighting(ids, landmark, frame, used)
+    used, repeated = _sorted_once(landmark, frame, used)
     if len(repeated):
         message = "a landmark has several rows at the same time; the first counts"
-        findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(repeated.tolist()), message))
-    lost = np.abs(used.position - camera.position_acs[used.frame]).max(axis=1, initial=0.0) <= SAME_POSITION_M
-    log = LandmarkLog(ids, used.landmark, used.frame, used.position, used.orientation, lost)
-    return log, findings + _tracking_lost(log, used.line, file, len(camera.time_ns))
+        findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message))
+    frame, position = frame[used], position[used]
+    lost = _same_place(position, camera.position_acs[frame])
+    log = LandmarkLog(ids, landmark[used], frame, position, orientation[used], lost)
+    return log, findings + _tracking_lost(log, line[used], file, len(camera.time_ns))
+
+
+def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
+    with np.errstate(over="ignore"):
+        offset = position - camera
+        same: BoolArray = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
+    return same
 
 
 def _frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
@@ -83,24 +73,26 @@ def _landmarks_of(raw_ids: pl.Series) -> tuple[tuple[str, ...], IntArray]:
     return ids, codes[spelled]
 
 
-def _by_first_sighting(ids: tuple[str, ...], rows: _Rows) -> tuple[tuple[str, ...], _Rows]:
-    """Number the landmarks by the frame of their first row; landmarks without a row go."""
-    first = np.full(len(ids), np.iinfo(np.int64).max)
-    np.minimum.at(first, rows.landmark, rows.frame)
+def _by_first_sighting(
+    ids: tuple[str, ...], landmark: IntArray, frame: IntArray, used: IntArray
+) -> tuple[tuple[str, ...], IntArray]:
+    """Number the landmarks by the frame of their first used row; landmarks without one go."""
+    never = np.iinfo(np.int64).max
+    first = np.full(len(ids), never)
+    np.minimum.at(first, landmark[used], frame[used])
     order = np.argsort(first, kind="stable")
-    order = order[first[order] < np.iinfo(np.int64).max]
-    rank = np.zeros(len(ids), dtype=np.int64)
+    order = order[first[order] < never]
+    rank = np.full(len(ids), -1, dtype=np.int64)
     rank[order] = np.arange(len(order))
-    renumbered = _Rows(rows.line, rank[rows.landmark], rows.frame, rows.position, rows.orientation)
-    return tuple(ids[i] for i in order), renumbered
+    return tuple(ids[i] for i in order), rank[landmark]
 
 
-def _sorted_once(rows: _Rows) -> tuple[_Rows, IntArray]:
-    """Sort by (landmark, frame), keep the first of equals; the lines of the others are returned."""
-    ordered = rows.take(np.lexsort((rows.frame, rows.landmark)))
-    repeated = np.zeros(len(ordered.line), dtype=bool)
-    repeated[1:] = (np.diff(ordered.landmark) == 0) & (np.diff(ordered.frame) == 0)
-    return (ordered.take(~repeated), ordered.line[repeated]) if repeated.any() else (ordered, ordered.line[:0])
+def _sorted_once(landmark: IntArray, frame: IntArray, used: IntArray) -> tuple[IntArray, IntArray]:
+    """Indices of the used rows in (landmark, frame) order, the first of equals only; and those of the others."""
+    order = used[np.lexsort((frame[used], landmark[used]))]
+    repeated = np.zeros(len(order), dtype=bool)
+    repeated[1:] = (np.diff(landmark[order]) == 0) & (np.diff(frame[order]) == 0)
+    return order[~repeated], order[repeated]
 
 
 def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> list[Finding]:
@@ -113,5 +105,8 @@ def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> 
     first_line = np.full(frames, np.iinfo(np.int64).max)
     np.minimum.at(first_line, log.frame, line)
     runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
-    message = f"frames without tracking in {runs} runs: every landmark has the camera's pose; they split the walk"
+    message = (
+        f"tracking was lost {runs} time{'s' if runs > 1 else ''}: in these frames every landmark has the camera's pose; "
+        "they split the walk"
+    )
     return [Finding.at_lines("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)]

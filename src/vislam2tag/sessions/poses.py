@@ -15,20 +15,26 @@ POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Floa
 def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, BoolArray, list[Finding]]:
     """Split pose columns into positions (n, 3), unit quaternions (n, 4) and a mask (n,) of usable poses.
 
-    A pose with a number that is not finite or a quaternion of norm zero is unusable, and a finding.
+    A pose with a number that is not finite, or whose quaternion cannot be normalised, is unusable and a finding;
+    its quaternion comes out as the identity.
     """
-    poses = rows.select(list(POSE_COLUMNS)).to_numpy()
+    poses = rows.select(list(POSE_COLUMNS)).to_numpy(order="c")
     line = rows["row"].to_numpy()
-    finite: BoolArray = np.isfinite(poses).all(axis=1)
-    largest = np.abs(poses[:, 3:]).max(axis=1, initial=0.0)
-    turned: BoolArray = finite & (largest > 0)
-    scale = np.where(turned, largest, 1.0)[:, None]
-    # Scaling by the largest component first keeps huge and tiny quaternions from overflowing.
-    quaternion = np.where(turned[:, None], poses[:, 3:], np.array((0.0, 0.0, 0.0, 1.0))) / scale
-    quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
+    with np.errstate(over="ignore", invalid="ignore"):
+        finite = np.isfinite(poses @ np.zeros(poses.shape[1]))  # 0 times anything but a finite number is NaN
+        norm = np.sqrt(np.einsum("ij,ij->i", poses[:, 3:], poses[:, 3:]))
+        turned = finite & np.isfinite(norm) & (norm > 0)
+    quaternion = poses[:, 3:].copy()
+    quaternion[~turned] = 0.0, 0.0, 0.0, 1.0
+    quaternion /= np.where(turned, norm, 1.0)[:, None]
     findings = [
         *_finding("non_finite_values", file, line[~finite], "numbers must be finite; these poses are not used"),
-        *_finding("zero_quaternion", file, line[finite & ~turned], "the orientation is zero; these poses are not used"),
+        *_finding(
+            "invalid_quaternions",
+            file,
+            line[finite & ~turned],
+            "an orientation is zero; these poses are not used",
+        ),
     ]
     return poses[:, :3].copy(), quaternion, turned, findings
 

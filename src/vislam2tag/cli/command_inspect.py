@@ -1,0 +1,143 @@
+"""``vislam2tag inspect``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from vislam2tag.findings import Finding
+from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview, inspect_survey
+
+HELP = """
+Show what is in a survey and what is wrong with it, without mapping anything.
+
+Lists floors, sessions and all findings: which file, which lines, what was done about it. Nothing is written.
+
+Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or lacks what mapping
+needs, 2 not a survey.
+
+Examples:
+
+    vislam2tag inspect survey
+
+    vislam2tag inspect survey --json > survey.json
+"""
+
+_COLOURS = {"error": "red", "warning": "yellow", "info": "cyan"}
+_PIPE_WIDTH = 140
+"""Columns of the tables where the output is no terminal."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("inspect", help=HELP)(_inspect)
+
+
+def _inspect(
+    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")] = False,
+) -> None:
+    inspection = _read_with_progress(survey)
+    if json:
+        typer.echo(inspection.model_dump_json(indent=1))
+    else:
+        _print(inspection)
+    usable = all(session.usable for session in inspection.sessions)
+    raise typer.Exit(0 if usable else 1)
+
+
+def _read_with_progress(survey: Path) -> Inspection:
+    console = Console(stderr=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+        return inspect_survey(survey, progress=lambda done, total: bar.update(task, completed=done, total=total))
+
+
+def _print(inspection: Inspection) -> None:
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console.print(_floor_table(inspection.floors))
+    console.print(_session_table(inspection.sessions))
+    groups = [("site", inspection.findings)]
+    groups += [(f"floor {s.floor} / {s.device} / {s.session}", s.findings) for s in inspection.sessions]
+    for session in inspection.sessions:
+        if session.error:
+            console.print(f"[bold red]cannot be read[/] {escape(session.error)}")
+    for title, findings in groups:
+        for line in _finding_lines(title, findings):
+            console.print(line, soft_wrap=True)
+    total = sum(len(findings) for _, findings in groups)
+    console.print(f"{len(inspection.sessions)} sessions, {total or 'no'} findings")
+
+
+def _floor_table(floors: Iterable[FloorOverview]) -> Table:
+    table = _table("Floors", ("floor", "size", "plan"), ("landmarks", "control points", "sessions"))
+    for floor in floors:
+        size = "unknown" if floor.width_m is None else f"{floor.width_m:g} m x {floor.height_m:g} m"
+        unsurveyed = f" ({floor.landmarks_unsurveyed} unsurveyed)" if floor.landmarks_unsurveyed else ""
+        table.add_row(
+            escape(f"{floor.number}  {floor.name}"),
+            size,
+            escape(floor.plan or "none (metric grid)"),
+            f"{floor.landmarks}{unsurveyed}",
+            str(floor.control_points),
+            str(floor.sessions),
+        )
+    return table
+
+
+def _session_table(sessions: Iterable[SessionOverview]) -> Table:
+    numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "presses", "findings")
+    table = _table("Sessions", ("floor", "device", "session"), numbers)
+    for session in sessions:
+        place = (str(session.floor), escape(session.device), escape(session.session))
+        table.add_row(*place, *_session_cells(session))
+    return table
+
+
+def _session_cells(session: SessionOverview) -> tuple[str, ...]:
+    if session.excluded:
+        return ("excluded",)
+    if session.error:
+        return ("[red]cannot be read[/]",)
+    rate = "-" if session.frame_rate_hz is None else f"{session.frame_rate_hz:.1f} Hz"
+    return (
+        f"{session.frames:,}",
+        f"{session.duration_s:.0f} s",
+        rate,
+        f"{session.landmarks_surveyed} of {len(session.landmarks_seen)} surveyed",
+        f"{session.wifi_scans:,}",
+        f"{session.sensor_rows:,}",
+        str(session.presses),
+        str(len(session.findings)) if session.usable else f"[red]{len(session.findings)}[/]",
+    )
+
+
+def _table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in texts:
+        table.add_column(name, overflow="fold")
+    for name in numbers:
+        table.add_column(name, justify="right")
+    return table
+
+
+def _finding_lines(title: str, findings: Iterable[Finding]) -> Iterable[str]:
+    for index, finding in enumerate(findings):
+        if index == 0:
+            yield f"[bold]{escape(title)}[/]"
+        colour = _COLOURS[finding.severity.value]
+        lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
+        where = f" lines {lines}:" if finding.lines else ""
+        count = f" {finding.count:,} x" if finding.count > 1 else ""
+        yield f"  [{colour}]{finding.kind}[/]{count} {escape(finding.file)}{where} {escape(finding.message)}"

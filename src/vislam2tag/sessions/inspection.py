@@ -1,0 +1,159 @@
+"""What is in a survey and what is wrong with it, without mapping anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.errors import SessionError
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.discover import open_survey
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.wifi_table import median_scan_interval_s
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
+from vislam2tag.survey.model import SessionRef, Survey
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class FloorOverview(_Model):
+    """One floor of the site."""
+
+    number: int
+    name: str
+    width_m: float | None
+    height_m: float | None
+    elevation_m: float | None
+    plan: str | None
+    landmarks: int
+    landmarks_unsurveyed: int
+    control_points: int
+    sessions: int
+
+
+class SessionOverview(_Model):
+    """One session: how much of everything, and the findings of its reader."""
+
+    floor: int
+    device: str
+    session: str
+    format: str
+    excluded: bool
+    """Left out by corrections.toml, and therefore not read."""
+    error: str | None
+    """Why it cannot be read; None where it can."""
+    frames: int = 0
+    usable_frames: int = 0
+    duration_s: float = 0.0
+    frame_rate_hz: float | None = None
+    landmarks_seen: tuple[str, ...] = ()
+    landmarks_surveyed: int = 0
+    """How many of the landmarks seen have a surveyed position."""
+    wifi_scans: int = 0
+    wifi_rows: int = 0
+    scan_interval_s: float | None = None
+    sensor_rows: int = 0
+    presses: int = 0
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def usable(self) -> bool:
+        """Whether the session can be read and nothing needed for mapping is missing."""
+        return self.error is None and all(finding.severity != Severity.ERROR for finding in self.findings)
+
+
+class Inspection(_Model):
+    """A whole survey: site, sessions, findings of the site's own files."""
+
+    survey: str
+    floors: tuple[FloorOverview, ...]
+    sessions: tuple[SessionOverview, ...]
+    findings: tuple[Finding, ...]
+
+
+def inspect_survey(
+    root: Path, settings: Settings | None = None, progress: Callable[[int, int], None] = lambda _done, _total: None
+) -> Inspection:
+    """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
+
+    ``progress`` is called with the number of sessions done and their total. Corrections are not applied to the
+    figures, but sessions they exclude are not read.
+    """
+    settings = settings or Settings()
+    survey = open_survey(root, settings.default_landmark_sigma_m)
+    corrections = read_corrections(root)
+    sessions = []
+    for done, ref in enumerate(survey.sessions):
+        progress(done, len(survey.sessions))
+        sessions.append(_session_overview(survey, ref, corrections, settings))
+    progress(len(survey.sessions), len(survey.sessions))
+    return Inspection(survey=str(root), floors=_floors(survey), sessions=tuple(sessions), findings=survey.findings)
+
+
+def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
+    marks = survey.site.landmarks
+    return tuple(
+        FloorOverview(
+            number=floor.number,
+            name=floor.name,
+            width_m=floor.width_m,
+            height_m=floor.height_m,
+            elevation_m=floor.elevation_m,
+            plan=str(floor.plan.relative_to(survey.root)) if floor.plan else None,
+            landmarks=int(np.count_nonzero(marks.floor == floor.number)),
+            landmarks_unsurveyed=int(np.count_nonzero((marks.floor == floor.number) & ~marks.surveyed)),
+            control_points=len(floor.control_points.ids),
+            sessions=sum(ref.key.floor == floor.number for ref in survey.sessions),
+        )
+        for floor in survey.site.floors
+    )
+
+
+def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections, settings: Settings) -> SessionOverview:
+    key = ref.key
+    excluded = corrections.excludes(key)
+    blank = SessionOverview(
+        floor=key.floor, device=key.device, session=key.session, format=ref.format, excluded=excluded, error=None
+    )
+    if excluded:
+        return blank
+    try:
+        session = read_session(ref, settings.findings)
+    except SessionError as error:
+        return blank.model_copy(update={"error": str(error)})
+    landmarks, _ = corrected_landmarks(survey.site.landmarks, Corrections(), key)
+    surveyed = {name for name, known in zip(landmarks.ids, landmarks.surveyed, strict=True) if known}
+    seen = session.landmarks.ids
+    return blank.model_copy(
+        update={
+            **_amounts(session),
+            "landmarks_seen": seen,
+            "landmarks_surveyed": len(surveyed.intersection(seen)),
+            "findings": session.findings,
+        }
+    )
+
+
+def _amounts(session: Session) -> dict[str, object]:
+    usable_ns = session.camera.time_ns[session.camera.usable]
+    duration_s = float(usable_ns[-1] - usable_ns[0]) / 1e9 if len(usable_ns) else 0.0
+    wifi = session.tables["wifi"]
+    interval_s = median_scan_interval_s(wifi)
+    return {
+        "frames": len(session.camera.time_ns),
+        "usable_frames": len(usable_ns),
+        "duration_s": round(duration_s, 3),
+        "frame_rate_hz": round((len(usable_ns) - 1) / duration_s, 3) if duration_s > 0 else None,
+        "wifi_scans": wifi["scan"].n_unique(),
+        "wifi_rows": wifi.height,
+        "scan_interval_s": None if interval_s is None else round(interval_s, 3),
+        "sensor_rows": session.tables["sensors"].height,
+        "presses": len(session.presses_ns),
+    }
