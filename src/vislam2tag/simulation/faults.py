@@ -49,8 +49,8 @@ class FaultPlan:
     def lost_frames(self, count: int) -> BoolArray:
         """Mask (count,) of the frames without tracking."""
         frame = np.arange(count)[:, None]
-        mask: BoolArray = ((frame >= self.lost[:, 0]) & (frame < self.lost[:, 1])).any(axis=1)
-        return mask
+        inside = (frame >= self.lost[:, 0]) & (frame < self.lost[:, 1])
+        return np.asarray(inside.any(axis=1))
 
 
 def badness_of(quantile: float, severity: float) -> float:

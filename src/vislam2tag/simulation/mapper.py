@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.simulation.faults import Break, FaultPlan
 from vislam2tag.simulation.model import TrackerEvent
 from vislam2tag.simulation.odometry import Odometry
@@ -165,5 +165,5 @@ class Mapper:
             self._carry_anchors(age * self._rng.uniform(0.6, 1.2, len(age)), -share * drift)
         self._note(frame, "relocalise" if relocalised else "loop_correction", abs(share * drift))
 
-    def _carry_anchors(self, weight: FloatArray, move: complex) -> None:
+    def _carry_anchors(self, weight: FloatArray | BoolArray, move: complex) -> None:
         self._anchor = self._anchor + weight * move

@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.simulation.model import TrueWalk
+from vislam2tag.simulation.sampling import blend_at, orientation_at, position_at
 from vislam2tag.simulation.settings import TrackerSettings
 
 RUNNING_M_S = 1.7
@@ -52,11 +53,9 @@ def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) 
     jitter = rng.normal(0, settings.frame_jitter_s, (2, count)).clip(-2 / 1000, 2 / 1000)
     exposure_s = (ticks + jitter[0]).clip(0)
     stamp_s = ticks + jitter[1] + settings.pose_lag_s
-    at = exposure_s * walk.rate_hz
-    orientation = _interpolate(walk.orientation, at)
-    orientation /= np.linalg.norm(orientation, axis=1, keepdims=True)
-    position = _interpolate(walk.position, at)
     exposure_ns = walk.time_ns[0] + (exposure_s * 1e9).astype(np.int64)
+    orientation = orientation_at(walk, exposure_ns)
+    position = position_at(walk, exposure_ns)
     inside = (exposure_ns[:, None] >= walk.blocked_ns[:, 0]) & (exposure_ns[:, None] < walk.blocked_ns[:, 1])
     return Frames(
         exposure_ns=exposure_ns,
@@ -65,16 +64,9 @@ def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) 
         height=position[:, 2],
         orientation=orientation,
         looking=_camera_axis(orientation),
-        speed=np.asarray(_interpolate(walk.speed[:, None], at)[:, 0]),
+        speed=blend_at(walk, walk.speed[:, None], exposure_ns)[:, 0],
         blocked=inside.any(axis=1),
     )
-
-
-def _interpolate(values: FloatArray, at: FloatArray) -> FloatArray:
-    """Rows of ``values`` at fractional indices; neighbours are 5 ms apart, so a chord of a quaternion will do."""
-    low = at.astype(np.int64).clip(0, len(values) - 2)
-    share = (at - low)[:, None]
-    return np.asarray(values[low] * (1 - share) + values[low + 1] * share)
 
 
 def _camera_axis(orientation: FloatArray) -> FloatArray:

@@ -11,14 +11,16 @@ from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.route import STEP_M, Path, make_path
 from vislam2tag.simulation.settings import WalkSettings
 
-BOOT_RANGE_S = (3_000.0, 300_000.0)
-"""Seconds since the phone was started, at the walk's start."""
+START_NS = 40_000_000_000_000
+"""Boot-clock time of a walk's start where none is given."""
 PRESS_REACH_M = 0.8
 """A control point farther off than this is not pressed at."""
 
 
-def make_walk(floor: SimulatedFloor, duration_s: float, settings: WalkSettings, rng: np.random.Generator) -> TrueWalk:
-    """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz."""
+def make_walk(
+    floor: SimulatedFloor, duration_s: float, settings: WalkSettings, rng: np.random.Generator, start_ns: int = START_NS
+) -> TrueWalk:
+    """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz from ``start_ns`` on."""
     samples = round(duration_s * RATE_HZ) + 1
     runs = _runs(duration_s, settings, rng)
     longest = duration_s * settings.speed_m_s * 1.9 + float((runs[:, 1] - runs[:, 0]).sum())
@@ -31,7 +33,6 @@ def make_walk(floor: SimulatedFloor, duration_s: float, settings: WalkSettings, 
     look = look_weight(samples, passes) if settings.look else np.zeros(samples)
     yaw = _turn_to_sheets(heading, look, plane, floor, passes, passed)
     carried = np.column_stack((plane, np.full(samples, rng.normal(1.37, 0.03))))
-    start_ns = int(rng.uniform(*BOOT_RANGE_S) * 1e9)
     time_ns = start_ns + np.arange(samples, dtype=np.int64) * round(1e9 / RATE_HZ)
     presses, points = _presses(floor, path, travelled, plane) if settings.control_points else (passes[:0], passes[:0])
     return TrueWalk(
@@ -60,7 +61,7 @@ def _runs(duration_s: float, settings: WalkSettings, rng: np.random.Generator) -
 def _reached(travelled: FloatArray, path_samples: IntArray) -> IntArray:
     """Time samples at which the walk reaches these samples of the path; those beyond its end are left out."""
     marks = path_samples * STEP_M
-    return np.searchsorted(travelled, marks[marks < travelled[-1]]).astype(np.int64)
+    return np.asarray(np.searchsorted(travelled, marks[marks < travelled[-1]]), dtype=np.int64)
 
 
 def _turn_to_sheets(

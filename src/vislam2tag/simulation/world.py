@@ -1,0 +1,31 @@
+"""From a planned session to its true walk and what the tracker logs of it."""
+
+from __future__ import annotations
+
+from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
+from vislam2tag.simulation.scenario import PlannedSession, Scenario
+from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.tracker import track
+from vislam2tag.simulation.walk import make_walk
+
+
+def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:
+    """Return the floor with this number; raises KeyError where the building has none."""
+    for floor in scenario.building.floors:
+        if floor.number == number:
+            return floor
+    raise KeyError(number)
+
+
+def walk_and_track(scenario: Scenario, planned: PlannedSession) -> tuple[TrueWalk, TrackerLog]:
+    """Simulate one session's walk and tracker, from random numbers of its own."""
+    floor = simulated_floor(scenario, planned.key.floor)
+    walk = make_walk(
+        floor,
+        planned.duration_s,
+        planned.walk,
+        stream(scenario.seed, "walk", planned.key),
+        planned.start_ns,
+    )
+    log = track(walk, floor, planned.tracker, stream(scenario.seed, "tracker", planned.key), planned.fault_quantile)
+    return walk, log
