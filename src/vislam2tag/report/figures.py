@@ -65,8 +65,8 @@ def time_figure(bars: Sequence[TimeBar]) -> str:
                 hovertemplate=f"%{{x}}<br>{style.name}: %{{y:.2f}} min<extra></extra>",
             )
     _mark_failed(figure, bars)
-    figure.update_layout(_layout(), barmode="stack", bargap=0.25, hovermode="closest", dragmode=False)
-    figure.update_xaxes(showticklabels=True, tickangle=-45, fixedrange=True, automargin=True)
+    figure.update_layout(_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
+    figure.update_xaxes(showticklabels=True, tickangle=-90, fixedrange=True, automargin=True)
     figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
     return _json(figure)
 

@@ -104,6 +104,7 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
     return {
         "title": survey.root.resolve().name,
         "survey": survey,
+        "names": {ref.slug: str(ref.key) for ref in survey.sessions},
         "summary": summary,
         "overview": Overview(summary),
         "styles": STATUS_STYLES,

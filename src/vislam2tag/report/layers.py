@@ -29,7 +29,7 @@ def session_traces() -> list[Trace]:
         *(_status_line(label, width=2.5) for label in discarded),
         _status_line(Status.OK.label, width=2),
         _status_line(Status.UNCERTAIN.label, width=2),
-        _markers(WIFI, "Wi-Fi scan", {"size": 5, "color": "#009e73", "opacity": 0.75}),
+        _markers(WIFI, "Wi-Fi scan", {"size": 6, "color": "#009e73", "line": {"width": 1, "color": "white"}}),
         _markers(VISITS, "landmark visit", _ring("#000000")),
     ]
 

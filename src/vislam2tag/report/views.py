@@ -110,8 +110,9 @@ class Overview:
 
     @property
     def readings(self) -> dict[str, int]:
-        """Number of rows of each table."""
-        return {table: sum(counts.values()) for table, counts in self.summary.readings.items()}
+        """Number of rows of each table, Wi-Fi first."""
+        tables = sorted(self.summary.readings, key=lambda table: (table != "wifi", table))
+        return {table: sum(self.summary.readings[table].values()) for table in tables}
 
     @property
     def lost(self) -> list[StatusTime]:

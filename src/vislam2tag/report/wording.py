@@ -34,16 +34,16 @@ def distance(metres: float | None) -> str:
     """Write metres as ``12 m``, kilometres from ten thousand on."""
     if metres is None:
         return MISSING
-    return f"{metres / 1000:.1f} km" if metres >= 10_000 else f"{metres:.0f} m"
+    return f"{metres / 1000:.1f} km" if metres >= 10_000 else f"{count(round(metres))} m"
 
 
-def number(value: float | None, decimals: int = 1) -> str:
-    """Write a number with fixed decimals."""
-    return MISSING if value is None else f"{value:.{decimals}f}"
+def number(value: float | None, decimals: int, unit: str = "") -> str:
+    """Write a number with fixed decimals and its unit."""
+    return MISSING if value is None else f"{value:.{decimals}f} {unit}".rstrip()
 
 
 def count(value: int) -> str:
-    """Write a count with thin spaces between thousands."""
+    """Write a count with narrow spaces between thousands."""
     return f"{value:,}".replace(",", "\u202f")
 
 

@@ -12,14 +12,16 @@
   // The floor's size on the page: as wide as it can be, as high as the plan asks, never higher than the window.
   function mapLayout(map, width) {
     const wide = width > 760;
-    const margin = {l: 56, r: wide ? 215 : 12, t: 12, b: 48};
+    const margin = {l: 56, r: wide ? 215 : 12, t: 34, b: 48};
     const plan = (width - margin.l - margin.r) * map.aspect;
-    const legendRows = wide ? 0 : Math.ceil(map.div.data.filter((trace) => trace.showlegend).length / 2);
-    margin.b += 20 * legendRows;
-    const height = Math.min(Math.max(plan, wide ? 330 : 220), Math.max(0.78 * innerHeight, 330));
+    const height = Math.min(Math.max(plan, wide ? 330 : 140), Math.max(0.78 * innerHeight, 330));
+    const columns = width > 560 ? 3 : 1;
+    const rows = Math.ceil(map.div.data.filter((trace) => trace.showlegend).length / columns);
+    if (!wide) margin.b += 20 * rows + 8;
     const legend = wide
-      ? {"legend.orientation": "v", "legend.x": 1.02, "legend.y": 1, "legend.yanchor": "top"}
-      : {"legend.orientation": "h", "legend.x": 0, "legend.y": -50 / height, "legend.yanchor": "top"};
+      ? {"legend.orientation": "v", "legend.x": 1.02, "legend.y": 1, "legend.yref": "paper", "legend.yanchor": "top"}
+      : {"legend.orientation": columns > 1 ? "h" : "v", "legend.x": 0, "legend.y": 0, "legend.yref": "container",
+         "legend.yanchor": "bottom"};
     return {...legend, margin, width, height: height + margin.t + margin.b};
   }
 
@@ -79,10 +81,10 @@
     const figure = read(document.getElementById("times-figure"));
     if (!figure.data.length) { div.hidden = true; return; }
     const columns = new Set(figure.data.flatMap((trace) => trace.customdata)).size;
-    figure.layout.height = columns > 40 ? 320 : 430;
+    figure.layout.height = columns > 40 ? 320 : 480;
     if (columns > 40) figure.layout.xaxis.showticklabels = false;
-    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"});
-    figure.layout.margin = {l: 48, r: 8, t: 60, b: 60};
+    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", traceorder: "normal"});
+    figure.layout.margin = {l: 48, r: 8, t: 40, b: 60};
     Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
     div.on("plotly_click", (event) => reveal(event.points[0].customdata));
     maps.push({div, times: true});

@@ -1,0 +1,147 @@
+"""The page in a real browser; skipped where none is installed."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.report.factory import make_results, make_survey
+from vislam2tag.report.html import write_report
+from vislam2tag.report.summary import summarise
+from vislam2tag.settings import Settings
+
+BROWSERS = ("chromium", "/usr/bin/chromium", "google-chrome")
+ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu"]
+EVIL = "</script><img src=x onerror=alert(1)>"
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    if found is None:
+        pytest.skip(f"no browser installed (looked for {', '.join(BROWSERS)})")
+    with sync_playwright() as playwright:
+        running = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two floors with plans, eight sessions; one has a folder name that tries to break out of the page."""
+    folder = tmp_path_factory.mktemp("report")
+    survey = make_survey(folder / "survey")
+    results = make_results(survey, points=200)
+    results[1] = results[1].model_copy(update={"session": EVIL})
+    write_report(folder / "report.html", survey, Settings(), results, summarise(results, "local-corrected", "0.1.0"))
+    return folder / "report.html"
+
+
+@pytest.fixture
+def problems() -> list[str]:
+    """What the browser complains about, and what it asks the network for."""
+    return []
+
+
+@pytest.fixture
+def page(browser: Browser, report: Path, problems: list[str]) -> Iterator[Page]:
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.on("console", lambda message: problems.append(f"console {message.type}: {message.text}"))
+    page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
+    page.on("dialog", lambda dialog: problems.append(f"dialog: {dialog.message}"))
+    page.on("request", lambda request: _note_request(problems, request.url))
+    page.goto(report.as_uri())
+    page.wait_for_selector("#times .barlayer")
+    yield page
+    page.close()
+
+
+def _note_request(problems: list[str], url: str) -> None:
+    if not url.startswith(("file:", "data:", "blob:")):
+        problems.append(f"request: {url[:100]}")
+
+
+def points_drawn(page: Page, floor: int) -> dict[str, int]:
+    """Number of points of each session layer as the map holds them."""
+    script = """(floor) => Object.fromEntries(document.getElementById(`map-${floor}`).data
+        .filter((trace) => trace.meta).map((trace) => [trace.meta, trace.x.filter((x) => x !== null).length]))"""
+    counts: dict[str, int] = page.evaluate(script, floor)
+    return counts
+
+
+def test_opens_offline_without_complaint(page: Page, problems: list[str]) -> None:
+    page.wait_for_timeout(300)
+    assert problems == []
+
+
+def test_every_floor_has_its_map_as_svg(page: Page) -> None:
+    for floor in (1, 2):
+        assert page.locator(f"#map-{floor} image").count() == 1
+        assert page.locator(f"#map-{floor} .scatterlayer .trace").count() >= 10
+        assert page.locator(f"#map-{floor} .scatterlayer path.js-line").count() >= 5
+        assert page.locator(f"#map-{floor} .legend .traces").count() >= 10
+    assert page.locator("canvas").count() == 0
+    assert page.locator("#times .barlayer path").count() >= 8
+
+
+def test_metres_are_equally_long_on_both_axes(page: Page) -> None:
+    script = """() => { const layout = document.getElementById('map-1')._fullLayout;
+        return [layout.xaxis, layout.yaxis].map((axis) => axis._length / (axis.range[1] - axis.range[0])); }"""
+    x, y = page.evaluate(script)
+    assert x == pytest.approx(y, rel=1e-3)
+
+
+def test_chooser_shows_one_session_and_all_again(page: Page) -> None:
+    everything, elsewhere = points_drawn(page, 1), points_drawn(page, 2)
+    options = page.locator("#floor-1 select option").all_inner_texts()
+    assert options[0] == "all 4 sessions"
+    assert len(options) == 5
+    paths = page.locator("#map-1 .scatterlayer path.js-line")
+    drawn = [paths.nth(index).get_attribute("d") for index in range(paths.count())]
+    page.select_option("#floor-1 select", index=1)
+    one = points_drawn(page, 1)
+    assert 0 < one["ok"] < everything["ok"]
+    assert one["raw"] * 4 == everything["raw"]
+    assert [paths.nth(index).get_attribute("d") for index in range(paths.count())] != drawn
+    assert points_drawn(page, 2) == elsewhere
+    page.select_option("#floor-1 select", "all")
+    assert points_drawn(page, 1) == everything
+
+
+def test_legend_hides_a_layer_and_the_chooser_keeps_it_hidden(page: Page) -> None:
+    page.locator("#map-1 .legend .traces", has_text="raw path").locator(".legendtoggle").click()
+    hidden = "() => document.getElementById('map-1').data.find((trace) => trace.meta === 'raw').visible"
+    page.wait_for_function(f"({hidden})() === 'legendonly'")
+    page.select_option("#floor-1 select", index=2)
+    assert page.evaluate(hidden) == "legendonly"
+
+
+def test_table_sorts_by_a_column_and_keeps_details_with_their_row(page: Page) -> None:
+    durations = "#floor-1 .sessions > tbody > tr:first-child > td:nth-child(2)"
+    page.locator("#floor-1 th button", has_text="Duration").click()
+    falling = [float(cell.get_attribute("data-sort") or 0) for cell in page.locator(durations).all()]
+    assert falling == sorted(falling, reverse=True)
+    page.locator("#floor-1 th button", has_text="Duration").click()
+    rising = [float(cell.get_attribute("data-sort") or 0) for cell in page.locator(durations).all()]
+    assert rising == falling[::-1]
+    assert page.locator("#floor-1 .sessions > tbody > tr.more details").count() == 4
+
+
+def test_failed_session_stands_out_and_its_link_leads_there(page: Page) -> None:
+    failed = page.locator("tbody.failed")
+    assert failed.count() == 1
+    page.locator("a[data-session]").click()
+    page.wait_for_function("document.querySelector('tbody.failed').getBoundingClientRect().top < innerHeight")
+    assert failed.locator("p.error-box").is_visible()
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_page_is_no_wider_than_the_window(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 800})
+    script = "document.querySelector('#map-1 .main-svg').getBoundingClientRect().width <= innerWidth"
+    page.wait_for_function(script)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
