@@ -63,9 +63,11 @@ def test_time_figure_stacks_minutes_and_marks_failures() -> None:
     traces = {trace["name"]: trace for trace in figure["data"]}
     assert set(traces) == {"labelled (ok)", "break", "failed session"}
     assert traces["labelled (ok)"]["y"] == [1.5, 0.0]
-    assert traces["failed session"]["x"] == [["floor 1"], ["&lt;A&gt; / 2"]]
+    assert traces["failed session"]["x"] == [1]
+    assert traces["failed session"]["hovertext"] == ["floor 1, &lt;A&gt; / 2"]
     assert traces["failed session"]["customdata"] == ["session-b"]
     assert figure["layout"]["barmode"] == "stack"
+    assert [note["text"] for note in figure["layout"]["annotations"]] == ["floor 1"]
 
 
 def test_time_figure_of_no_session_is_empty() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from vislam2tag.survey.model import Floor
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 _MARGIN_M = 1.0
 _GRID = "#e4e7ea"
+_HALO = "0 0 2px white, 0 0 2px white, 0 0 3px white"
 
 
 @dataclass(frozen=True)
@@ -49,41 +51,55 @@ def floor_figure(floor: Floor, landmarks: Landmarks) -> str:
 
 
 def time_figure(bars: Sequence[TimeBar]) -> str:
-    """Return, as JSON, stacked columns of minutes by status, one for each session, grouped by floor."""
-    columns = [[bar.floor for bar in bars], [plotly_text(bar.name) for bar in bars]]
-    anchors = [bar.anchor for bar in bars]
+    """Return, as JSON, stacked columns of minutes by status, one for each session, floor beside floor."""
     figure = go.Figure(layout_template="none")
     for label, style in STATUS_STYLES.items():
         minutes = [round(bar.seconds.get(label, 0.0) / 60, 3) for bar in bars]
         if any(minutes):
             figure.add_bar(
-                x=columns,
+                **_columns(bars, range(len(bars)), f"{style.name}: %{{y:.2f}} min"),
                 y=minutes,
                 name=style.name,
                 marker_color=style.colour,
-                customdata=anchors,
-                hovertemplate=f"%{{x}}<br>{style.name}: %{{y:.2f}} min<extra></extra>",
             )
-    _mark_failed(figure, bars)
-    figure.update_layout(_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
-    figure.update_xaxes(showticklabels=True, tickangle=-90, fixedrange=True, automargin=True)
-    figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
-    return _json(figure)
-
-
-def _mark_failed(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
-    failed = [bar for bar in bars if bar.failed]
+    failed = [index for index, bar in enumerate(bars) if bar.failed]
     if failed:
         figure.add_scatter(
-            x=[[bar.floor for bar in failed], [plotly_text(bar.name) for bar in failed]],
+            **_columns(bars, failed, "failed"),
             y=[0.0] * len(failed),
             mode="markers",
             name="failed session",
             marker={"symbol": "x", "size": 11, "color": "#b00020"},
-            customdata=[bar.anchor for bar in failed],
-            hovertemplate="%{x}<br>failed<extra></extra>",
             cliponaxis=False,
         )
+    names = [plotly_text(bar.name) for bar in bars]
+    figure.update_layout(_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
+    figure.update_xaxes(tickvals=list(range(len(bars))), ticktext=names, tickangle=-90, range=[-0.6, len(bars) - 0.4])
+    figure.update_xaxes(fixedrange=True, automargin=True, showgrid=False, zeroline=False)
+    figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
+    _name_floors(figure, bars)
+    return _json(figure)
+
+
+def _columns(bars: Sequence[TimeBar], places: Sequence[int], hover: str) -> dict[str, Any]:
+    """Return where a trace of the overview stands, what its hover says and which rows its columns lead to."""
+    return {
+        "x": list(places),
+        "hovertext": [plotly_text(f"{bars[place].floor}, {bars[place].name}") for place in places],
+        "hovertemplate": f"%{{hovertext}}<br>{hover}<extra></extra>",
+        "customdata": [bars[place].anchor for place in places],
+    }
+
+
+def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
+    """Write each floor's name above its columns, and a line between floors."""
+    for floor, group in groupby(enumerate(bars), key=lambda item: item[1].floor):
+        places = [place for place, _ in group]
+        figure.add_annotation(
+            x=(places[0] + places[-1]) / 2, y=1, yref="paper", yanchor="bottom", text=floor, showarrow=False
+        )
+        if places[0] > 0:
+            figure.add_vline(x=places[0] - 0.5, line={"color": "#8c959f", "width": 1})
 
 
 def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
@@ -115,7 +131,7 @@ def _named(name: str, ids: Sequence[str], position_bcs: FloatArray, marker: dict
         "y": xy[:, 1].tolist(),
         "text": [plotly_text(landmark) for landmark in ids],
         "textposition": "top right",
-        "textfont": {"size": 11, "color": marker["color"]},
+        "textfont": {"size": 11, "color": marker["color"], "shadow": _HALO},
         "marker": {"size": 8, "line": {"width": 2}, **marker},
         "hovertemplate": f"{name} %{{text}}<br>x %{{x:.2f}} m, y %{{y:.2f}} m<extra></extra>",
     }

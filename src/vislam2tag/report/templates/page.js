@@ -50,6 +50,7 @@
       if (trace.meta) { layers.push(index); Object.assign(trace, joined(trace.meta, parts)); }
       trace.showlegend = trace.x.length > 0;
     });
+    const full = layers.map((index) => figure.data[index]).map((trace) => ({...trace.line, ...trace.marker}));
     if (touch) figure.layout.dragmode = false;
     const span = (axis) => (axis.range ? axis.range[1] - axis.range[0] : 1);
     const aspect = span(figure.layout.yaxis) / span(figure.layout.xaxis);
@@ -58,6 +59,15 @@
     figure.layout.width = div.clientWidth;
     Plotly.newPlot(div, figure.data, figure.layout, config);
     fit(map);
+    // Many walks in one corridor are told apart by thinner lines and smaller dots.
+    const scaled = (wanted) => {
+      const scale = wanted.length > 10 ? 0.5 : 1;
+      return {
+        "line.width": full.map((style) => style.width && scale * style.width),
+        "marker.size": full.map((style) => style.size && (scale < 1 ? 0.7 : 1) * style.size),
+      };
+    };
+    if (parts.length > 10) Plotly.restyle(div, scaled(parts), layers);
     const chooser = section.querySelector("select");
     chooser.add(new Option(`all ${parts.length} sessions`, "all"));
     parts.forEach((part, index) => chooser.add(new Option(part.name, index)));
@@ -68,6 +78,7 @@
         x: columns.map((column) => column.x),
         y: columns.map((column) => column.y),
         text: columns.map((column) => column.text),
+        ...scaled(wanted),
       }, layers);
     });
   }
@@ -83,8 +94,8 @@
     const columns = new Set(figure.data.flatMap((trace) => trace.customdata)).size;
     figure.layout.height = columns > 40 ? 320 : 480;
     if (columns > 40) figure.layout.xaxis.showticklabels = false;
-    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom", traceorder: "normal"});
-    figure.layout.margin = {l: 48, r: 8, t: 40, b: 60};
+    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.12, yanchor: "bottom", traceorder: "normal"});
+    figure.layout.margin = {l: 48, r: 8, t: 64, b: 40};
     Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
     div.on("plotly_click", (event) => reveal(event.points[0].customdata));
     maps.push({div, times: true});
