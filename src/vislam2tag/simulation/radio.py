@@ -26,11 +26,11 @@ class RadioSettings:
     correlated shadowing of Gudmundson (1991).
     """
 
-    path_loss_exponent: float = 2.2
-    wall_loss_db: float = 3.0
+    path_loss_exponent: float = 2.0
+    wall_loss_db: float = 2.0
     most_walls: int = 6
     """Walls beyond this many cost nothing more: diffraction wins."""
-    floor_loss_db: float = 17.0
+    floor_loss_db: float = 14.0
     shadowing_sigma_db: float = 4.0
     shadowing_length_m: float = 4.0
     fading_sigma_db: float = 2.0
@@ -50,7 +50,7 @@ class Receiver:
     """What differs between phones: a constant offset (dB) and the weakest reading they report (dBm)."""
 
     offset_db: float = 0.0
-    sensitivity_dbm: float = -88.0
+    sensitivity_dbm: float = -92.0
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,9 @@ from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.sampling import position_at
 from vislam2tag.simulation.sight import count_crossings
 
+_CORRIDOR_M = 2.5
+"""Nodes nearer than this to the line between the reference points lie in their corridor."""
+
 
 @dataclass(frozen=True)
 class StationSettings:
@@ -46,12 +49,23 @@ class StationTrack:
     position: FloatArray
 
 
-def place_station(floor: SimulatedFloor, rng: np.random.Generator) -> StationSetup:
-    """Stand at the node of the floor from which most other nodes are seen; ties go to the first."""
-    count = len(floor.nodes)
-    start, end = np.repeat(floor.nodes, count, axis=0), np.tile(floor.nodes, (count, 1))
-    seen = (count_crossings(start, end, floor.walls) == 0).reshape(count, count).sum(axis=1)
-    return StationSetup(floor.nodes[int(np.argmax(seen))], float(rng.uniform(-np.pi, np.pi)))
+def place_station(floor: SimulatedFloor, reference: FloatArray, rng: np.random.Generator) -> StationSetup:
+    """Stand at the node that sees most nodes of the corridor between two reference points (2, 2), metres.
+
+    Ties go to the first node; the frame's heading is drawn.
+    """
+    nodes = floor.nodes
+    targets = nodes[_distance_to_segment(nodes, reference) < _CORRIDOR_M]
+    start, end = np.repeat(nodes, len(targets), axis=0), np.tile(targets, (len(nodes), 1))
+    seen = (count_crossings(start, end, floor.walls) == 0).reshape(len(nodes), -1).sum(axis=1)
+    return StationSetup(nodes[int(np.argmax(seen))], float(rng.uniform(-np.pi, np.pi)))
+
+
+def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
+    along = segment[1] - segment[0]
+    share = np.clip((points - segment[0]) @ along / max(float(along @ along), 1e-12), 0, 1)
+    distance: FloatArray = np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1)
+    return distance
 
 
 def simulate_station(

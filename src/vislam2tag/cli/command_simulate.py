@@ -1,0 +1,100 @@
+"""``vislam2tag simulate``: a raw survey with known truth."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from vislam2tag.simulation.devices import Locale, device_names
+from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
+from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.simulation.traps import TRAP_FINDINGS, check_traps
+
+
+class SeverityLevel(StrEnum):
+    """How much goes wrong with tracking."""
+
+    NONE = "none"
+    MILD = "mild"
+    DEFAULT = "default"
+    SEVERE = "severe"
+
+
+class FileNames(StrEnum):
+    """Which names the raw files have."""
+
+    PUBLISHED = "published"
+    PAPER = "paper"
+
+
+class Likeness(StrEnum):
+    """Surveys that are simulated in copy."""
+
+    PAPER = "paper"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("simulate", epilog=_epilog())(simulate_command)
+
+
+def _epilog() -> str:
+    return f"Traps: {', '.join(TRAP_FINDINGS)}."
+
+
+def simulate_command(
+    out: Annotated[Path, typer.Argument(help="New or empty folder for the survey.")],
+    floors: Annotated[int, typer.Option(min=1, help="Number of floors.")] = 2,
+    devices: Annotated[int, typer.Option(min=1, help="Number of phones.")] = 2,
+    sessions: Annotated[int, typer.Option(min=1, help="Walks on each floor with each phone.")] = 2,
+    minutes: Annotated[float, typer.Option(min=0.25, help="Length of each walk.")] = 2.0,
+    landmarks: Annotated[int, typer.Option(min=2, max=25, help="Landmarks on each floor.")] = 12,
+    severity: Annotated[SeverityLevel, typer.Option(help="How much goes wrong with tracking.")] = SeverityLevel.DEFAULT,
+    seed: Annotated[int, typer.Option(help="One seed, same bytes.")] = 0,
+    locale: Annotated[Locale, typer.Option(help="Decimal comma, point, or each phone its own.")] = Locale.MIXED,
+    trap: Annotated[list[str] | None, typer.Option(help="A trap of the raw layout; may be given again.")] = None,
+    names: Annotated[FileNames, typer.Option(help="File names as published or as in the paper.")] = FileNames.PUBLISHED,
+    like: Annotated[
+        Likeness | None,
+        typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
+    ] = None,
+) -> None:
+    """Simulate a raw survey with its truth (truth.csv in each session) into OUT.
+
+    Examples:
+
+    - `vislam2tag simulate survey`: two floors, two phones, two walks of two minutes each
+    - `vislam2tag simulate paper --like paper`: the paper's evaluation with control points and total station
+    - `vislam2tag simulate clean --severity none --trap stale_wifi --trap frame_gap`: nothing wrong but two traps
+    - `vislam2tag simulate big --floors 5 --devices 4 --sessions 4 --minutes 3 --seed 7`
+    """
+    options = WritingOptions(locale, names is FileNames.PAPER, check_traps(trap or ()))
+    if like is Likeness.PAPER:
+        scenario = paper_evaluation(seed, severity.value)
+    else:
+        scenario = regular_survey(
+            seed,
+            severity.value,
+            tuple(range(floors)),
+            device_names(devices),
+            sessions,
+            minutes * 60,
+            BuildingSettings(landmarks=landmarks),
+        )
+    run_with_progress(scenario, out, options)
+
+
+def run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:
+    """Simulate with a progress bar on standard error and one line at the end."""
+    columns = (TextColumn("simulate"), BarColumn(), MofNCompleteColumn(), TextColumn("sessions"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task("simulate", total=len(scenario.sessions))
+        simulate(scenario, out, options, lambda _: progress.advance(bar))
+    floors = len(scenario.building.floors)
+    typer.echo(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")

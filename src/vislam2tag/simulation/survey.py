@@ -1,0 +1,181 @@
+"""Simulating a whole survey into a folder: the raw files of every session, the site's files and the truth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.errors import OutputError
+from vislam2tag.simulation.building import STATION_LANDMARKS
+from vislam2tag.simulation.devices import Locale, make_device
+from vislam2tag.simulation.imu import ImuSettings, simulate_imu
+from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.plan import draw_plan
+from vislam2tag.simulation.presses import simulate_presses
+from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.scenario import PlannedSession, Scenario
+from vislam2tag.simulation.session import SimulatedSession
+from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.station import (
+    StationSettings,
+    StationSetup,
+    place_station,
+    shoot_points,
+    simulate_station,
+)
+from vislam2tag.simulation.traps import check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.world import simulated_floor, walk_and_track
+from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
+from vislam2tag.survey.model import SessionKey
+
+STALE_SHARE = 0.04
+"""Share of lost access points whose row is repeated at severity 1."""
+STATION_FILE = "tachymeter/20220214_Tracking.csv"
+STATION_DAY_NS = 1_644_796_800_000_000_000
+"""2022-02-14 00:00, the date in that file's name."""
+
+
+@dataclass(frozen=True)
+class WritingOptions:
+    """How a simulated survey is written, and what is wrong with it."""
+
+    locale: Locale = Locale.MIXED
+    paper_names: bool = False
+    """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
+    traps: frozenset[str] = frozenset()
+    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+
+
+def simulate(
+    scenario: Scenario,
+    out: Path,
+    options: WritingOptions | None = None,
+    on_session: Callable[[SessionKey], None] | None = None,
+) -> None:
+    """Write a survey of the scenario into ``out``, which must be new or empty.
+
+    ``on_session`` is called after each session. The same scenario and options give the same bytes. Raises
+    OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap.
+    """
+    chosen = options or WritingOptions()
+    check_traps(chosen.traps)
+    _check_empty(out)
+    try:
+        _write_site(scenario, out, chosen)
+        radio = RadioSettings(stale_share=STALE_SHARE * scenario.severity)
+        environment = make_radio_environment(scenario.building, radio, scenario.seed)
+        for planned in scenario.sessions:
+            session = simulate_session(scenario, planned, environment, chosen.locale)
+            _write_session(session, planned.key, out, chosen)
+            if on_session is not None:
+                on_session(planned.key)
+    except OSError as error:
+        raise OutputError(f"{out}: cannot be written: {error}") from error
+
+
+def simulate_session(
+    scenario: Scenario, planned: PlannedSession, environment: RadioEnvironment, locale: Locale = Locale.MIXED
+) -> SimulatedSession:
+    """Simulate one session; its random numbers depend on the scenario's seed and the session's key alone."""
+    seed = scenario.seed
+    floor = simulated_floor(scenario, planned.key.floor)
+    device = make_device(planned.key.device, locale, seed)
+    walk, tracker = walk_and_track(scenario, planned)
+    rng = stream(seed, "sensors", planned.key)
+    presses_ns = simulate_presses(walk, device.hand, rng) if planned.presses else np.empty(0, dtype=np.int64)
+    session = SimulatedSession(
+        building=scenario.building,
+        floor=floor,
+        walk=walk,
+        tracker=tracker,
+        wifi=simulate_wifi(environment, walk, device.receiver, rng),
+        imu=simulate_imu(walk, ImuSettings(), seed, rng),
+        presses_ns=presses_ns,
+        marks=device.marks,
+    )
+    if not planned.total_station:
+        return session
+    station = simulate_station(walk, floor, _station(floor, seed), StationSettings(), rng)
+    return replace(session, station=station, station_offset_ns=planned.boot_unix_ns + device.station_clock_ns)
+
+
+def _station(floor: SimulatedFloor, seed: int) -> StationSetup:
+    """Set the station up in the corridor of its reference landmarks, where the floor has them."""
+    return place_station(floor, _reference_points(floor), stream(seed, "station", floor.number))
+
+
+def _reference_points(floor: SimulatedFloor) -> FloatArray:
+    """BCS positions (2, 2) of the landmarks that the station shoots; the first and last where ids differ."""
+    ids = floor.landmark_ids
+    known = [ids.index(name) for name in STATION_LANDMARKS if name in ids]
+    return floor.landmark_position[known if len(known) == 2 else [0, -1], :2]
+
+
+def _check_empty(out: Path) -> None:
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputError(f"{out}: exists and is not an empty folder; name a new one or empty it")
+
+
+def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
+    """Write the files of the building, ``simulation.json`` and, where one is used, the station's own shots."""
+    building = scenario.building
+    files = site_text(building, any(planned.presses for planned in scenario.sessions))
+    files["simulation.json"] = _description(scenario, options)
+    for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
+        files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
+    _write_files(out, {path: text for path, text in files.items() if not left_out(path, options.traps)})
+    for floor in building.floors:
+        plan = out / f"floor_{floor.number}" / "floorplan.jpg"
+        if not left_out(plan.name, options.traps):
+            draw_plan(floor, plan)
+
+
+def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
+    """The station itself in the first row, then its shots of the reference landmarks, a minute apart."""
+    setup = _station(floor, seed)
+    points = np.vstack((setup.position_bcs, _reference_points(floor)))
+    shots = shoot_points(setup, points, StationSettings(), stream(seed, "station shots", floor.number))
+    return station_table(STATION_DAY_NS + np.arange(len(points)) * 60_000_000_000, shots)
+
+
+def _description(scenario: Scenario, options: WritingOptions) -> bytes:
+    """What was simulated, for the reader of the folder; nothing reads it back."""
+    content = {
+        "version": __version__,
+        "seed": scenario.seed,
+        "severity": scenario.severity,
+        "locale": options.locale,
+        "names": "paper" if options.paper_names else "published",
+        "traps": sorted(options.traps),
+        "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
+    }
+    return (json.dumps(content, indent=2) + "\n").encode()
+
+
+def _resolved(planned: PlannedSession) -> dict[str, object]:
+    return {
+        "duration_s": planned.duration_s,
+        "fault_quantile": planned.fault_quantile,
+        "walk": planned.walk.model_dump(mode="json"),
+        "tracker": planned.tracker.model_dump(mode="json"),
+    }
+
+
+def _write_session(session: SimulatedSession, key: SessionKey, out: Path, options: WritingOptions) -> None:
+    names = PAPER_NAMES if options.paper_names else PUBLISHED_NAMES
+    text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
+    folder = out / f"floor_{key.floor}" / key.device / key.session
+    _write_files(folder, {names[role]: content for role, content in text.items()})
+
+
+def _write_files(folder: Path, files: dict[str, bytes]) -> None:
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
