@@ -106,7 +106,7 @@ def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> 
     np.minimum.at(first_line, log.frame, line)
     runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
     message = (
-        f"tracking was lost {runs} time{'s' if runs > 1 else ''}: in these frames every landmark has the camera's pose; "
-        "they split the walk"
+        f"tracking was lost {runs} time{'s' if runs > 1 else ''}: at these frames every landmark has the camera's "
+        "pose; they split the walk"
     )
     return [Finding.at_lines("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)]

@@ -31,11 +31,6 @@ class RawTable:
     findings: tuple[Finding, ...]
 
 
-def count_lines(data: bytes) -> int:
-    """Count lines as a text editor does: a newline at the end starts no further line."""
-    return data.count(b"\n") + (1 if data and not data.endswith(b"\n") else 0)
-
-
 def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[pl.DataType]]) -> RawTable:
     """Parse a ``;`` separated table without header whose fields may be led by blanks.
 
@@ -46,8 +41,9 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
     # The header makes the parser expect exactly these columns whatever the first line looks like, and turns blank
     # lines into empty rows, which keeps line numbers exact.
     header = SEPARATOR.join((*schema, _EXTRA)).encode() + b"\n"
+    data = data.removeprefix(codecs.BOM_UTF8)
     table = pl.read_csv(
-        header + data.removeprefix(codecs.BOM_UTF8),
+        header + data,
         separator=SEPARATOR,
         quote_char=None,
         schema={**schema, _EXTRA: pl.String},

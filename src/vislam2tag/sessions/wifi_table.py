@@ -26,8 +26,8 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
 
     Undecodable bytes become U+FFFD and a finding; the published layout has no frequency (null).
     """
-    text = data.removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="replace")
-    lines = text.split("\n")
+    data = data.removeprefix(codecs.BOM_UTF8)
+    lines = data.decode("utf-8", errors="replace").split("\n")
     if lines[-1] == "":
         lines.pop()
     fields = pl.Series("line", lines, dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
