@@ -9,7 +9,16 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NaiveDatetime,
+    ValidationError,
+    model_validator,
+)
 
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.errors import SurveyError
@@ -32,16 +41,19 @@ def session_start(name: str) -> datetime | None:
     return None
 
 
-def _id_text(value: object) -> object:
-    return landmark_id(str(value)) if isinstance(value, str | int) and not isinstance(value, bool) else value
+def _id_text(value: object) -> str:
+    text = landmark_id(str(value)) if isinstance(value, str | int) and not isinstance(value, bool) else ""
+    if not text:
+        raise ValueError("a landmark id is a text or a whole number")
+    return text
 
 
 def _date_time(value: object) -> object:
     return (session_start(value) or value) if isinstance(value, str) else value
 
 
-_Id = Annotated[str, BeforeValidator(_id_text), Field(min_length=1)]
-_DateTime = Annotated[datetime, BeforeValidator(_date_time)]
+_Id = Annotated[str, BeforeValidator(_id_text)]
+_DateTime = Annotated[NaiveDatetime, BeforeValidator(_date_time)]
 
 
 class Entry(BaseModel):

@@ -51,7 +51,7 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
     folders: dict[int, Path] = {}
     findings: list[Finding] = []
-    for folder in subfolders(root):
+    for folder in sorted(subfolders(root), key=lambda folder: len(folder.name)):
         match = _FLOOR_FOLDER.fullmatch(folder.name)
         if match and int(match.group(1)) not in folders:
             folders[int(match.group(1))] = folder

@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from tests.survey.site import write_survey
+from vislam2tag.cli.command_inspect import register
+from vislam2tag.errors import SurveyError
+
+APP = typer.Typer()
+APP.callback()(lambda: None)
+register(APP)
+
+
+def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
+    write_survey(tmp_path, {"floor_1/floorplan.jpg": None})
+    with (tmp_path / "floor_1/One Plus/walk/sensors.csv").open("a") as file:
+        file.write("cut o")
+    result = CliRunner().invoke(APP, ["inspect", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    for text in ("60 m x 32.5 m", "none (metric grid)", "One Plus", "2 of 2 surveyed", "30.0 Hz"):
+        assert text in result.output
+    assert "partial_last_line sensors.csv lines 301: the last line is cut off" in result.output
+    assert result.output.endswith("3 sessions, 2 findings\n")
+
+
+def test_json_is_one_document(tmp_path: Path) -> None:
+    result = CliRunner().invoke(APP, ["inspect", str(write_survey(tmp_path)), "--json"])
+    document = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert [session["frames"] for session in document["sessions"]] == [60, 60, 60]
+    assert document["findings"] == []
+
+
+def test_a_session_without_poses_is_exit_code_1(tmp_path: Path) -> None:
+    write_survey(tmp_path)
+    (tmp_path / "floor_1/LG/2022-01-14T16:35:30/poses.csv").unlink()
+    result = CliRunner().invoke(APP, ["inspect", str(tmp_path)])
+    assert result.exit_code == 1
+    assert "no camera poses" in result.output
+
+
+def test_a_folder_that_is_no_survey_raises_our_error(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="not a survey"):
+        CliRunner().invoke(APP, ["inspect", str(tmp_path)], catch_exceptions=False)
+
+
+def test_help_has_examples() -> None:
+    result = CliRunner().invoke(APP, ["inspect", "--help"])
+    assert "vislam2tag inspect survey --json > survey.json" in result.output

@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.sessions.raw import FRAMES, clean_files, frame_ns, kinds, read_files
+from vislam2tag.core.status import Status
+from vislam2tag.sessions import corrected_session
+from vislam2tag.sessions.model import Session
+from vislam2tag.survey.corrections import Corrections
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Session:
+    return read_files(tmp_path / "LG" / "walk", clean_files())
+
+
+def corrections_of(**tables: Sequence[Mapping[str, object]]) -> Corrections:
+    return Corrections.model_validate({name: tuple(entries) for name, entries in tables.items()})
+
+
+def test_nothing_to_correct_changes_nothing(session: Session) -> None:
+    elsewhere = corrections_of(shift_clock=[{"floor": 9, "table": "wifi", "offset_s": 1.0}])
+    corrected, uses = corrected_session(session, elsewhere)
+    assert corrected is session
+    assert uses == ()
+
+
+def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows(session: Session) -> None:
+    span = {"from_s": 0.5, "to_s": 1.0, "reason": "fell"}
+    corrected, uses = corrected_session(session, corrections_of(exclude_span=[span]))
+    seconds = (session.camera.time_ns - frame_ns(0)) / 1e9
+    inside = (seconds >= 0.5) & (seconds < 1.0)
+    assert corrected.camera.status.tolist() == np.where(inside, Status.INVALID, Status.OK).tolist()
+    assert not inside[corrected.landmarks.frame].any()
+    assert len(corrected.landmarks.frame) == np.count_nonzero(~inside[session.landmarks.frame])
+    assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are left out (fell).",)
+
+
+def test_a_landmark_seen_only_in_an_excluded_span_is_not_listed(session: Session) -> None:
+    corrected, _ = corrected_session(session, corrections_of(exclude_span=[{"from_s": 0.9}]))
+    assert corrected.landmarks.ids == ("10",)
+
+
+def test_swapped_ids_keep_the_log_sorted(session: Session) -> None:
+    swap: dict[str, object] = {"ids": ["10", "7"]}
+    corrected, uses = corrected_session(session, corrections_of(swap_landmarks=[swap]))
+    assert corrected.landmarks.ids == ("7", "10")
+    assert corrected.landmarks.offsets.tolist() == session.landmarks.offsets.tolist()
+    assert uses == ("Landmarks 10 and 7 are exchanged.",)
+    assert corrected_session(session, corrections_of(swap_landmarks=[swap, swap]))[0].landmarks.ids == ("10", "7")
+    assert corrected_session(session, corrections_of(swap_landmarks=[{"ids": ["1", "2"]}])) == (session, ())
+
+
+def test_an_excluded_landmark_goes_by_its_corrected_id(session: Session) -> None:
+    both = corrections_of(swap_landmarks=[{"ids": ["10", "7"]}], exclude_landmark=[{"id": "10"}])
+    corrected, uses = corrected_session(session, both)
+    assert corrected.landmarks.ids == ("7",)
+    assert len(corrected.landmarks.frame) == 50
+    assert uses[1] == "Landmark 10 is left out."
+    assert corrected_session(session, corrections_of(exclude_landmark=[{"id": "99"}])) == (session, ())
+
+
+@pytest.mark.parametrize("table", ["wifi", "sensors"])
+def test_a_shifted_table_moves_and_nothing_else_does(session: Session, table: str) -> None:
+    shift = {"table": table, "offset_s": -0.25}
+    corrected, uses = corrected_session(session, corrections_of(shift_clock=[shift]))
+    moved = corrected.tables[table]["time_ns"] - session.tables[table]["time_ns"]
+    assert moved.unique().to_list() == [-250_000_000]
+    assert corrected.tables[table].drop("time_ns").equals(session.tables[table].drop("time_ns"))
+    assert corrected.camera is session.camera
+    assert uses == (f"The clock of {table} is shifted by -0.25 s.",)
+
+
+def test_presses_and_camera_can_be_shifted(session: Session) -> None:
+    shifts = [{"table": "presses", "offset_s": 1}, {"table": "camera", "offset_s": 2}]
+    corrected, _ = corrected_session(session, corrections_of(shift_clock=shifts))
+    assert (corrected.presses_ns - session.presses_ns).tolist() == [10**9] * 3
+    assert (corrected.camera.time_ns - session.camera.time_ns).tolist() == [2 * 10**9] * FRAMES
+
+
+def test_a_shift_that_mends_a_clock_takes_its_finding_back_and_a_wrong_one_makes_it(tmp_path: Path) -> None:
+    files = clean_files()
+    files["wifi.csv"] = [line.replace("; 410", "; 420", 1) for line in files["wifi.csv"]]
+    session = read_files(tmp_path / "LG" / "walk", files)
+    assert kinds(session) == {("clock_mismatch", "wifi.csv"): 12}
+    mend = [{"table": "wifi", "offset_s": -1000}]
+    assert corrected_session(session, corrections_of(shift_clock=mend))[0].findings == ()
+    spoil = [*mend, {"table": "sensors", "offset_s": 1e9}]
+    assert kinds(corrected_session(session, corrections_of(shift_clock=spoil))[0]) == {
+        ("clock_mismatch", "sensors.csv"): 300
+    }
+
+
+def test_a_shift_stays_within_int64(tmp_path: Path) -> None:
+    files = clean_files()
+    files["sensors.csv"].append(
+        files["sensors.csv"][-1].replace(files["sensors.csv"][-1].split(";")[0], str(2**63 - 1))
+    )
+    session = read_files(tmp_path / "LG" / "walk", files)
+    corrected, _ = corrected_session(session, corrections_of(shift_clock=[{"table": "sensors", "offset_s": 5}]))
+    assert corrected.tables["sensors"]["time_ns"].to_numpy().max() == 2**63 - 1

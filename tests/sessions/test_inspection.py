@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.survey.site import write_survey
+from vislam2tag.sessions.inspection import Inspection, inspect_survey
+
+
+def test_everything_of_a_survey_is_counted(tmp_path: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    inspection = inspect_survey(write_survey(tmp_path), progress=lambda done, total: seen.append((done, total)))
+    assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
+    one = inspection.floors[0]
+    assert (one.landmarks, one.landmarks_unsurveyed, one.control_points, one.sessions) == (2, 0, 2, 2)
+    assert one.plan == "floor_1/floorplan.jpg"
+    session = inspection.sessions[0]
+    assert (session.frames, session.usable_frames, session.sensor_rows, session.presses) == (60, 60, 300, 3)
+    assert (session.wifi_scans, session.wifi_rows, session.scan_interval_s) == (4, 12, 0.2)
+    assert (session.landmarks_seen, session.landmarks_surveyed) == (("10", "7"), 2)
+    assert session.duration_s == 1.967
+    assert session.frame_rate_hz == 30.0
+    assert session.usable
+    assert inspection.sessions[2].landmarks_surveyed == 1
+    assert Inspection.model_validate_json(inspection.model_dump_json()) == inspection
+
+
+def test_excluded_sessions_are_not_read_and_broken_ones_not_usable(tmp_path: Path) -> None:
+    write_survey(tmp_path, {"corrections.toml": "[[exclude_session]]\nfloor = 4\n"})
+    (tmp_path / "floor_4/LG/2022-01-14T16:35:30/poses.csv").unlink()
+    (tmp_path / "floor_1/One Plus/walk/poses.csv").unlink()
+    sessions = inspect_survey(tmp_path).sessions
+    assert [(session.excluded, session.usable) for session in sessions] == [(False, True), (False, False), (True, True)]
+    assert sessions[2].frames == 0

@@ -1,0 +1,174 @@
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.mutations import mutate
+from tests.survey.site import write_survey
+from tests.walks import landmarks_at
+from vislam2tag.errors import SurveyError
+from vislam2tag.sessions import open_survey
+from vislam2tag.survey.corrections import (
+    Corrections,
+    corrected_landmarks,
+    read_corrections,
+    session_start,
+    unused_corrections,
+)
+from vislam2tag.survey.model import SessionKey
+
+KEY = SessionKey(0, "LG", "2022-01-14T16:35:30")
+EXAMPLE = """
+[[exclude_session]]
+floor = 4
+device = "LG"
+session = "2022-01-14T163530"
+reason = "phone fell"
+
+[[exclude_span]]
+device = "LG"
+from_s = 10
+to_s = 12.5
+
+[[exclude_landmark]]
+id = 7
+
+[[swap_landmarks]]
+ids = ["3", 5]
+
+[[move_landmark]]
+id = "10"
+x = 3
+y = 4.5
+from = 2022-01-10T00:00:00
+until = "2022-02-01T120000"
+
+[[shift_clock]]
+table = "wifi"
+offset_s = -0.35
+"""
+
+
+def corrections_of(tmp_path: Path, text: str) -> Corrections:
+    (tmp_path / "corrections.toml").write_text(text)
+    return read_corrections(tmp_path)
+
+
+def test_every_kind_of_entry_is_read(tmp_path: Path) -> None:
+    corrections = corrections_of(tmp_path, EXAMPLE)
+    assert corrections.exclude_session[0].reason == "phone fell"
+    assert (corrections.exclude_span[0].from_s, corrections.exclude_span[0].to_s) == (10.0, 12.5)
+    assert corrections.exclude_landmark[0].id == "7"
+    assert corrections.swap_landmarks[0].ids == ["3", "5"]
+    assert (corrections.move_landmark[0].x, corrections.move_landmark[0].y) == (3.0, 4.5)
+    assert corrections.move_landmark[0].until == session_start("2022-02-01T12:00:00")
+    assert corrections.shift_clock[0].offset_s == -0.35
+
+
+def test_no_file_means_no_corrections(tmp_path: Path) -> None:
+    assert read_corrections(tmp_path) == Corrections()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[exclude_session]]\nreason = 'all'\n", r"\[\[exclude_session\]\] number 1: .*at least one of floor"),
+        ("[[exclude_span]]\nfrom_s = 5\nto_s = 5\n", "from_s must be less than to_s"),
+        ("[[exclude_span]]\nfrom_s = 'x'\n", r"\[\[exclude_span\]\] number 1, from_s: .*valid number"),
+        ("[[exclude_landmark]]\n", r"number 1, id: Field required"),
+        ("[[exclude_landmark]]\nid = ''\n", r"number 1, id: .*a landmark id is a text"),
+        ("[[swap_landmarks]]\nids = ['1']\n", r"ids: List should have at least 2"),
+        ("[[swap_landmarks]]\nids = ['1', '1.0']\n", "two different landmarks"),
+        ("[[move_landmark]]\nid='1'\nx=1\ny=nan\n", r"\[\[move_landmark\]\] number 1, y: .*finite"),
+        ("[[move_landmark]]\nid='1'\nx=1\ny=2\nfrom='May'\n", r"from: .*datetime"),
+        ("[[move_landmark]]\nid='1'\nx=1\ny=2\nfrom=2022-01-10T00:00:00Z\n", r"from: .*should not have timezone"),
+        (
+            "[[shift_clock]]\ntable='gps'\noffset_s=1\n",
+            r"table: Input should be 'sensors', 'wifi'",
+        ),
+        ("[[shift_clock]]\ntable='wifi'\noffset_s=inf\n", r"offset_s: .*less than or equal"),
+        ("[[exclude_landmark]]\nid='1'\nflor=1\n", r"flor: Extra inputs"),
+        ("[[exclude_landmark]]\nid='1'\n[[exclude_landmark]]\nid='2'\nfloor='1'\n", "number 2, floor: .*valid integer"),
+        ("[[unknown]]\nid='1'\n", r"\[\[unknown\]\]"),
+        ("exclude_landmark = 3\n", r"\[\[exclude_landmark\]\]: .*tuple"),
+        ("not toml", "not a TOML file"),
+        ("a = '\x00'", "not a TOML file"),
+    ],
+)
+def test_errors_name_file_entry_and_what_was_expected(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(SurveyError, match=message) as caught:
+        corrections_of(tmp_path, text)
+    assert str(tmp_path / "corrections.toml") in str(caught.value)
+
+
+def test_selectors_choose_sessions_with_or_without_colons(tmp_path: Path) -> None:
+    corrections = corrections_of(tmp_path, EXAMPLE)
+    four = SessionKey(4, "LG", "2022-01-14T16:35:30")
+    assert corrections.excludes(four)
+    assert not corrections.excludes(KEY)
+    assert not corrections.excludes(SessionKey(4, "OnePlus", four.session))
+    assert len(corrections.for_session(SessionKey(0, "OnePlus", "walk")).exclude_span) == 0
+    assert len(corrections.for_session(KEY).exclude_span) == 1
+
+
+@pytest.mark.parametrize(
+    ("session", "applies"),
+    [
+        ("2022-01-09T23:59:59", False),
+        ("2022-01-10T00:00:00", True),
+        ("2022-01-10T000000", True),
+        ("2022-02-01T115959", True),
+        ("2022-02-01T12:00:00", False),
+        ("walk", False),
+    ],
+)
+def test_a_move_holds_for_its_period_only(tmp_path: Path, session: str, applies: bool) -> None:
+    (move,) = corrections_of(tmp_path, EXAMPLE).move_landmark
+    assert move.applies(SessionKey(0, "LG", session)) is applies
+
+
+def test_landmarks_are_moved_and_excluded_on_their_floor(tmp_path: Path) -> None:
+    marks = landmarks_at({"10": (1, 1), "7": (2, 2), "3": (3, 3)})
+    marks.heading_rad[:] = 1.0
+    corrected, uses = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY)
+    assert corrected.ids == ("10", "3")
+    assert corrected.position_bcs.tolist() == [[3.0, 4.5], [3.0, 3.0]]
+    assert np.isnan(corrected.heading_rad).tolist() == [True, False]
+    assert uses == ("Landmark 10 is taken to be at (3, 4.5).",)
+    assert marks.position_bcs[0].tolist() == [1.0, 1.0]
+
+
+def test_landmarks_of_other_floors_are_left_out() -> None:
+    marks = landmarks_at({"10": (1, 1), "7": (2, 2)})
+    marks.floor[1] = 3
+    corrected, uses = corrected_landmarks(marks, Corrections(), KEY)
+    assert (corrected.ids, uses) == (("10",), ())
+
+
+def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
+    marks = landmarks_at({"10": (np.nan, np.nan)})
+    marks.covariance_bcs[0] = np.diag([np.inf, np.inf])
+    corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY)
+    assert corrected.surveyed.all()
+
+
+def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
+    survey = open_survey(write_survey(tmp_path, {"corrections.toml": EXAMPLE}))
+    messages = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
+    assert len(messages) == 1
+    assert "[[swap_landmarks]] number 1 has no effect: no landmark 3 or 5" in messages[0]
+    corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
+    findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site.landmarks)
+    assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message
+
+
+def test_two_thousand_damaged_files_raise_only_our_error(tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    path = tmp_path / "corrections.toml"
+    for _ in range(2000):
+        path.write_bytes(mutate(EXAMPLE.encode(), rng))
+        with suppress(SurveyError):
+            read_corrections(tmp_path)

@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+import re
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.slugs import session_slugs
+
+KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
+
+
+def test_colons_go_and_unsafe_characters_become_hyphens() -> None:
+    keys = [SessionKey(4, "LG_ref", "2022-01-14T16:35:30"), SessionKey(-1, "One Plus/ä", "a b")]
+    assert session_slugs(keys) == ("floor_4.LG_ref.2022-01-14T163530", "floor_-1.One-Plus-.a-b")
+
+
+def test_only_colliding_slugs_get_a_suffix_and_always_the_same() -> None:
+    keys = [SessionKey(1, "LG", name) for name in ("a b", "a?b", "A-B", "c")]
+    slugs = session_slugs(keys)
+    assert len({slug.lower() for slug in slugs}) == 4
+    assert [slug[:12] for slug in slugs] == ["floor_1.LG.a", "floor_1.LG.a", "floor_1.LG.A", "floor_1.LG.c"]
+    assert slugs[3] == "floor_1.LG.c"
+    assert session_slugs(keys[::-1])[::-1] == slugs
+
+
+@given(st.lists(KEYS, unique=True, max_size=8))
+def test_slugs_are_safe_and_unique_on_every_file_system(keys: list[SessionKey]) -> None:
+    slugs = session_slugs(keys)
+    assert len({slug.lower() for slug in slugs}) == len(keys)
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]{1,140}", slug) for slug in slugs)
