@@ -14,9 +14,10 @@ _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS
 _REPLACEMENT = "\ufffd"
 
-# The ssid may hold the separator, so that the fields after it are found from the end of the line.
+# The ssid may hold the separator, so that the fields after it are found from the end of the line; a blank before it
+# belongs to the separator where the line's first separator has one.
 _LINE = (
-    r"^\s*(?<scan>[+-]?\d+)\s*;\s*(?<time_us>\d+)\s*;\s*WLAN\s*; ?(?<ssid>.*);\s*(?<bssid>[^;\s]+)\s*;"
+    r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]+)\s*;"
     r"\s*(?<rssi_dbm>[^;\s]+)\s*$"
 )
 
@@ -36,7 +37,7 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
         _times_ns().alias("time_ns"),
         pl.col("scan").cast(pl.Int32, strict=False),
         pl.col("bssid"),
-        pl.col("ssid"),
+        pl.when(pl.col("blank") == "").then("ssid").otherwise(pl.col("ssid").str.strip_prefix(" ")).alias("ssid"),
         pl.col("rssi_dbm").str.replace(",", ".", literal=True).cast(pl.Float32, strict=False),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )

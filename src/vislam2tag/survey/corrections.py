@@ -206,27 +206,13 @@ def corrected_landmarks(
     entries = corrections.for_session(key)
     excluded = {entry.id for entry in entries.exclude_landmark}
     keep = [i for i, name in enumerate(landmarks.ids) if int(landmarks.floor[i]) == key.floor and name not in excluded]
-    chosen = _select(landmarks, keep)
+    chosen = landmarks.select(keep)
     uses = []
     for entry in entries.move_landmark:
         if entry.id in chosen.index:
             _move(chosen, chosen.index[entry.id], entry)
             uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
-
-
-def _select(landmarks: Landmarks, keep: list[int]) -> Landmarks:
-    """Copy the landmarks with these indices."""
-    index = np.array(keep, dtype=np.int64)
-    return Landmarks(
-        ids=tuple(landmarks.ids[i] for i in keep),
-        floor=landmarks.floor[index],
-        position_bcs=landmarks.position_bcs[index],
-        covariance_bcs=landmarks.covariance_bcs[index],
-        z_m=landmarks.z_m[index],
-        heading_rad=landmarks.heading_rad[index],
-        heading_sigma_rad=landmarks.heading_sigma_rad[index],
-    )
 
 
 def _move(own: Landmarks, index: int, entry: MoveLandmark) -> None:
