@@ -36,16 +36,20 @@ def _options(
     del version
 
 
-def _register_commands() -> None:
-    """Import each ``command_*`` module of this package; it holds a function ``register(app)``."""
-    for module in sorted(info.name for info in pkgutil.iter_modules(cli.__path__)):
-        if module.startswith("command_"):
-            importlib.import_module(f"{cli.__name__}.{module}").register(app)
+def _register_commands(asked: str) -> None:
+    """Import the ``command_*`` module of the command asked for, or all (for help and for unknown commands).
+
+    Each holds a function ``register(app)``; importing only one keeps start-up quick.
+    """
+    modules = sorted(info.name for info in pkgutil.iter_modules(cli.__path__) if info.name.startswith("command_"))
+    wanted = f"command_{asked.replace('-', '_')}"
+    for module in [wanted] if wanted in modules else modules:
+        importlib.import_module(f"{cli.__name__}.{module}").register(app)
 
 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
-    _register_commands()
+    _register_commands((*sys.argv, "")[1])
     try:
         app()
     except Vislam2tagError as error:

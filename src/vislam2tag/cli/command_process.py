@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from vislam2tag.mapping import strategy_names
-from vislam2tag.pipeline import Outcome, Selection, process
+from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.pipeline.session import Outcome
 from vislam2tag.results import Summary
 from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
 

@@ -7,9 +7,9 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 MAX_LAG_S = 0.5
-STEP_S = 0.01
-MAX_FRAMES = 6000
-"""Frames looked at: three minutes at 30 Hz settle the lag."""
+STEP_S = 0.02
+MAX_FRAMES = 2700
+"""Frames looked at: a minute and a half at 30 Hz settles the lag."""
 MIN_SAMPLES = 100
 MIN_CORRELATION = 0.6
 """Below this the two angular speeds do not describe the same motion."""
