@@ -132,6 +132,7 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     _write_files(out, {path: text for path, text in files.items() if not left_out(path, options.traps)})
     for floor in building.floors:
         plan = out / f"floor_{floor.number}" / "floorplan.jpg"
+        plan.parent.mkdir(exist_ok=True)
         if not left_out(plan.name, options.traps):
             draw_plan(floor, plan)
 

@@ -42,7 +42,7 @@ TRAP_FINDINGS: dict[str, frozenset[str]] = {
     "duplicate_landmark_rows": frozenset({"duplicate_landmark_rows"}),
     "landmark_rows_without_frame": frozenset({"landmark_rows_without_frame"}),
     "known_from_start": frozenset(),
-    "missing_plan": frozenset({"missing_file"}),
+    "missing_plan": frozenset({"missing_plan"}),
     "missing_dimensions": frozenset({"missing_file"}),
     "missing_markers": frozenset({"missing_file", "landmark_without_position", "too_few_landmarks"}),
 }
