@@ -14,13 +14,15 @@ FAULTY_SHARE = 0.5
 """Share of the sessions with a fault at severity 1."""
 REEXPRESSED = 0.5
 """From this badness on the tracker re-expresses its whole map far away once (a quarter of the sessions)."""
+COMES_BACK = 0.5
+"""From this rank among the re-expressed sessions on the tracker later joins the new map to the old one."""
 NOMINAL_S = 180.0
 """Numbers of faults are for a walk of this duration; longer walks see more."""
 
 
 @dataclass(frozen=True)
 class Break:
-    """The camera jumps by ``jump`` (complex metres) and turns by ``turn_rad``; it may jump back at frame ``back``."""
+    """The camera jumps by ``jump`` (complex metres, BCS axes) and turns; it may jump back at frame ``back``."""
 
     frame: int
     jump: complex
@@ -30,11 +32,15 @@ class Break:
 
 @dataclass(frozen=True)
 class MapUpdate:
-    """Camera and landmarks are re-expressed together about the camera: ``factor`` and ``shift`` are complex."""
+    """Camera and landmarks are re-expressed together: turned and scaled about the camera, then shifted (complex).
+
+    Frame ``until`` is again in the frame of before; None where the update lasts.
+    """
 
     frame: int
     factor: complex
     shift: complex
+    until: int | None = None
 
 
 @dataclass(frozen=True)
@@ -63,14 +69,14 @@ def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng:
     """Draw the faults of one walk; people in the view and running say where they happen."""
     badness = badness_of(quantile, settings.severity)
     count = len(frames.plane)
-    longer = max(1.0, count / settings.frame_rate_hz / NOMINAL_S)
+    longer = count / settings.frame_rate_hz / NOMINAL_S
     updates = _small_updates(count, settings, rng)
     if badness == 0:
         return FaultPlan(np.empty((0, 2), dtype=np.int64), (), tuple(updates))
-    if badness > REEXPRESSED:
+    if badness > REEXPRESSED and settings.reexpression_m[1] > 0:
         updates.append(_reexpression(count, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
-    runs = _lost_runs(frames, round((1 + 1.5 * badness) * longer), settings, rng)
-    breaks = _breaks(frames, round(2.2 * badness * longer), badness, settings, rng)
+    runs = _lost_runs(frames, max(1, round((1 + 1.5 * badness) * longer)), settings, rng)
+    breaks = _breaks(frames, round((2.0 * badness + 8.0 * badness**8) * longer), badness, settings, rng)
     return FaultPlan(runs, breaks, tuple(sorted(updates, key=lambda update: update.frame)))
 
 
@@ -79,7 +85,7 @@ def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generat
     minutes = count / settings.frame_rate_hz / 60
     number = int(rng.poisson(settings.map_updates_per_minute * minutes * min(settings.severity, 1.0)))
     at = np.sort(rng.integers(1, count, number)).tolist()
-    turn = rng.normal(0, 0.006, number) * settings.severity
+    turn = rng.normal(0, 0.003, number) * settings.severity
     shift = rng.normal(0, 0.05, (2, number)) * settings.severity
     scale = 1 + rng.normal(0, 0.002, number) * settings.severity
     factors = scale * np.exp(1j * turn)
@@ -87,40 +93,50 @@ def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generat
 
 
 def _reexpression(count: int, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
-    """A new origin and heading, tens of metres away; the higher the rank, the farther."""
-    distance = settings.severity * (12.0 + 45.0 * rank**2)
-    factor = np.exp(1j * rng.uniform(0.3, 1.2) * rng.choice((-1.0, 1.0)))
-    frame = int(count * rng.uniform(0.6, 0.75))
-    return MapUpdate(frame, complex(factor), complex(distance * np.exp(1j * rng.uniform(-np.pi, np.pi))))
+    """A new origin and heading, tens of metres away; the higher the rank, the farther.
+
+    The tracker has begun a new map. In the upper half of ranks it joins it to the old one later and comes back, so
+    that the landmarks' medians stay in the old frame and a part of the walk lies far off it.
+    """
+    distance = settings.severity * float(np.interp(rank**2, (0, 1), settings.reexpression_m))
+    away = np.exp(1j * rng.uniform(0.3, 1.2) * rng.choice((-1.0, 1.0)))
+    shift = distance * np.exp(1j * rng.uniform(-np.pi, np.pi))
+    frame = int(count * rng.uniform(0.4, 0.5))
+    joined = frame + int(count * rng.uniform(0.2, 0.24))
+    return MapUpdate(frame, complex(away), complex(shift), joined if rank >= COMES_BACK else None)
 
 
 def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
     """Runs without tracking (l, 2), a few seconds each, where somebody blocks the view if anybody does."""
-    start = _places(frames.blocked, number, rng)
-    length = rng.uniform(2.0, 5.0, len(start)) * min(settings.severity, 3.0) * settings.frame_rate_hz
+    start = _spread(len(frames.plane), number, rng)
+    entries = np.flatnonzero(np.diff(frames.blocked.astype(np.int8)) == 1)[:number]
+    start[: len(entries)] = entries + 1
+    start = np.sort(start)
+    length = rng.uniform(1.5, 4.0, len(start)) * min(settings.severity, 3.0) * settings.frame_rate_hz
     return np.column_stack((start, np.minimum(start + length.astype(np.int64), len(frames.plane) - 1)))
 
 
 def _breaks(
     frames: Frames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[Break, ...]:
-    """Jumps of the camera alone, metres away, where the walker runs if anywhere; half of them are taken back."""
+    """Jumps of the camera alone, metres away to a side; half of them are taken back. Every run causes one."""
+    running = frames.speed > RUNNING_M_S
+    starts = np.flatnonzero(np.diff(running.astype(np.int8)) == 1)
+    count = len(running)
+    others = _spread(count, max(number - len(starts), 0), rng)
     breaks = []
-    for frame in _places(frames.speed > RUNNING_M_S, number, rng).tolist():
-        size = settings.severity * (7.0 + 8.0 * badness) * rng.uniform(0.8, 1.2)
+    for frame in np.sort(np.concatenate((starts + int(settings.frame_rate_hz), others)).clip(1, count - 2)).tolist():
+        size = settings.severity * float(np.interp(badness, (0, 1), settings.break_m)) * rng.uniform(0.85, 1.15)
+        ahead = frames.looking[frame, 0] + 1j * frames.looking[frame, 1]
+        aside = np.exp(1j * (rng.choice((-1.0, 1.0)) * np.pi / 2 + rng.uniform(-0.6, 0.6)))
         back = frame + int(rng.uniform(4.0, 15.0) * settings.frame_rate_hz)
-        returns = rng.random() < 0.5 and back < len(frames.plane) - 1
-        jump = complex(size * np.exp(1j * rng.uniform(-np.pi, np.pi)))
-        breaks.append(Break(frame, jump, float(rng.normal(0, 0.3)), back if returns else None))
+        returns = rng.random() < 0.5 and back < count - 1
+        jump = complex(size * ahead / abs(ahead) * aside)
+        breaks.append(Break(frame, jump, float(rng.normal(0, 0.1)), back if returns else None))
     return tuple(breaks)
 
 
-def _places(provoking: BoolArray, number: int, rng: np.random.Generator) -> IntArray:
-    """Frames (number,) for faults, in order: the first ones where they are provoked, the others evenly spread."""
-    count = len(provoking)
+def _spread(count: int, number: int, rng: np.random.Generator) -> IntArray:
+    """Frames (number,) evenly spread over the middle of ``count``, in order."""
     share = (np.arange(number) + rng.uniform(0.1, 0.9, number)) / max(number, 1)
-    place = ((0.15 + 0.75 * share) * count).astype(np.int64)
-    hot = np.flatnonzero(provoking & (np.arange(count) > 0.1 * count) & (np.arange(count) < 0.95 * count))
-    if len(hot) and number:
-        place[int(np.argmin(np.abs(place - hot[0])))] = int(rng.choice(hot))
-    return np.sort(place)
+    return ((0.15 + 0.75 * share) * count).astype(np.int64)

@@ -125,7 +125,8 @@ class Mapper:
             self._undisturbed = (self._turn, self._shift)
         self._broken_at = fault.frame
         pivot = complex(self._camera(slice(fault.frame, fault.frame + 1))[0])
-        self._displace(pivot, fault.turn_rad, fault.jump)
+        local = self._turn * complex(self._odometry.factor[fault.frame])
+        self._displace(pivot, fault.turn_rad, fault.jump * local / abs(local))
         self._note(fault.frame, "break", abs(fault.jump))
 
     def _come_back(self, frame: int) -> None:

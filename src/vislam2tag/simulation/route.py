@@ -17,7 +17,8 @@ CORNER_M = 0.4
 """How much corners are rounded."""
 PASS_M = (0.5, 0.75)
 """Range of the distance between camera and sheet when a landmark is passed, in the plane."""
-KEEP_RIGHT_M = 0.2
+KEEP_RIGHT_M = (0.05, 0.45)
+"""How far right of the corridor's middle people keep; each has a habit."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,8 @@ def _normals(centre: FloatArray) -> FloatArray:
 def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
     """Slow wandering across the corridor, to the right of its middle (positive is left), metres."""
     knots = np.arange(0.0, arc[-1] + 8.0, 4.0)
-    spread, keep = (0.08, 0.1) if settings.control_points or settings.straight_corridor else (0.15, KEEP_RIGHT_M)
+    straight = settings.control_points or settings.straight_corridor
+    keep, spread = float(rng.uniform(*KEEP_RIGHT_M)), 0.08 if straight else 0.15
     wander: FloatArray = np.interp(arc, knots, rng.normal(-keep, spread, len(knots)))
     return wander
 

@@ -27,6 +27,8 @@ FIRST_DAY = datetime(2021, 12, 20, tzinfo=UTC)
 """No simulated session starts before this day; devices were started before it."""
 POSE_LAGS_S = {"LG": 0.055, "OnePlus": 0.035, "Galaxy": 0.045, "S20": 0.03}
 
+STATION_BREAK_M = (5.0, 10.0)
+"""Jumps of the camera in short walks along one corridor."""
 FIRST_STARTS = {
     (1, "LG_ref"): "2022-01-19T16:06:28",
     (1, "OnePlus_ref"): "2022-01-19T15:51:00",
@@ -123,7 +125,7 @@ def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
         walker = _provoked(WalkStyle.TOTAL_STATION, quantile * min(level, 1.0))
         duration = float(rng.integers(60, 121))
         planned.append(_planned(seed, key, duration, walker, level, quantile, WalkStyle.TOTAL_STATION))
-    building = BuildingSettings(floors=(1, 4), landmarks=14)
+    building = BuildingSettings(floors=(1, 4), landmarks=14, control_point_spacing_m=11.0)
     return Scenario(seed, level, make_building(building, seed), tuple(planned))
 
 
@@ -145,7 +147,7 @@ def _strata(count: int, rng: np.random.Generator) -> FloatArray:
 def _provoked(style: WalkStyle, badness: float) -> WalkSettings:
     """What goes wrong has a cause: the worse a session is tracked, the more people and running it has seen."""
     if style is WalkStyle.TOTAL_STATION:
-        return walk_settings(style, runs=2 if badness > 0.65 else 0)
+        return walk_settings(style, runs=int(badness > 0.7))
     return walk_settings(style, runs=1 if badness > 0.8 else 0, people=1 if badness > 0.5 else 0)
 
 
@@ -161,13 +163,16 @@ def _planned(
     up_hours = stream(seed, "boot", key.device).uniform(2.0, 200.0)
     boot = FIRST_DAY - timedelta(hours=float(up_hours))
     start = datetime.fromisoformat(key.session).replace(tzinfo=UTC)
+    tracker = TrackerSettings(severity=severity, pose_lag_s=POSE_LAGS_S.get(key.device.split("_")[0], 0.045))
+    if style is WalkStyle.TOTAL_STATION:
+        tracker = tracker.model_copy(update={"break_m": STATION_BREAK_M, "reexpression_m": (0.0, 0.0)})
     return PlannedSession(
         key=key,
         start_ns=(start - boot) // timedelta(microseconds=1) * 1000,
         boot_unix_ns=(boot - datetime.fromtimestamp(0, UTC)) // timedelta(microseconds=1) * 1000,
         duration_s=duration_s,
         walk=walk,
-        tracker=TrackerSettings(severity=severity, pose_lag_s=POSE_LAGS_S.get(key.device.split("_")[0], 0.045)),
+        tracker=tracker,
         fault_quantile=quantile,
         presses=style is WalkStyle.CONTROL_POINTS,
         total_station=style is WalkStyle.TOTAL_STATION,

@@ -86,7 +86,7 @@ class TrackerSettings(_Frozen):
     """Pose stamps are later than the exposure by this; a constant of the phone."""
     pose_noise_m: float = 0.002
     """White noise of the camera position, per axis."""
-    sighting_bias_m: float = 0.02
+    sighting_bias_m: float = 0.19
     """Error of a landmark's position that all frames of one pass share, per axis, at 1 m distance."""
     sighting_noise_m: float = 0.004
     """White noise of a landmark's position, per axis, at 1 m distance."""
@@ -97,20 +97,24 @@ class TrackerSettings(_Frozen):
     """Greatest angle between the sheet's normal and the direction to the camera."""
     field_of_view_rad: float = 1.1
     """Full opening angle of the camera."""
-    heading_drift_rad: float = 0.004
+    heading_drift_rad: float = 0.0018
     """Random walk of the heading, per square root of metre walked."""
-    turning_drift: float = 0.006
+    turning_drift: float = 0.003
     """Further random walk of the heading, per square root of radian turned."""
-    scale_sigma: float = 0.012
+    scale_sigma: float = 0.006
     """Stationary spread of the scale."""
     scale_length_m: float = 40.0
     """Distance over which the scale forgets itself."""
-    position_drift_m: float = 0.012
+    position_drift_m: float = 0.008
     """Random walk of the position, per square root of metre walked, per axis."""
     running_factor: float = 3.0
     """Drift grows by this where the walker runs."""
     loop_share: tuple[float, float] = (0.2, 0.8)
     """Range of the share of the drift that a revisit corrects."""
+    break_m: tuple[float, float] = (7.0, 18.0)
+    """Jump of the camera at a break, for the best and the worst of the faulty sessions."""
+    reexpression_m: tuple[float, float] = (12.0, 107.0)
+    """How far a new map's origin lies from the old one's, for the least and the most affected; 0: no new maps."""
     map_updates_per_minute: float = 0.7
     """Small re-expressions of camera and landmarks together."""
 

@@ -32,6 +32,7 @@ def track(
 ) -> TrackerLog:
     """Log a walk as the tracker would; ``fault_quantile`` (0 best to 1 worst) ranks it, drawn where None."""
     quantile = float(rng.uniform()) if fault_quantile is None else fault_quantile
+    settings = _of_rank(settings, quantile)
     frames = expose(walk, settings, rng)
     odometry = dead_reckon(frames, settings, rng)
     faults = plan_faults(frames, settings, quantile, rng)
@@ -51,12 +52,19 @@ def track(
     )
 
 
+def _of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
+    """Scale drift and sighting errors with the session's rank: some phones, halls and hands are better than others."""
+    factor = 0.6 + 0.8 * quantile
+    drifting = ("sighting_bias_m", "heading_drift_rad", "turning_drift", "scale_sigma", "position_drift_m")
+    return settings.model_copy(update={name: factor * getattr(settings, name) for name in drifting})
+
+
 def _reexpress(mapped: MapLog, faults: FaultPlan) -> MapLog:
-    """Apply the map updates: from each one's frame on, camera and landmarks are moved together."""
+    """Apply the map updates: camera and landmarks are moved together."""
     camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
     heading = mapped.heading.copy()
     for update in faults.updates:
-        later = slice(update.frame, None)
+        later = slice(update.frame, update.until)
         shift = camera[update.frame] * (1 - update.factor) + update.shift
         camera[later] = update.factor * camera[later] + shift
         anchor[later] = update.factor * anchor[later] + shift
@@ -122,6 +130,7 @@ def _landmark_log(
 
 def _events(mapped: MapLog, faults: FaultPlan) -> tuple[TrackerEvent, ...]:
     events = [*mapped.events, *(TrackerEvent(u.frame, "map_update", abs(u.shift)) for u in faults.updates)]
+    events += [TrackerEvent(u.until, "map_update", abs(u.shift)) for u in faults.updates if u.until is not None]
     for start, stop in faults.lost.tolist():
         events += [TrackerEvent(start, "lost", 0.0), TrackerEvent(stop, "found", 0.0)]
     return tuple(sorted(events, key=lambda event: event.frame))
