@@ -20,8 +20,16 @@ def test_everything_of_a_survey_is_counted(tmp_path: Path) -> None:
     assert session.duration_s == 1.967
     assert session.frame_rate_hz == 30.0
     assert session.usable
-    assert inspection.sessions[2].landmarks_surveyed == 1
     assert Inspection.model_validate_json(inspection.model_dump_json()) == inspection
+
+
+def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> None:
+    write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
+    session = inspect_survey(tmp_path).sessions[2]
+    assert (session.landmarks_seen, session.landmarks_surveyed) == (("10", "7"), 1)
+    (finding,) = session.findings
+    assert (finding.kind, finding.count) == ("landmark_without_position", 1)
+    assert finding.message.startswith("landmarks 7 were seen")
 
 
 def test_excluded_sessions_are_not_read_and_broken_ones_not_usable(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ CLEAN_SITE = {
     "floor_1/marker_dict.csv": "id,x,y\n10,1.5,2.5\n7,30,4\n",
     "floor_1/refmarker.csv": "1,2\n3.5,4\n",
     "floor_1/floorplan.jpg": "not looked into",
-    "floor_4/marker_dict.csv": "marker,x,y\n10,9,9\n",
+    "floor_4/marker_dict.csv": "marker,x,y\n10,9,9\n7,1,1\n",
     "floor_4/floorplan.png": "not looked into",
 }
 CLEAN_SESSIONS = ("floor_1/LG/2022-01-14T16:35:30", "floor_1/One Plus/walk", "floor_4/LG/2022-01-14T16:35:30")

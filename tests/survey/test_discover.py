@@ -43,9 +43,9 @@ def test_a_clean_survey_has_no_findings(tmp_path: Path) -> None:
 
 def test_landmarks_of_all_floors_with_their_default_sigma(tmp_path: Path) -> None:
     marks = open_survey(write_survey(tmp_path), 0.05).site.landmarks
-    assert list(zip(marks.floor.tolist(), marks.ids, strict=True)) == [(1, "10"), (1, "7"), (4, "10")]
-    assert marks.position_bcs.tolist() == [[1.5, 2.5], [30.0, 4.0], [9.0, 9.0]]
-    np.testing.assert_allclose(marks.covariance_bcs, np.repeat(np.eye(2)[None] * 0.0025, 3, axis=0))
+    assert list(zip(marks.floor.tolist(), marks.ids, strict=True)) == [(1, "10"), (1, "7"), (4, "10"), (4, "7")]
+    assert marks.position_bcs.tolist() == [[1.5, 2.5], [30.0, 4.0], [9.0, 9.0], [1.0, 1.0]]
+    np.testing.assert_allclose(marks.covariance_bcs, np.repeat(np.eye(2)[None] * 0.0025, 4, axis=0))
     assert marks.surveyed.all()
     assert np.isnan(marks.z_m).all()
 
@@ -114,7 +114,7 @@ def test_damaged_site_files_are_findings(tmp_path: Path, name: str) -> None:
 def test_nan_written_as_a_coordinate_is_reported_and_empty_is_unsurveyed(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": "id,x,y\n1,nan,nan\n2,,\n"}))
     assert kinds(survey.findings) == {("non_finite_values", "floor_1/marker_dict.csv"): (2,)}
-    assert survey.site.landmarks.ids == ("2", "10")
+    assert survey.site.landmarks.ids == ("2", "10", "7")
 
 
 def test_a_landmark_listed_for_another_floor_is_a_duplicate_there(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def _print(inspection: Inspection) -> None:
         for line in _finding_lines(title, findings):
             console.print(line, soft_wrap=True)
     total = sum(len(findings) for _, findings in groups)
-    console.print(f"{len(inspection.sessions)} sessions, {total or 'no'} findings")
+    console.print(f"sessions: {len(inspection.sessions)}, findings: {total}")
 
 
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:

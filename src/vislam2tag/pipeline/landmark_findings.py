@@ -6,28 +6,17 @@ import numpy as np
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.known_landmarks import landmarks_without_position
 
 
 def landmark_findings(
     camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float
 ) -> list[Finding]:
     """Landmarks without a position, too high to be visited, or too few of them visited."""
-    return [*_without_position(log, landmarks), *_too_high(camera, log, trajectory, radius_m), *_too_few(trajectory)]
-
-
-def _without_position(log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
-    surveyed = landmarks.surveyed
-    missing = [name for name in log.ids if name not in landmarks.index or not surveyed[landmarks.index[name]]]
-    if not missing:
-        return []
     return [
-        Finding(
-            kind="landmark_without_position",
-            file="",
-            count=len(missing),
-            message=f"landmarks {', '.join(missing)} were seen but have no surveyed position; they are not used: "
-            "add them to marker_dict.csv",
-        )
+        *landmarks_without_position(log, landmarks),
+        *_too_high(camera, log, trajectory, radius_m),
+        *_too_few(trajectory),
     ]
 
 

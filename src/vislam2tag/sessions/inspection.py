@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag.errors import SessionError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions.discover import open_survey
+from vislam2tag.sessions.known_landmarks import landmarks_without_position, surveyed_ids
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
@@ -39,7 +40,7 @@ class FloorOverview(_Model):
 
 
 class SessionOverview(_Model):
-    """One session: how much of everything, and the findings of its reader."""
+    """One session: how much of everything, and what is wrong with it."""
 
     floor: int
     device: str
@@ -129,14 +130,12 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
     landmarks, _ = corrected_landmarks(survey.site.landmarks, Corrections(), key)
-    surveyed = {name for name, known in zip(landmarks.ids, landmarks.surveyed, strict=True) if known}
-    seen = session.landmarks.ids
     return blank.model_copy(
         update={
             **_amounts(session),
-            "landmarks_seen": seen,
-            "landmarks_surveyed": len(surveyed.intersection(seen)),
-            "findings": session.findings,
+            "landmarks_seen": session.landmarks.ids,
+            "landmarks_surveyed": len(surveyed_ids(session.landmarks, landmarks)),
+            "findings": (*session.findings, *landmarks_without_position(session.landmarks, landmarks)),
         }
     )
 

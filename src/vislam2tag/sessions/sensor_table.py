@@ -28,7 +28,12 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
     findings = []
     for kind, mask, message, severity in (
-        ("repeated_rows", repeated, "readings repeat the sensor and time of an earlier one; kept", Severity.INFO),
+        (
+            "repeated_rows",
+            repeated,
+            "readings have the sensor and time of an earlier one; the first counts",
+            Severity.INFO,
+        ),
         ("backward_times", backward, "readings are earlier than one before them of the same sensor; kept", None),
         ("non_finite_values", infinite, "values are not finite; kept as they are", None),
     ):
