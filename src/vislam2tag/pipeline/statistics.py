@@ -14,6 +14,8 @@ from vislam2tag.results import ScanStatistics, VisitMark
 
 WAY_STEP_S = 0.5
 """Lengths are summed between points this far apart, so that gait and noise do not count as walking."""
+FASTEST_M_PER_S = 6.0
+"""A faster step is a jump of the tracker, no walking."""
 
 
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory) -> dict[str, Any]:
@@ -45,17 +47,22 @@ def frame_seconds(camera: CameraTrack, trajectory: Trajectory) -> dict[str, floa
 
 
 def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
-    """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere."""
+    """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere.
+
+    Jumps of the tracker (:data:`FASTEST_M_PER_S`) are left out.
+    """
     frames = np.flatnonzero(camera.usable)
     if len(frames) == 0:
         return 0.0
     elapsed_s = (camera.time_ns[frames] - camera.time_ns[frames[0]]) * 1e-9
-    frames = frames[np.unique(np.searchsorted(elapsed_s, np.arange(0.0, elapsed_s[-1], WAY_STEP_S)))]
+    kept = np.unique(np.searchsorted(elapsed_s, np.arange(0.0, elapsed_s[-1], WAY_STEP_S)))
+    frames = frames[kept]
     mapped = has_position(trajectory.status[frames])
     steps = np.where(
         mapped[1:] & mapped[:-1], _steps(trajectory.position_bcs[frames, :2]), _steps(camera.plane_acs[frames])
     )
-    return float(np.sum(steps))
+    walked = steps < FASTEST_M_PER_S * np.diff(elapsed_s[kept])
+    return float(np.sum(steps, where=walked))
 
 
 def _steps(points: FloatArray) -> FloatArray:

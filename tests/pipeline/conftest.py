@@ -1,0 +1,24 @@
+"""Surveys and runs shared by the pipeline's tests; they are read only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.surveys import make_survey
+from vislam2tag.pipeline.run import process
+
+
+@pytest.fixture(scope="session")
+def clean_survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two floors, two phones, a perfect tracker."""
+    return make_survey(tmp_path_factory.mktemp("clean") / "survey", floors=2, seconds=120.0)
+
+
+@pytest.fixture(scope="session")
+def clean_run(clean_survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The output folder of ``process`` with its defaults."""
+    out = tmp_path_factory.mktemp("clean_run") / "out"
+    process(clean_survey, out)
+    return out
