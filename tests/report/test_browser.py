@@ -98,7 +98,7 @@ def test_metres_are_equally_long_on_both_axes(page: Page) -> None:
 def test_chooser_shows_one_session_and_all_again(page: Page) -> None:
     everything, elsewhere = points_drawn(page, 1), points_drawn(page, 2)
     options = page.locator("#floor-1 select option").all_inner_texts()
-    assert options[0] == "all 4 sessions"
+    assert options[0] == "all sessions (4)"
     assert len(options) == 5
     paths = page.locator("#map-1 .scatterlayer path.js-line")
     drawn = [paths.nth(index).get_attribute("d") for index in range(paths.count())]

@@ -50,7 +50,14 @@ def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> No
     assert "poses.csv: empty; expected one pose a line" in page
     for label in STATUS_LABELS:
         assert STATUS_STYLES[label].meaning in page
-    for text in ("Floor 1", "Floor 2", "42 ms", "throttled by the phone", "corrections.toml, line 4", "missing plan"):
+    for text in (
+        "Floor 1",
+        "Floor 2",
+        "42\u00a0ms",
+        "throttled by the phone",
+        "corrections.toml, line 4",
+        "missing plan",
+    ):
         assert text in page
     assert "visits.radius_m" in page
 

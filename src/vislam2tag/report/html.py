@@ -63,6 +63,12 @@ class _FloorView:
     sessions: Iterator[SessionView]
 
     @property
+    def title(self) -> str:
+        """The floor's name where it says more than its number."""
+        number = self.floor.number
+        return "" if self.floor.name.casefold() in (str(number), f"floor {number}") else self.floor.name
+
+    @property
     def figure(self) -> Markup:
         return _embedded(floor_figure(self.floor, self.landmarks))
 

@@ -1,4 +1,4 @@
-"""Numbers and codes as people read them: the template's filters."""
+"""Numbers and codes as people read them: the template's filters. No line breaks inside a number with its unit."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ def percent(share: float | None) -> str:
     if share is None:
         return MISSING
     if 0.995 < share < 1:
-        return "> 99 %"
+        return _unbroken("> 99 %")
     if 0 < share < 0.005:
-        return "< 1 %"
-    return f"{100 * share:.0f} %"
+        return _unbroken("< 1 %")
+    return _unbroken(f"{100 * share:.0f} %")
 
 
 def duration(seconds: float | None) -> str:
@@ -22,24 +22,24 @@ def duration(seconds: float | None) -> str:
     if seconds is None:
         return MISSING
     if seconds < 59.95:
-        return f"{seconds:.1f} s"
+        return _unbroken(f"{seconds:.1f} s")
     minutes, rest = divmod(round(seconds), 60)
     if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
+        return _unbroken(f"{minutes} min {rest:02d} s")
     hours, minutes = divmod(round(seconds / 60), 60)
-    return f"{hours} h {minutes:02d} min"
+    return _unbroken(f"{hours} h {minutes:02d} min")
 
 
 def distance(metres: float | None) -> str:
-    """Write metres as ``12 m``, kilometres from ten thousand on."""
+    """Write metres as ``12 m``, kilometres from ten thousand metres on."""
     if metres is None:
         return MISSING
-    return f"{metres / 1000:.1f} km" if metres >= 10_000 else f"{count(round(metres))} m"
+    return _unbroken(f"{metres / 1000:.1f} km" if metres >= 10_000 else f"{count(round(metres))} m")
 
 
 def number(value: float | None, decimals: int, unit: str = "") -> str:
     """Write a number with fixed decimals and its unit."""
-    return MISSING if value is None else f"{value:.{decimals}f} {unit}".rstrip()
+    return MISSING if value is None else _unbroken(f"{value:.{decimals}f} {unit}".rstrip())
 
 
 def count(value: int) -> str:
@@ -49,12 +49,16 @@ def count(value: int) -> str:
 
 def size(size_bytes: int) -> str:
     """Write a file size in kB or MB (powers of ten)."""
-    return f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1_000_000 else f"{size_bytes / 1e3:.1f} kB"
+    return _unbroken(f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1_000_000 else f"{size_bytes / 1e3:.1f} kB")
 
 
 def words(code: str) -> str:
     """Write a code such as ``scan_throttling`` as words."""
     return code.replace("_", " ")
+
+
+def _unbroken(text: str) -> str:
+    return text.replace(" ", "\u00a0")
 
 
 FILTERS = {

@@ -69,7 +69,7 @@
     };
     if (parts.length > 10) Plotly.restyle(div, scaled(parts), layers);
     const chooser = section.querySelector("select");
-    chooser.add(new Option(`all ${parts.length} sessions`, "all"));
+    chooser.add(new Option(`all sessions (${parts.length})`, "all"));
     parts.forEach((part, index) => chooser.add(new Option(part.name, index)));
     chooser.addEventListener("change", () => {
       const wanted = chooser.value === "all" ? parts : [parts[Number(chooser.value)]];
