@@ -68,6 +68,12 @@ def test_every_kind_of_entry_is_read(tmp_path: Path) -> None:
     assert corrections.shift_clock[0].offset_s == -0.35
 
 
+def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    corrections = corrections_of(tmp_path, text.split("```toml\n")[1].split("```")[0])
+    assert all(len(getattr(corrections, name)) == 1 for name in Corrections.model_fields)
+
+
 def test_no_file_means_no_corrections(tmp_path: Path) -> None:
     assert read_corrections(tmp_path) == Corrections()
 

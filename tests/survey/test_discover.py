@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +150,29 @@ def test_what_is_no_survey_is_one_clear_error(tmp_path: Path) -> None:
         open_survey(tmp_path)
     (tmp_path / "floor_1" / "LG" / "empty").mkdir(parents=True)
     with pytest.raises(SurveyError, match="no session"):
+        open_survey(tmp_path)
+
+
+def test_a_session_folder_whose_name_is_not_text_is_left_out(tmp_path: Path) -> None:
+    write_survey(tmp_path)
+    name = os.fsdecode(b"walk\xff")
+    try:
+        (tmp_path / "floor_4/LG/2022-01-14T16:35:30").rename(tmp_path / "floor_4/LG" / name)
+    except OSError:
+        pytest.skip("this file system takes only text as names")
+    survey = open_survey(tmp_path)
+    assert len(survey.sessions) == 2
+    assert kinds(survey.findings) == {("unrecognised_folder", "floor_4/LG/walk\ufffd"): ()}
+
+
+def test_a_survey_that_cannot_be_looked_into_is_our_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_survey(tmp_path)
+
+    def refuse(path: Path) -> bool:
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "is_file", refuse)
+    with pytest.raises(SurveyError, match="Permission denied"):
         open_survey(tmp_path)
 
 

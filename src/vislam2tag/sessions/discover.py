@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from vislam2tag.errors import SurveyError
@@ -18,26 +19,38 @@ def open_survey(root: Path, default_sigma_m: float = Settings().default_landmark
     """Look at a survey folder: read the site's files, list the sessions, read none of them.
 
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none. Raises SurveyError
-    where the folder is missing, no folder, holds no floor or no session, or ``corrections.toml`` is wrong.
+    where the folder is missing, no folder, cannot be looked into, holds no floor or no session, or
+    ``corrections.toml`` is wrong.
     """
-    site, findings = read_site(root, default_sigma_m)
-    sessions: list[tuple[SessionKey, Path, str]] = []
-    unknown: list[Finding] = []
-    for key, folder in session_folders(root):
-        name = format_of(folder)
-        if name is None:
-            unknown.append(_unrecognised(str(folder.relative_to(root))))
-        else:
-            sessions.append((key, folder, name))
+    try:
+        site, findings = read_site(root, default_sigma_m)
+        sessions, unrecognised = _sessions(root)
+    except OSError as error:
+        raise SurveyError(f"{root}: cannot be looked into: {error}") from error
     if not sessions:
         raise SurveyError(f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it")
     keys = [key for key, _, _ in sessions]
     unused = unused_corrections(read_corrections(root), keys, site.landmarks)
     slugs = session_slugs(keys)
     refs = tuple(SessionRef(*session, slug) for session, slug in zip(sessions, slugs, strict=True))
-    return Survey(root, site, refs, (*findings, *unused, *unknown))
+    return Survey(root, site, refs, (*findings, *unused, *unrecognised))
 
 
-def _unrecognised(folder: str) -> Finding:
-    message = "no file of a known session format in it; left out"
-    return Finding(kind="unrecognised_folder", file=folder, count=1, message=message, severity=Severity.INFO)
+def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Finding]]:
+    sessions = []
+    unrecognised = []
+    for key, folder in session_folders(root):
+        path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
+        name = format_of(folder)
+        if "\ufffd" in path:
+            message = "the folder's name is not UTF-8; left out: rename it"
+            unrecognised.append(_unrecognised(path, message, Severity.WARNING))
+        elif name is None:
+            unrecognised.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
+        else:
+            sessions.append((key, folder, name))
+    return sessions, unrecognised
+
+
+def _unrecognised(folder: str, message: str, severity: Severity) -> Finding:
+    return Finding(kind="unrecognised_folder", file=folder, count=1, message=message, severity=severity)
