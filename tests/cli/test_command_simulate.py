@@ -1,0 +1,47 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.cli import main
+
+SMALL = ["--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.25"]
+
+
+def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr("sys.argv", ["vislam2tag", "simulate", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return int(stop.value.code or 0)
+
+
+def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--seed", "9", "--severity", "mild", "--trap", "missing_plan", "--names", "paper", "--landmarks", "8"]
+    assert run(monkeypatch, str(tmp_path / "out"), *SMALL, *options) == 0
+    assert "1 sessions on 1 floors" in capsys.readouterr().out
+    description = json.loads((tmp_path / "out" / "simulation.json").read_text())
+    assert (description["seed"], description["severity"], description["names"]) == (9, 0.5, "paper")
+    assert len((tmp_path / "out" / "floor_0" / "marker_dict.csv").read_text().splitlines()) == 9
+    assert not list(tmp_path.rglob("floorplan.jpg"))
+    assert len(list(tmp_path.rglob("CameraPose.csv"))) == 1
+
+
+def test_usage_errors_end_with_2(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(monkeypatch, str(tmp_path / "out"), "--trap", "pitfall") == 2
+    assert "no such trap: pitfall" in capsys.readouterr().err
+    assert run(monkeypatch, str(tmp_path / "out"), "--minutes", "inf") == 2
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").touch()
+    assert run(monkeypatch, str(tmp_path / "full"), *SMALL) == 2
+    assert "not an empty folder" in capsys.readouterr().err
+
+
+def test_help_has_examples_and_traps(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(monkeypatch, "--help") == 0
+    shown = capsys.readouterr().out
+    assert "simulate paper --like paper" in shown
+    assert "frame_gap" in shown
