@@ -53,7 +53,7 @@ def read_truth(path: Path) -> Truth:
 def errors_at_truth(trajectory: Trajectory, truth: Truth) -> FloatArray:
     """Distance (t,) in the plane between each true point and the label at its time, metres; NaN without a label."""
     labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
-    return np.linalg.norm(labels.position_bcs[:, :2] - truth.position_bcs, axis=1)
+    return np.asarray(np.linalg.norm(labels.position_bcs[:, :2] - truth.position_bcs, axis=1))
 
 
 def errors_at_frames(trajectory: Trajectory, truth: Truth) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,8 @@ REEXPRESSED = 0.5
 """From this badness on the tracker re-expresses its whole map far away once (a quarter of the sessions)."""
 COMES_BACK = 0.5
 """From this rank among the re-expressed sessions on the tracker later joins the new map to the old one."""
+ONE_RUN_S = 15.0
+"""Speeding up again within this time belongs to the same run."""
 NOMINAL_S = 180.0
 """Numbers of faults are for a walk of this duration; longer walks see more."""
 
@@ -58,6 +60,22 @@ class FaultPlan:
         inside = (frame >= self.lost[:, 0]) & (frame < self.lost[:, 1])
         return np.asarray(inside.any(axis=1))
 
+    def postponed(self, busy: BoolArray) -> FaultPlan:
+        """Put off jumps to the next frame that is not ``busy`` (f,): what is in view then holds the tracker."""
+        free = np.flatnonzero(np.append(~busy, True))
+
+        def later(frame: int) -> int:
+            return int(free[np.searchsorted(free, frame)])
+
+        count = len(busy)
+        breaks = [replace(b, frame=later(b.frame), back=None if b.back is None else later(b.back)) for b in self.breaks]
+        updates = [replace(u, frame=later(u.frame), until=u.until and later(u.until)) for u in self.updates]
+        return FaultPlan(
+            self.lost,
+            tuple(b for b in breaks if b.frame < count - 1),
+            tuple(u for u in updates if u.frame < count - 1),
+        )
+
 
 def badness_of(quantile: float, severity: float) -> float:
     """How badly a session of this rank is tracked, 0 to 1: nothing happens to the better half at severity 1."""
@@ -76,7 +94,7 @@ def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng:
     if badness > REEXPRESSED and settings.reexpression_m[1] > 0:
         updates.append(_reexpression(count, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
     runs = _lost_runs(frames, max(1, round((1 + 1.5 * badness) * longer)), settings, rng)
-    breaks = _breaks(frames, round((2.0 * badness + 8.0 * badness**8) * longer), badness, settings, rng)
+    breaks = _breaks(frames, round((2.0 * badness + 10.0 * badness**8) * longer), badness, settings, rng)
     return FaultPlan(runs, breaks, tuple(sorted(updates, key=lambda update: update.frame)))
 
 
@@ -119,9 +137,10 @@ def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.r
 def _breaks(
     frames: Frames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[Break, ...]:
-    """Jumps of the camera alone, metres away to a side; half of them are taken back. Every run causes one."""
+    """Jumps of the camera alone, metres away to a side; most are taken back. Every run causes one."""
     running = frames.speed > RUNNING_M_S
     starts = np.flatnonzero(np.diff(running.astype(np.int8)) == 1)
+    starts = starts[np.diff(starts, prepend=-np.inf) > ONE_RUN_S * settings.frame_rate_hz]
     count = len(running)
     others = _spread(count, max(number - len(starts), 0), rng)
     breaks = []
@@ -129,8 +148,8 @@ def _breaks(
         size = settings.severity * float(np.interp(badness, (0, 1), settings.break_m)) * rng.uniform(0.85, 1.15)
         ahead = frames.looking[frame, 0] + 1j * frames.looking[frame, 1]
         aside = np.exp(1j * (rng.choice((-1.0, 1.0)) * np.pi / 2 + rng.uniform(-0.6, 0.6)))
-        back = frame + int(rng.uniform(4.0, 15.0) * settings.frame_rate_hz)
-        returns = rng.random() < 0.5 and back < count - 1
+        back = frame + int(rng.uniform(3.0, 9.0) * settings.frame_rate_hz)
+        returns = rng.random() < 0.85 and back < count - 1
         jump = complex(size * ahead / abs(ahead) * aside)
         breaks.append(Break(frame, jump, float(rng.normal(0, 0.1)), back if returns else None))
     return tuple(breaks)

@@ -7,6 +7,7 @@ tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``).
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import multiply
@@ -38,6 +39,7 @@ def track(
     faults = plan_faults(frames, settings, quantile, rng)
     lost = faults.lost_frames(len(frames.plane))
     sightings = sight(frames, floor, lost, settings, rng)
+    faults = faults.postponed(_about(np.asarray(sightings.seen.any(axis=1)), round(settings.frame_rate_hz)))
     mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), faults)
     position, orientation = _camera_poses(frames, odometry, mapped, settings, rng)
     held = _last_tracked(lost)
@@ -98,6 +100,11 @@ def _sheet_orientation(heading: FloatArray) -> FloatArray:
     """Quaternions (..., 4) of sheets on a wall: +X right along ``heading``, +Y out of the wall, +Z down."""
     cos, sin = HALF * np.cos(heading / 2), HALF * np.sin(heading / 2)
     return np.stack((cos, sin, -sin, cos), axis=-1)
+
+
+def _about(mask: BoolArray, reach: int) -> BoolArray:
+    """Widen a mask's runs by ``reach`` frames at both ends."""
+    return np.asarray(binary_dilation(mask, iterations=reach))
 
 
 def _last_tracked(lost: BoolArray) -> IntArray:
