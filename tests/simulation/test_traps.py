@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.simulation.worlds import clean_scenario
+from tests.simulation.worlds import clean_scenario, sessions_of
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.run import process
 from vislam2tag.sessions import read_session
@@ -15,7 +17,15 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.table_traps import TABLE_TRAPS
 from vislam2tag.simulation.text_traps import TEXT_TRAPS
-from vislam2tag.simulation.traps import FOUND_BY_PROCESSING, SITE_TRAPS, TRAP_FINDINGS, check_traps
+from vislam2tag.simulation.traps import (
+    FOUND_BY_PROCESSING,
+    SITE_TRAPS,
+    TRAP_FINDINGS,
+    check_traps,
+    trap_tables,
+    trap_text,
+)
+from vislam2tag.simulation.writer import session_text
 
 NEVER_PASSED = "a landmark without a position is reported as never passed, too"
 PIPELINE_FAULTS = {
@@ -81,6 +91,32 @@ def test_traps_hold_for_every_session(tmp_path: Path) -> None:
     scenario = regular_survey(3, "none", (0,), ("LG", "OnePlus"), 1, 20.0)
     simulate(scenario, tmp_path, WritingOptions(traps=frozenset({"empty_file"})))
     assert [path.stat().st_size for path in tmp_path.rglob("wifi.csv")] == [0, 0]
+
+
+def test_traps_take_a_session_in_which_nothing_was_seen() -> None:
+    session = sessions_of("clean")[0]
+    log, wifi = session.tracker.landmarks, session.wifi
+    nothing = np.zeros(len(log.frame), dtype=np.bool_)
+    unseen = replace(
+        log,
+        ids=(),
+        landmark=log.landmark[nothing],
+        frame=log.frame[nothing],
+        position_acs=log.position_acs[nothing],
+        orientation_acs=log.orientation_acs[nothing],
+        lost=log.lost[nothing],
+    )
+    unheard = replace(
+        wifi,
+        scan=wifi.scan[:0],
+        time_us=wifi.time_us[:0],
+        access_point=wifi.access_point[:0],
+        rss_dbm=wifi.rss_dbm[:0],
+    )
+    empty = replace(session, tracker=replace(session.tracker, landmarks=unseen), wifi=unheard)
+    for trap in TRAP_FINDINGS:
+        text = trap_text(session_text(trap_tables(empty, frozenset({trap}))), frozenset({trap}))
+        assert text["poses"]
 
 
 def test_an_unknown_trap_is_named() -> None:

@@ -65,8 +65,8 @@ def simulate(
     """
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
-    _check_empty(out)
     try:
+        _check_empty(out)
         _write_site(scenario, out, chosen)
         radio = RadioSettings(stale_share=STALE_SHARE * scenario.severity)
         environment = make_radio_environment(scenario.building, radio, scenario.seed)

@@ -31,7 +31,7 @@ def _other_clock(session: SimulatedSession) -> SimulatedSession:
 def _stale_wifi(session: SimulatedSession) -> SimulatedSession:
     """Every fifth row comes again in the next scan."""
     wifi = session.wifi
-    again = np.flatnonzero(wifi.scan < wifi.scan[-1])[::5]
+    again = np.flatnonzero(wifi.scan < wifi.scan.max(initial=0))[::5]
     source = np.concatenate((np.arange(len(wifi.scan)), again))
     scan = np.concatenate((wifi.scan, wifi.scan[again] + 1))
     order = np.argsort(scan, kind="stable")
@@ -40,7 +40,7 @@ def _stale_wifi(session: SimulatedSession) -> SimulatedSession:
 
 def _scan_throttling(session: SimulatedSession) -> SimulatedSession:
     wifi = session.wifi
-    kept = np.flatnonzero((wifi.scan - wifi.scan[0]) % SCANS_SKIPPED == 0)
+    kept = np.flatnonzero((wifi.scan - wifi.scan[:1]) % SCANS_SKIPPED == 0)
     return replace(session, wifi=_wifi_rows(wifi, kept))
 
 
@@ -90,9 +90,9 @@ def _frame_gap(session: SimulatedSession) -> SimulatedSession:
 
 
 def _known_from_start(session: SimulatedSession) -> SimulatedSession:
-    first = session.tracker.landmarks.frame.min()
-    kept = np.arange(len(session.tracker.time_ns)) >= first
-    return _with_tracker(session, _frames(session.tracker, kept))
+    frames = np.arange(len(session.tracker.time_ns))
+    first = int(np.argmax(np.isin(frames, session.tracker.landmarks.frame)))
+    return _with_tracker(session, _frames(session.tracker, frames >= first))
 
 
 def _pose_lag(session: SimulatedSession) -> SimulatedSession:

@@ -26,7 +26,7 @@ def _mixed_decimal_marks(text: SessionText) -> SessionText:
 
 
 def _swap_marks_in_second_half(content: bytes) -> bytes:
-    middle = content.index(b"\n", len(content) // 2) + 1
+    middle = content.find(b"\n", len(content) // 2) + 1
     return content[:middle] + content[middle:].translate(bytes.maketrans(b".,", b",."))
 
 
@@ -53,7 +53,7 @@ def _partial_last_line(text: SessionText) -> SessionText:
 
 
 def _cut_last_line(content: bytes) -> bytes:
-    start = content.rindex(b"\n", 0, len(content) - 1) + 1
+    start = content.rfind(b"\n", 0, max(len(content) - 1, 0)) + 1
     return content[: (start + len(content)) // 2]
 
 
