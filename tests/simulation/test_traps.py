@@ -122,3 +122,9 @@ def test_traps_take_a_session_in_which_nothing_was_seen() -> None:
 def test_an_unknown_trap_is_named() -> None:
     with pytest.raises(UsageError, match=r"no such trap: pitfall; known: decimal_comma, "):
         check_traps(["frame_gap", "pitfall"])
+
+
+def test_the_documented_table_is_the_real_one() -> None:
+    document = (Path(__file__).parents[2] / "docs" / "simulator.md").read_text(encoding="utf-8")
+    for trap, kinds in TRAP_FINDINGS.items():
+        assert f"| {trap} | {', '.join(sorted(kinds)) or 'none'} |" in document
