@@ -13,8 +13,8 @@ from vislam2tag.core.tracks import Trajectory
 
 @dataclass(frozen=True)
 class Labels:
-    """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres and ``sigma_m`` (r,), NaN where there is none or
-    none is known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`.
+    """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres, NaN where there is none; ``sigma_m`` (r,) metres,
+    NaN only where it is not known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`.
     """
 
     position_bcs: FloatArray
@@ -62,11 +62,12 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
     status = _status_between(frames, before, after)
     too_far = has_position(status) & (span_ns > max_gap_s * 1e9)
     status[too_far] = np.where(frames.holed[after[too_far]] == 1, Status.INVALID, Status.GAP)
-    status[(time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])] = Status.OUTSIDE_FRAMES
+    outside = (time_ns < frames.time_ns[0]) | (time_ns > frames.time_ns[-1])
+    status[outside] = Status.OUTSIDE_FRAMES
     labelled = has_position(status)
     position = _blend(frames.position_bcs, before, after, share[:, None])
-    sigma = _blend(frames.sigma_m, before, after, share)
-    return Labels(np.where(labelled[:, None], position, np.nan), np.where(labelled, sigma, np.nan), status)
+    sigma = np.where(too_far | outside, np.nan, _blend(frames.sigma_m, before, after, share))
+    return Labels(np.where(labelled[:, None], position, np.nan), sigma, status)
 
 
 def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
@@ -80,7 +81,7 @@ def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
     labelled = has_position(status)
     return Labels(
         np.where(labelled[:, None], frames.position_bcs[after], np.nan),
-        np.where(labelled, frames.sigma_m[after], np.nan),
+        np.where(outside, np.nan, frames.sigma_m[after]),
         status,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import StatusArray
@@ -20,16 +21,12 @@ def label_readings(table: pl.DataFrame, trajectory: Trajectory, settings: LabelS
     order stay. A repeated reading is ``duplicate`` and has no position: the first one counts.
     """
     labels = _labels(table, trajectory, settings)
-    status = labels.status.copy()
     repeated = table["repeated"].to_numpy()
-    status[repeated] = Status.DUPLICATE
-    unlabelled = pl.lit(pl.Series(repeated))
-    columns = dict(zip("xyz", labels.position_bcs.T, strict=True)) | {"sigma": labels.sigma_m}
+    position = np.where(repeated[:, None], np.nan, labels.position_bcs)
+    status = np.where(repeated, np.int8(Status.DUPLICATE), labels.status)
     return table.drop("repeated").with_columns(
-        *(
-            pl.when(~unlabelled).then(pl.Series(name, values, nan_to_null=True)).alias(name)
-            for name, values in columns.items()
-        ),
+        *(pl.Series(name, values, nan_to_null=True) for name, values in zip("xyz", position.T, strict=True)),
+        pl.Series("sigma", labels.sigma_m, nan_to_null=True),
         status_text(status),
     )
 

@@ -1,0 +1,57 @@
+"""``vislam2tag demo``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from vislam2tag.pipeline.demo import SURVEY, Score, run_demo
+from vislam2tag.settings import Settings
+
+HELP = """
+Simulate a survey, label it with each strategy, score the labels against the truth.
+
+Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
+OUT/scores.csv.
+
+Examples:
+
+    vislam2tag demo
+
+    vislam2tag demo somewhere --seed 7
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("demo", help=HELP)(_demo)
+
+
+def _demo(
+    out: Annotated[Path, typer.Argument(help="New folder, or that of an earlier demonstration.")] = Path(
+        "vislam2tag-demo"
+    ),
+    seed: Annotated[int, typer.Option(help="Another seed, another building and other walks.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+) -> None:
+    scores = run_demo(out, jobs=jobs, seed=seed, say=typer.echo)
+    Console().print(_table(scores))
+    typer.echo(f"the survey as a phone writes it: {out / SURVEY}")
+    typer.echo(f"now open {out / Settings().strategy / 'report.html'}")
+
+
+def _table(scores: list[Score]) -> Table:
+    table = Table(title="Label error at every camera frame (each walk counts once)")
+    table.add_column("strategy")
+    for column in ("mean", "median", "p75", "p95", "max"):
+        table.add_column(f"{column} [m]", justify="right")
+    table.add_column("labelled", justify="right")
+    for entry in scores:
+        errors = (entry.mean_m, entry.median_m, entry.p75_m, entry.p95_m, entry.max_m)
+        table.add_row(entry.strategy, *(f"{error:.2f}" for error in errors), f"{100 * entry.labelled_share:.0f} %")
+    return table

@@ -1,0 +1,38 @@
+"""The demonstration, from simulation to scores."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.surveys import bytes_of
+from vislam2tag.errors import OutputError
+from vislam2tag.mapping import strategy_names
+from vislam2tag.pipeline.demo import run_demo
+
+
+def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
+    out = tmp_path / "demo"
+    said: list[str] = []
+    scores = {entry.strategy: entry for entry in run_demo(out, say=said.append)}
+    assert set(scores) == set(strategy_names())
+    for entry in scores.values():
+        assert 0.2 < entry.labelled_share <= 1
+        assert 0 < entry.median_m <= entry.p75_m <= entry.p95_m <= entry.max_m
+    assert scores["local-corrected"].mean_m < 0.5
+    assert scores["local-corrected"].mean_m < scores["global"].mean_m
+    assert scores["local-corrected"].labelled_share < scores["local"].labelled_share
+    assert (out / "local-corrected/report.html").is_file()
+    assert len(json.loads((out / "scores.json").read_text())) == len(scores)
+    before = bytes_of(out)
+    run_demo(out, say=said.append)
+    assert bytes_of(out) == before
+    assert any("earlier demonstration" in line for line in said)
+
+
+def test_a_foreign_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("mine")
+    with pytest.raises(OutputError, match="holds no demonstration"):
+        run_demo(tmp_path)
