@@ -27,20 +27,6 @@ from vislam2tag.simulation.traps import (
 )
 from vislam2tag.simulation.writer import session_text
 
-NEVER_PASSED = "a landmark without a position is reported as never passed, too"
-PIPELINE_FAULTS = {
-    "unknown_landmark": NEVER_PASSED,
-    "missing_markers": NEVER_PASSED,
-    "non_finite": "the pose lag is estimated from gyroscope values that are not finite",
-}
-"""What processing still gets wrong, and so does not find exactly the trap."""
-PROCESSED = [
-    pytest.param(trap, marks=pytest.mark.xfail(reason=PIPELINE_FAULTS[trap], strict=True))
-    if trap in PIPELINE_FAULTS
-    else trap
-    for trap in TRAP_FINDINGS
-]
-
 
 def trapped(out: Path, *traps: str) -> Path:
     simulate(clean_scenario(), out, WritingOptions(traps=frozenset(traps)))
@@ -76,7 +62,7 @@ def test_reading_finds_the_trap(trap: str, tmp_path: Path) -> None:
     assert read_kinds(trapped(tmp_path, trap)) == TRAP_FINDINGS[trap] - FOUND_BY_PROCESSING
 
 
-@pytest.mark.parametrize("trap", PROCESSED)
+@pytest.mark.parametrize("trap", TRAP_FINDINGS)
 def test_processing_finds_the_trap(trap: str, tmp_path: Path) -> None:
     root = trapped(tmp_path / "survey", trap)
     assert processed_kinds(root, tmp_path / "out") == TRAP_FINDINGS[trap]

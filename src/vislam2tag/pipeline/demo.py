@@ -78,9 +78,9 @@ def score(survey: Path, out: Path, strategy: str) -> Score:
     errors = [_walk_errors(survey, out, result) for result in results]
     labelled = [walk[np.isfinite(walk)] for walk in errors]
     statistics = np.array([_statistics(walk) for walk in labelled if len(walk)]).reshape(-1, 5)
-    averages = statistics.mean(axis=0).tolist() if len(statistics) else [float("nan")] * 5
+    mean, median, p75, p95, greatest = statistics.mean(axis=0) if len(statistics) else np.full(5, np.nan)
     share = float(np.mean([len(known) / max(len(walk), 1) for known, walk in zip(labelled, errors, strict=True)]))
-    return Score(strategy, *averages, share)
+    return Score(strategy, float(mean), float(median), float(p75), float(p95), float(greatest), share)
 
 
 def _walk_errors(survey: Path, out: Path, result: SessionResult) -> FloatArray:

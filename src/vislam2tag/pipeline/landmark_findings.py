@@ -6,6 +6,7 @@ import numpy as np
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.mapping.pieces import surveyed_part
 from vislam2tag.sessions.known_landmarks import landmarks_without_position
 
 
@@ -15,13 +16,13 @@ def landmark_findings(
     """Landmarks without a position, too high to be visited, or too few of them visited."""
     return [
         *landmarks_without_position(log, landmarks),
-        *_too_high(camera, log, trajectory, radius_m),
+        *_too_high(camera, surveyed_part(log, landmarks), trajectory, radius_m),
         *_too_few(trajectory),
     ]
 
 
 def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> list[Finding]:
-    """Landmarks passed within the radius on the plan, but never in space."""
+    """Surveyed landmarks passed within the radius on the plan, but never in space."""
     visited = {visit.landmark for visit in trajectory.visits}
     known = np.flatnonzero(~log.lost)
     apart = np.linalg.norm(camera.plane_acs[log.frame[known]] - log.plane_acs[known], axis=1)
@@ -48,7 +49,7 @@ def _too_few(trajectory: Trajectory) -> list[Finding]:
         Finding(
             kind="too_few_landmarks",
             file="",
-            count=len(visited),
+            count=1,
             severity=Severity.ERROR,
             message=f"{len(visited)} surveyed landmark(s) visited ({', '.join(visited) or 'none'}), two are needed to "
             "map a walk: pass landmarks within the visit radius, or survey more of them",

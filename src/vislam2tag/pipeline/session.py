@@ -169,13 +169,15 @@ def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
 
 
 def _pose_lag(session: Session) -> float | None:
-    gyro = session.tables["sensors"].filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated")).sort("time_ns")
+    finite = pl.all_horizontal(pl.col("v1", "v2", "v3").is_finite())
+    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & finite
+    gyro = session.tables["sensors"].filter(wanted).sort("time_ns")
     usable = session.camera.usable
     lag_s = estimate_pose_lag(
         session.camera.time_ns[usable],
         session.camera.orientation_acs[usable],
         gyro["time_ns"].to_numpy(),
-        np.nan_to_num(gyro.select("v1", "v2", "v3").to_numpy()),
+        gyro.select("v1", "v2", "v3").to_numpy(),
     )
     return None if lag_s is None else round(lag_s, 4)
 
