@@ -30,8 +30,13 @@ class LocalMapping:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map each sub-trajectory on its own; the others keep what discarded them."""
-        log_surveyed = surveyed_part(log, landmarks)
-        visits = find_visits(camera, log_surveyed, self.visit_radius_m)
+        visits = find_visits(camera, surveyed_part(log, landmarks), self.visit_radius_m)
+        return self.map_between(visits, camera, log, landmarks)
+
+    def map_between(
+        self, visits: tuple[Visit, ...], camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
+    ) -> Trajectory:
+        """Map between given visits to surveyed landmarks, sorted by frame."""
         losses = boundaries_of_loss(camera, log) if self.discards else ()
         boundaries = merge_boundaries(visits, losses)
         frames = [boundary.frame for boundary in boundaries if boundary.landmark != NO_LANDMARK]
@@ -40,7 +45,7 @@ class LocalMapping:
         sheet = Sheet.blank(camera, Status.BEFORE_FIRST_LANDMARK)
         sheet.discard(camera, frames[-1], len(camera.time_ns), Status.AFTER_LAST_LANDMARK)
         segments = _segments(boundaries, frames[0], frames[-1])
-        done = [self._map_segment(sheet, segment, camera, log_surveyed, landmarks) for segment in segments]
+        done = [self._map_segment(sheet, segment, camera, log, landmarks) for segment in segments]
         return sheet.finish(camera, tuple(done), visits)
 
     def _map_segment(
