@@ -11,18 +11,15 @@ ratio of the median times and the peak memory of all processes are printed.
 from __future__ import annotations
 
 import argparse
-import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import duckdb
-import psutil
+from measure import process, timed, vislam2tag
 
 POSE = "tx DOUBLE, ty DOUBLE, tz DOUBLE, qx DOUBLE, qy DOUBLE, qz DOUBLE, qw DOUBLE"
 COLUMNS = {
@@ -38,7 +35,7 @@ def main() -> None:
     options = _options()
     with tempfile.TemporaryDirectory() as folder:
         survey = Path(folder) / "survey"
-        _vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
+        vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
         _compare("survey", survey, Path(folder), options.repeats)
         if options.long:
             _long_session(Path(folder), options.repeats)
@@ -56,15 +53,6 @@ def _options() -> argparse.Namespace:
 def _simulation(floors: int, devices: int, sessions: int, minutes: float) -> list[str]:
     size = ["--floors", str(floors), "--devices", str(devices), "--sessions", str(sessions)]
     return [*size, "--minutes", str(minutes), "--locale", "de", "--seed", "1"]
-
-
-def _vislam2tag(*arguments: str) -> None:
-    subprocess.run([sys.executable, "-m", "vislam2tag", *arguments], check=True, stdout=subprocess.DEVNULL)
-
-
-def _process(survey: Path, out: Path, jobs: int = 2) -> None:
-    shutil.rmtree(out, ignore_errors=True)
-    _vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs))
 
 
 def _duckdb(survey: Path, out: Path) -> None:
@@ -88,10 +76,10 @@ def convert(survey: str, out: str) -> None:
 def _compare(name: str, survey: Path, folder: Path, repeats: int) -> None:
     convert_s, process_s, peaks = [], [], []
     for _ in range(repeats):
-        convert_s.append(_timed(lambda: _duckdb(survey, folder / "duckdb"))[0])
-        seconds, peak = _timed(lambda: _process(survey, folder / "labels"))
-        process_s.append(seconds)
-        peaks.append(peak)
+        convert_s.append(timed(_duckdb, survey, folder / "duckdb").seconds)
+        run = timed(process, survey, folder / "labels")
+        process_s.append(run.seconds)
+        peaks.append(run.resident_mb)
     ratio = statistics.median(process_s) / statistics.median(convert_s)
     print(f"{name}: {sum(1 for _ in survey.glob('floor_*/*/*/poses.csv'))} sessions, {_megabytes(survey):.0f} MB raw")
     print(f"  process / DuckDB = {ratio:.2f} (median of {repeats}); peak memory of all processes {max(peaks):.0f} MB")
@@ -101,8 +89,8 @@ def _long_session(folder: Path, repeats: int) -> None:
     """One session of 15 minutes against five of 3 minutes, each processed by one process."""
     times = {}
     for name, sessions, minutes in (("five", 5, 3.0), ("one", 1, 15.0)):
-        _vislam2tag("simulate", str(folder / name), *_simulation(1, 1, sessions, minutes))
-        runs = [_timed(lambda name=name: _process(folder / name, folder / "labels", 1))[0] for _ in range(repeats)]
+        vislam2tag("simulate", str(folder / name), *_simulation(1, 1, sessions, minutes))
+        runs = [timed(process, folder / name, folder / "labels", 1).seconds for _ in range(repeats)]
         times[name] = statistics.median(runs)
     print(f"one session of 15 minutes / five of 3 minutes = {times['one'] / times['five']:.2f}")
 
@@ -111,45 +99,7 @@ def _megabytes(folder: Path) -> float:
     return sum(path.stat().st_size for path in folder.rglob("*.csv")) / 1e6
 
 
-def _timed(work: object) -> tuple[float, float]:
-    """Seconds and peak memory (MB, all child processes together) of a call that runs a subprocess."""
-    peak = PeakMemory()
-    start = time.perf_counter()
-    with peak:
-        work()  # type: ignore[operator]
-    return time.perf_counter() - start, peak.megabytes
-
-
-class PeakMemory:
-    """Samples the memory of all child processes in a thread."""
-
-    def __init__(self) -> None:
-        self.megabytes = 0.0
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._watch)
-
-    def __enter__(self) -> PeakMemory:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stop.set()
-        self._thread.join()
-
-    def _watch(self) -> None:
-        while not self._stop.wait(0.05):
-            children = psutil.Process().children(recursive=True)
-            self.megabytes = max(self.megabytes, sum(_resident(child) for child in children) / 1e6)
-
-
-def _resident(process: psutil.Process) -> int:
-    try:
-        return int(process.memory_info().rss)
-    except psutil.Error:
-        return 0
-
-
-def run(arguments: Sequence[str]) -> None:
+def dispatch(arguments: Sequence[str]) -> None:
     """Dispatch: the script calls itself for DuckDB's part."""
     if arguments[:1] == ["convert"]:
         convert(*arguments[1:])
@@ -158,4 +108,4 @@ def run(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    run(sys.argv[1:])
+    dispatch(sys.argv[1:])

@@ -1,0 +1,92 @@
+"""Running the command line and watching the time and memory it takes."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple, ParamSpec
+
+import psutil
+
+SAMPLING_S = 0.02
+UNIQUE_EVERY = 10
+"""Unique memory is looked at this much less often: the system has to walk all pages for it."""
+
+
+_Arguments = ParamSpec("_Arguments")
+
+
+class Measured(NamedTuple):
+    """What a call needed; the memory is that of all child processes together, at its peak."""
+
+    seconds: float
+    resident_mb: float
+    """What several processes share is counted for each."""
+    unique_mb: float
+    """What each process has to itself."""
+
+
+def vislam2tag(*arguments: str) -> None:
+    """Run the command line in a process of its own; raises CalledProcessError where it fails."""
+    subprocess.run([sys.executable, "-m", "vislam2tag", *arguments], check=True, stdout=subprocess.DEVNULL)
+
+
+def process(survey: Path, out: Path, jobs: int = 2) -> None:
+    """Process a survey into a new folder."""
+    shutil.rmtree(out, ignore_errors=True)
+    vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs))
+
+
+def timed(work: Callable[_Arguments, None], *args: _Arguments.args, **kwargs: _Arguments.kwargs) -> Measured:
+    """Seconds and peak memory of a call that runs subprocesses."""
+    peak = PeakMemory()
+    start = time.perf_counter()
+    with peak:
+        work(*args, **kwargs)
+    return Measured(time.perf_counter() - start, peak.megabytes, peak.unique_megabytes)
+
+
+class PeakMemory:
+    """Samples the memory of all child processes together, in a thread."""
+
+    def __init__(self) -> None:
+        self.megabytes = 0.0
+        self.unique_megabytes = 0.0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch)
+
+    def __enter__(self) -> PeakMemory:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        sample = 0
+        while not self._stop.wait(SAMPLING_S):
+            children = psutil.Process().children(recursive=True)
+            self.megabytes = max(self.megabytes, sum(map(_resident, children)) / 1e6)
+            if sample % UNIQUE_EVERY == 0:
+                self.unique_megabytes = max(self.unique_megabytes, sum(map(_unique, children)) / 1e6)
+            sample += 1
+
+
+def _resident(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_info().rss)
+    except psutil.Error:
+        return 0
+
+
+def _unique(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_full_info().uss)
+    except psutil.Error:
+        return 0
