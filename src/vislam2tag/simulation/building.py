@@ -17,6 +17,9 @@ SSIDS = ("eduroam", "campus-guest", "devices")
 STATION_LANDMARKS = ("10", "9")
 """Ids of the landmarks that the total station shoots, as in the published evaluation; both in one corridor."""
 
+CORNER_M = 1.4
+"""No landmark nearer than this to a corner: who turns round it would not see it in time."""
+
 
 def make_building(settings: BuildingSettings, seed: int) -> SimulatedBuilding:
     """Generate a building; each floor has its own random numbers, so adding one leaves the others as they are."""
@@ -81,13 +84,13 @@ def _wall_candidates(
     for start, stop in layout.corridors:
         length = float(np.linalg.norm(stop - start))
         axis = (stop - start) / length
-        along = np.arange(half + 0.6, length - half - 0.6, 0.9)
+        along = np.arange(half + CORNER_M, length - half - CORNER_M, 0.9)
         along = along + rng.uniform(-0.2, 0.2, len(along))
         for side in (-1.0, 1.0):
             normal = -side * np.array([-axis[1], axis[0]])
             points.append(start + along[:, None] * axis - half * normal)
             normals.append(np.broadcast_to(normal, (len(along), 2)))
-            near.append(_turn_distance(points[-1] + half * normal, start, stop, layout.corridors) < half + 2.5)
+            near.append(_turn_distance(points[-1] + half * normal, start, stop, layout.corridors) < half + 3.0)
     place = np.vstack(points)
     free = _clear_of_openings(place, layout.walls)
     return place[free], np.vstack(normals)[free], np.concatenate(near)[free]

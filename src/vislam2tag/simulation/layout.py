@@ -16,6 +16,8 @@ Rect = tuple[float, float, float, float]
 Interval = tuple[float, float]
 
 DOOR_M = 1.0
+JOINT_M = 2e-3
+"""Edges closer than this are one: coordinates are compared to the millimetre."""
 DEAD_END_M = 0.9
 """How far off the outer wall people turn at a dead end."""
 
@@ -139,11 +141,11 @@ def _walls(settings: BuildingSettings, corridors: FloatArray, rooms: list[Room])
             lines[axis, round(at, 3)].append(span)
     segments = []
     for (axis, at), spans in lines.items():
-        gaps = [(r[1 - axis], r[3 - axis]) for r in floors if r[axis] + 1e-6 < at < r[2 + axis] - 1e-6]
+        gaps = [(r[1 - axis], r[3 - axis]) for r in floors if r[axis] + JOINT_M < at < r[2 + axis] - JOINT_M]
         gaps += [
             (room.door[1 - axis] - DOOR_M / 2, room.door[1 - axis] + DOOR_M / 2)
             for room in rooms
-            if abs(room.door[axis] - at) < 1e-6 and room.inward[axis] != 0
+            if abs(room.door[axis] - at) < JOINT_M and room.inward[axis] != 0
         ]
         for start, stop in _subtract(_union(spans), gaps):
             ends = ((at, start), (at, stop)) if axis == 0 else ((start, at), (stop, at))
@@ -154,7 +156,7 @@ def _walls(settings: BuildingSettings, corridors: FloatArray, rooms: list[Room])
 def _union(spans: list[Interval]) -> list[Interval]:
     joined: list[Interval] = []
     for start, stop in sorted(spans):
-        if joined and start <= joined[-1][1] + 1e-6:
+        if joined and start <= joined[-1][1] + JOINT_M:
             joined[-1] = (joined[-1][0], max(stop, joined[-1][1]))
         else:
             joined.append((start, stop))
@@ -165,5 +167,5 @@ def _subtract(spans: list[Interval], gaps: list[Interval]) -> list[Interval]:
     left = spans
     for low, high in gaps:
         cut = [piece for start, stop in left for piece in ((start, min(stop, low)), (max(start, high), stop))]
-        left = [(start, stop) for start, stop in cut if stop - start > 1e-6]
+        left = [(start, stop) for start, stop in cut if stop - start > JOINT_M]
     return left

@@ -13,6 +13,8 @@ from vislam2tag.simulation.settings import TrackerSettings
 
 DETECTION_M = 2.0
 """A sheet is first recognised within this distance; later it is followed farther."""
+START_UP_S = 1.0
+"""The tracker recognises nothing before this time, seconds."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ def sight(
     up = sheets[:, 2] - frames.height[:, None]
     distance = np.sqrt(np.abs(offset) ** 2 + up**2)
     seen = _in_view(frames, floor, offset, up, distance, settings) & ~(frames.blocked | lost)[:, None]
+    seen[: round(START_UP_S * settings.frame_rate_hz)] = False
     found = np.logical_or.accumulate(seen & (distance < DETECTION_M), axis=0)
     seen &= found
     passes = _runs(seen)

@@ -1,0 +1,36 @@
+"""Hand-made trajectories for the evaluation's tests."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Trajectory
+
+
+def straight_walk(frames: int = 101, start_ns: int = 1_000_000_000, shift: tuple[float, float] = (0, 0)) -> Trajectory:
+    """One metre a second along x from (0, 0), ten frames a second."""
+    time_ns = start_ns + np.arange(frames, dtype=np.int64) * 100_000_000
+    x = np.arange(frames) / 10 + shift[0]
+    return trajectory_of(time_ns, np.column_stack((x, np.full(frames, float(shift[1])))))
+
+
+def trajectory_of(time_ns: IntArray, plane: FloatArray) -> Trajectory:
+    unknown = np.full(len(plane), np.nan)
+    return Trajectory(
+        time_ns=time_ns,
+        position_bcs=np.column_stack((plane, unknown)),
+        orientation_bcs=np.full((len(plane), 4), np.nan),
+        covariance_bcs=np.full((len(plane), 2, 2), np.nan),
+        status=np.zeros(len(plane), dtype=np.int8),
+    )
+
+
+def without(trajectory: Trajectory, span: slice, cause: Status) -> Trajectory:
+    """Discard a stretch."""
+    status, position = trajectory.status.copy(), trajectory.position_bcs.copy()
+    status[span], position[span] = cause, np.nan
+    return Trajectory(
+        trajectory.time_ns, position, trajectory.orientation_bcs, trajectory.covariance_bcs, status, (), ()
+    )
