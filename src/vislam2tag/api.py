@@ -1,0 +1,59 @@
+"""The public Python interface: what a script needs, in one place.
+
+    from vislam2tag.api import Settings, process
+
+    summary = process(Path("survey"), Path("labels"), Settings(strategy="local"))
+
+Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
+``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels.
+"""
+
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.labeling.readings import label_readings
+from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.results import SessionResult, Summary
+from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.sessions.model import Session
+from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
+from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+
+__all__ = [
+    "CameraTrack",
+    "LabelRule",
+    "LabelSettings",
+    "LandmarkLog",
+    "Landmarks",
+    "LocalSettings",
+    "MappingStrategy",
+    "OutputError",
+    "Selection",
+    "Session",
+    "SessionError",
+    "SessionKey",
+    "SessionRef",
+    "SessionResult",
+    "Settings",
+    "Site",
+    "Status",
+    "Summary",
+    "Survey",
+    "SurveyError",
+    "Trajectory",
+    "UsageError",
+    "VisitSettings",
+    "Vislam2tagError",
+    "label_readings",
+    "open_survey",
+    "paper_evaluation",
+    "process",
+    "read_session",
+    "regular_survey",
+    "simulate",
+    "strategy_named",
+    "strategy_names",
+]
