@@ -164,7 +164,8 @@ def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
     if len(usable) == 0:
         return f"{session.key}: no usable camera frame; see its findings"
     if (usable == Status.NO_MAPPING).all():
-        return f"{session.key}: could not be mapped: fewer than two surveyed landmarks were visited; see its findings"
+        visited = len({visit.landmark for visit in trajectory.visits})
+        return f"{session.key}: could not be mapped: only {visited} surveyed landmarks were visited; see its findings"
     return None
 
 
