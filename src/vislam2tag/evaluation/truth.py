@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,3 +77,12 @@ def summarise(errors_m: FloatArray) -> ErrorSummary:
         return ErrorSummary(len(errors_m), 0.0, *([float("nan")] * 5))
     quantiles = np.quantile(labelled, (0.5, 0.75, 0.95, 1.0)).tolist()
     return ErrorSummary(len(errors_m), labelled.size / len(errors_m), float(labelled.mean()), *quantiles)
+
+
+def average(walks: Sequence[ErrorSummary]) -> ErrorSummary:
+    """Average the walks' statistics, each walk counting once; walks without any label count in the share only."""
+    labelled = [walk for walk in walks if walk.labelled_share > 0]
+    figures = np.array([(w.mean_m, w.median_m, w.p75_m, w.p95_m, w.max_m) for w in labelled]).reshape(-1, 5)
+    means = figures.mean(axis=0).tolist() if labelled else [float("nan")] * 5
+    share = float(np.mean([walk.labelled_share for walk in walks])) if walks else 0.0
+    return ErrorSummary(sum(walk.count for walk in walks), share, *means)

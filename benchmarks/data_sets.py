@@ -1,0 +1,94 @@
+"""The walks that the benchmarks map: generated ones, the real ones and those the published program was run on."""
+
+from __future__ import annotations
+
+import tarfile
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
+from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.survey.model import Survey
+
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+TRUTH_FILE = "truth.csv"
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What a strategy maps, and the truth where there is one."""
+
+    name: str
+    camera: CameraTrack
+    log: LandmarkLog
+    landmarks: Landmarks
+    truth: Truth | None = None
+    truth_at_frames: bool = True
+    """False where the truth is known at some points only."""
+
+    def errors(self, trajectory: Trajectory) -> FloatArray:
+        """Label errors at the frames, or at the true points where there are only some; NaN without a label."""
+        if self.truth is None:
+            return np.full(len(trajectory.time_ns), np.nan)
+        if self.truth_at_frames:
+            return errors_at_frames(trajectory, self.truth)
+        return errors_at_truth(trajectory, self.truth)
+
+
+def landmarks_on(survey: Survey, floor: int) -> Landmarks:
+    """Landmarks of one floor."""
+    everywhere = survey.site.landmarks
+    return everywhere.select(np.flatnonzero(everywhere.floor == floor).tolist())
+
+
+def walks_of(root: Path, *, truth_at_frames: bool) -> Iterator[Walk]:
+    """Read the walks of a survey folder one after the other."""
+    survey = open_survey(root)
+    for ref in survey.sessions:
+        session = read_session(ref)
+        landmarks = landmarks_on(survey, ref.key.floor)
+        file = ref.folder / TRUTH_FILE
+        truth = read_truth(file) if file.is_file() else None
+        yield Walk(ref.slug, session.camera, session.landmarks, landmarks, truth, truth_at_frames)
+
+
+def generated(seeds: list[int], severity: str = "default") -> Iterator[Walk]:
+    """Walks of 3 minutes at this severity: for each seed 2 floors x 2 phones x 3 sessions, written and read back."""
+    for seed in seeds:
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder) / "survey"
+            simulate(regular_survey(seed, severity, sessions=3), root)
+            yield from walks_of(root, truth_at_frames=True)
+
+
+def real_walks() -> Iterator[Walk]:
+    """The three real walks; none where the data are not beside the checkout."""
+    folder = SHARED / "real-walks"
+    if folder.is_dir():
+        yield from walks_of(folder, truth_at_frames=False)
+
+
+def extract_agreement(into: Path) -> Path | None:
+    """Unpack the sessions that the published program was run on, and its output; None where they are not at hand."""
+    archive = SHARED / "agreement" / "agreement.tar.xz"
+    if not archive.is_file():
+        return None
+    with tarfile.open(archive) as packed:
+        packed.extractall(into, filter="data")
+    return into
+
+
+def agreement() -> Iterator[Walk]:
+    """The six sessions that the published program was run on; they have no truth."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = extract_agreement(Path(folder))
+        if root is not None:
+            yield from walks_of(root / "raw", truth_at_frames=True)
