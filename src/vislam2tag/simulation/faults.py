@@ -24,19 +24,20 @@ NOMINAL_S = 180.0
 
 @dataclass(frozen=True)
 class Break:
-    """The camera jumps by ``jump`` (complex metres, BCS axes) and turns; it may jump back at frame ``back``."""
+    """The camera jumps by ``jump`` (complex metres, BCS axes) and turns; it jumps back at frame ``back``."""
 
     frame: int
     jump: complex
     turn_rad: float
-    back: int | None
+    back: int
 
 
 @dataclass(frozen=True)
 class MapUpdate:
-    """Camera and landmarks are re-expressed together: turned and scaled about the camera, then shifted (complex).
+    """Camera and landmarks are re-expressed together: turned and scaled about the camera, then shifted.
 
-    Frame ``until`` is again in the frame of before; None where the update lasts.
+    ``factor`` and ``shift`` (metres, BCS axes) are complex. Frame ``until`` is again in the frame of before; None
+    where the update lasts.
     """
 
     frame: int
@@ -61,14 +62,22 @@ class FaultPlan:
         return np.asarray(inside.any(axis=1))
 
     def postponed(self, busy: BoolArray) -> FaultPlan:
-        """Put off jumps to the next frame that is not ``busy`` (f,): what is in view then holds the tracker."""
-        free = np.flatnonzero(np.append(~busy, True))
+        """Put off jumps to the next frame that is not ``busy`` (f,); a break ends when the next busy stretch begins.
+
+        Busy are the frames with a sheet in view: it holds the tracker, or lets it relocalise.
+        """
+        count = len(busy)
+        free, taken = np.flatnonzero(np.append(~busy, True)), np.flatnonzero(np.append(busy, True))
 
         def later(frame: int) -> int:
             return int(free[np.searchsorted(free, frame)])
 
-        count = len(busy)
-        breaks = [replace(b, frame=later(b.frame), back=None if b.back is None else later(b.back)) for b in self.breaks]
+        starts = [later(b.frame) for b in self.breaks]
+        ends = [int(taken[np.searchsorted(taken, start)]) for start in starts]
+        breaks = [
+            replace(b, frame=start, back=min(start + b.back - b.frame, end))
+            for b, start, end in zip(self.breaks, starts, ends, strict=True)
+        ]
         updates = [replace(u, frame=later(u.frame), until=u.until and later(u.until)) for u in self.updates]
         return FaultPlan(
             self.lost,
@@ -92,9 +101,9 @@ def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng:
     if badness == 0:
         return FaultPlan(np.empty((0, 2), dtype=np.int64), (), tuple(updates))
     if badness > REEXPRESSED and settings.reexpression_m[1] > 0:
-        updates.append(_reexpression(count, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
+        updates.append(_reexpression(frames, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
     runs = _lost_runs(frames, max(1, round((1 + 1.5 * badness) * longer)), settings, rng)
-    breaks = _breaks(frames, round((2.0 * badness + 10.0 * badness**8) * longer), badness, settings, rng)
+    breaks = _breaks(frames, round((2.0 * badness + 12.0 * badness**8) * longer), badness, settings, rng)
     return FaultPlan(runs, breaks, tuple(sorted(updates, key=lambda update: update.frame)))
 
 
@@ -110,18 +119,23 @@ def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generat
     return [MapUpdate(at[i], complex(factors[i]), complex(*shift[:, i])) for i in range(number)]
 
 
-def _reexpression(count: int, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
+def _reexpression(frames: Frames, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
     """A new origin and heading, tens of metres away; the higher the rank, the farther.
 
     The tracker has begun a new map. In the upper half of ranks it joins it to the old one later and comes back, so
     that the landmarks' medians stay in the old frame and a part of the walk lies far off it.
     """
+    count = len(frames.plane)
     distance = settings.severity * float(np.interp(rank**2, (0, 1), settings.reexpression_m))
-    away = np.exp(1j * rng.uniform(0.3, 1.2) * rng.choice((-1.0, 1.0)))
-    shift = distance * np.exp(1j * rng.uniform(-np.pi, np.pi))
     frame = int(count * rng.uniform(0.4, 0.5))
-    joined = frame + int(count * rng.uniform(0.2, 0.24))
-    return MapUpdate(frame, complex(away), complex(shift), joined if rank >= COMES_BACK else None)
+    # Away from the walk's middle, so that the size of the errors does not hang on which way the building is long; a
+    # small shift goes ahead, where it cannot bring two landmarks together.
+    lasts = rank < COMES_BACK
+    aside = _ahead(frames, frame) if lasts else frames.plane[frame] - frames.plane.mean()
+    shift = distance * aside / max(abs(aside), 1e-3)
+    away = np.exp(1j * rng.uniform(0.3, 0.9) * rng.choice((-1.0, 1.0)))
+    joined = frame + int(count * rng.uniform(0.2, 0.22))
+    return MapUpdate(frame, complex(away), complex(shift), None if lasts else joined)
 
 
 def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
@@ -137,7 +151,7 @@ def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.r
 def _breaks(
     frames: Frames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[Break, ...]:
-    """Jumps of the camera alone, metres away to a side; most are taken back. Every run causes one."""
+    """Jumps of the camera alone, metres away to a side, and back some seconds later. Every run causes one."""
     running = frames.speed > RUNNING_M_S
     starts = np.flatnonzero(np.diff(running.astype(np.int8)) == 1)
     starts = starts[np.diff(starts, prepend=-np.inf) > ONE_RUN_S * settings.frame_rate_hz]
@@ -146,13 +160,17 @@ def _breaks(
     breaks = []
     for frame in np.sort(np.concatenate((starts + int(settings.frame_rate_hz), others)).clip(1, count - 2)).tolist():
         size = settings.severity * float(np.interp(badness, (0, 1), settings.break_m)) * rng.uniform(0.85, 1.15)
-        ahead = frames.looking[frame, 0] + 1j * frames.looking[frame, 1]
+        ahead = _ahead(frames, frame)
         aside = np.exp(1j * (rng.choice((-1.0, 1.0)) * np.pi / 2 + rng.uniform(-0.6, 0.6)))
-        back = frame + int(rng.uniform(3.0, 9.0) * settings.frame_rate_hz)
-        returns = rng.random() < 0.85 and back < count - 1
+        back = frame + int(rng.uniform(3.0, 8.0) * settings.frame_rate_hz)
         jump = complex(size * ahead / abs(ahead) * aside)
-        breaks.append(Break(frame, jump, float(rng.normal(0, 0.1)), back if returns else None))
+        breaks.append(Break(frame, jump, float(rng.normal(0, 0.1)), back))
     return tuple(breaks)
+
+
+def _ahead(frames: Frames, frame: int) -> complex:
+    """Horizontal direction in which the camera looks (BCS axes, not of unit length)."""
+    return complex(frames.looking[frame, 0], frames.looking[frame, 1])
 
 
 def _spread(count: int, number: int, rng: np.random.Generator) -> IntArray:

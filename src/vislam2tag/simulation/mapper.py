@@ -73,7 +73,7 @@ class Mapper:
         for landmark, start, _ in self._sightings.passes.tolist():
             passes[start].append(landmark)
         breaks = {fault.frame: fault for fault in faults.breaks}
-        returns = {fault.back for fault in faults.breaks if fault.back is not None}
+        returns = {fault.back for fault in faults.breaks if fault.back < count}
         found = set(faults.lost[:, 1].tolist())
         marks = {0, count, *passes, *self._sightings.passes[:, 2].tolist(), *breaks, *returns, *found}
         for start, stop in pairwise(sorted(marks)):

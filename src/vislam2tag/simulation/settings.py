@@ -111,9 +111,9 @@ class TrackerSettings(_Frozen):
     """Drift grows by this where the walker runs."""
     loop_share: tuple[float, float] = (0.2, 0.8)
     """Range of the share of the drift that a revisit corrects."""
-    break_m: tuple[float, float] = (7.0, 18.0)
+    break_m: tuple[float, float] = (8.0, 28.0)
     """Jump of the camera at a break, for the best and the worst of the faulty sessions."""
-    reexpression_m: tuple[float, float] = (12.0, 102.0)
+    reexpression_m: tuple[float, float] = (12.0, 100.0)
     """How far a new map's origin lies from the old one's, for the least and the most affected; 0: no new maps."""
     map_updates_per_minute: float = 0.7
     """Small re-expressions of camera and landmarks together."""

@@ -40,7 +40,7 @@ def track(
     lost = faults.lost_frames(len(frames.plane))
     sightings = sight(frames, floor, lost, settings, rng)
     faults = faults.postponed(_about(np.asarray(sightings.seen.any(axis=1)), round(settings.frame_rate_hz)))
-    mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), faults)
+    mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), odometry, faults)
     position, orientation = _camera_poses(frames, odometry, mapped, settings, rng)
     held = _last_tracked(lost)
     position, orientation = position[held], orientation[held]
@@ -61,13 +61,14 @@ def _of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
     return settings.model_copy(update={name: factor * getattr(settings, name) for name in drifting})
 
 
-def _reexpress(mapped: MapLog, faults: FaultPlan) -> MapLog:
+def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> MapLog:
     """Apply the map updates: camera and landmarks are moved together."""
     camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
     heading = mapped.heading.copy()
     for update in faults.updates:
         later = slice(update.frame, update.until)
-        shift = camera[update.frame] * (1 - update.factor) + update.shift
+        axis = turn[update.frame] * odometry.factor[update.frame]
+        shift = camera[update.frame] * (1 - update.factor) + update.shift * axis / abs(axis)
         camera[later] = update.factor * camera[later] + shift
         anchor[later] = update.factor * anchor[later] + shift
         turn[later] *= update.factor
