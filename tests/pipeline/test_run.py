@@ -159,6 +159,9 @@ def test_what_is_no_survey_or_no_place_to_write(survey: Path, tmp_path: Path) ->
         process(tmp_path, tmp_path / "out")
     with pytest.raises(OutputError, match="not made by this program"):
         process(survey, survey)
+    with pytest.raises(OutputError, match="among the survey's sessions"):
+        process(survey, survey / "floor_0" / "labels")
+    assert not (survey / "floor_0" / "labels").exists()
     assert not (tmp_path / "out").exists()
 
 

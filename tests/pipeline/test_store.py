@@ -38,8 +38,9 @@ def test_a_failing_writer_leaves_the_old_file(tmp_path: Path) -> None:
 
     with claim(tmp_path / "out", {}) as folder:
         folder.write_text("sessions/a.json", "old")
-        with pytest.raises(OutputError, match="No space left"):
+        with pytest.raises(OutputError, match=r"a\.json: cannot be written \(No space left on device\); free space"):
             folder.write("sessions/a.json", fail)
+        assert not list((tmp_path / "out/.partial").iterdir())
         assert (tmp_path / "out/sessions/a.json").read_text() == "old"
     assert not (tmp_path / "out/.partial").exists()
 
@@ -57,14 +58,14 @@ def test_a_foreign_folder_is_refused_and_untouched(tmp_path: Path) -> None:
 def test_a_file_or_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "out"):
-        with pytest.raises(OutputError, match="cannot be made"), claim(place, {}):
+        with pytest.raises(OutputError, match="cannot be the output folder"), claim(place, {}):
             pass
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
-    with pytest.raises(OutputError, match=r"cannot be (written|made)"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match=r"cannot be (written|the output folder)"), claim(tmp_path, {}):
         pass
     tmp_path.chmod(0o700)
 
@@ -80,11 +81,32 @@ def test_two_runs_at_once_are_refused(tmp_path: Path) -> None:
 def test_what_a_run_does_not_cover_is_removed(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with claim(out, {}) as folder:
-        for slug in ("a", "b"):
+        for slug in ("floor_1.a", "floor_1.b"):
             folder.write_text(f"sessions/{slug}.json", result(slug))
             folder.write_text(f"wifi/{slug}.parquet", "")
-        assert folder.keep_only({"a"}) == 1
-    assert names(out) == {"run.json", "sessions", "sessions/a.json", "wifi", "wifi/a.parquet"}
+        (out / "survey").mkdir()
+        (out / "survey" / "simulation.json").write_text("not ours")
+        assert folder.keep_only({"floor_1.a"}) == 1
+    kept = {"run.json", "sessions", "sessions/floor_1.a.json", "wifi", "wifi/floor_1.a.parquet"}
+    assert names(out) == {*kept, "survey", "survey/simulation.json"}
+
+
+def test_what_an_interrupted_run_was_writing_goes(tmp_path: Path) -> None:
+    def interrupted(partial: Path) -> None:
+        partial.write_text("half")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), claim(tmp_path / "out", {}) as folder:
+        folder.write("wifi/a.parquet", interrupted)
+    assert names(tmp_path / "out") == {"run.json", "wifi"}
+
+
+def test_a_done_mark_that_is_no_file_is_no_result(tmp_path: Path) -> None:
+    with claim(tmp_path / "out", {}) as folder:
+        (tmp_path / "out/sessions/a.json").mkdir(parents=True)
+        assert folder.result("a") is None
+        with pytest.raises(OutputError, match=r"a\.json: cannot be removed"):
+            folder.forget("a")
 
 
 def test_leftovers_of_a_killed_run_are_cleared(tmp_path: Path) -> None:

@@ -49,9 +49,12 @@ def _register_commands(asked: str) -> None:
 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
-    _register_commands((*sys.argv, "")[1])
     try:
+        _register_commands((*sys.argv, "")[1])
         app()
+    except KeyboardInterrupt:
+        typer.echo("interrupted", err=True)
+        sys.exit(130)
     except Vislam2tagError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(2)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
 
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import Selection, process
@@ -17,6 +18,8 @@ from vislam2tag.results import Summary
 from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
 
 DEFAULTS = Settings()
+INTERRUPTED = 130
+"""Exit code of a command ended by Ctrl-C, as shells have it."""
 HELP = """
 Map every session of a survey and label every reading.
 
@@ -25,7 +28,7 @@ OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sess
 same OUT finished, and that have not changed since, are not repeated.
 
 Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
-not a survey, or OUT cannot be written.
+not a survey, or OUT cannot be written, 130 interrupted. Whatever ended a run early, the same command goes on.
 
 Examples:
 
@@ -69,15 +72,22 @@ def _process(
         labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s),
     )
     selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
-    errors = Console(stderr=True)
-    with SessionProgress(errors) as progress:
-        summary = process(survey, out, settings, selection=selection, jobs=jobs, progress=progress.advance)
+    progress = SessionProgress(Console(stderr=True))
+    try:
+        with progress:
+            summary = process(survey, out, settings, selection=selection, jobs=jobs, progress=progress.advance)
+    except KeyboardInterrupt:
+        typer.echo(
+            f"interrupted: {progress.done} sessions are done and kept in {out}; run the same command again to go on",
+            err=True,
+        )
+        raise typer.Exit(INTERRUPTED) from None
     _print_summary(summary, out)
     raise typer.Exit(1 if summary.failed else 0)
 
 
 class SessionProgress:
-    """A progress bar over sessions on a terminal; a line for each failed session anywhere."""
+    """A progress bar over sessions on a terminal; one line for each failed session anywhere."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -93,6 +103,8 @@ class SessionProgress:
         )
         self._task = self._bar.add_task("", total=None, rows=0)
         self._rows = 0
+        self.done = 0
+        """Sessions finished so far."""
 
     def __enter__(self) -> SessionProgress:
         self._bar.start()
@@ -103,11 +115,11 @@ class SessionProgress:
 
     def advance(self, outcome: Outcome, total: int) -> None:
         """Count one finished session."""
+        self.done += 1
         self._rows += outcome.rows
         self._bar.update(self._task, advance=1, total=total, rows=self._rows)
         if outcome.error:
-            self._console.print(f"[bold red]failed[/] {outcome.slug}", highlight=False)
-            self._console.print(f"  {outcome.error}", highlight=False, markup=False)
+            self._console.print(Text("failed ", "bold red") + Text(outcome.error), soft_wrap=True)
 
 
 def _print_summary(summary: Summary, out: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.errors import UsageError
+from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping import strategy_named
 from vislam2tag.pipeline.session import Job
@@ -56,10 +56,18 @@ def process(
     survey = open_survey(survey_root, settings.default_landmark_sigma_m)
     refs = _selected(survey, selection)
     survey = _with_exclusions(survey)
+    _refuse_among_sessions(survey, out)
     with claim(out, _run_record(settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         process_all(_jobs(survey, refs, settings, folder), jobs, progress)
         return _reduce(survey, refs, settings, folder)
+
+
+def _refuse_among_sessions(survey: Survey, out: Path) -> None:
+    """Refuse an output folder among the raw data, where the next run would take its folders for a device's."""
+    inside = survey.root.resolve() in out.resolve().parents
+    if inside and out.resolve().relative_to(survey.root.resolve()).parts[0].startswith("floor_"):
+        raise OutputError(f"{out}: lies among the survey's sessions, which stay as they are; choose another --out")
 
 
 def _selected(survey: Survey, selection: Selection) -> list[SessionRef]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -30,15 +31,22 @@ class OutputFolder:
     root: Path
 
     def write(self, relative: str, fill: Callable[[Path], None]) -> None:
-        """Let ``fill`` write a temporary file, then move it to ``relative``; raises OutputError."""
+        """Let ``fill`` write a temporary file, then move it to ``relative``.
+
+        Raises OutputError, and leaves no half file, where either cannot be done.
+        """
         target = self.root / relative
         partial = self.root / PARTIAL / relative.replace("/", ".")
         try:
             target.parent.mkdir(exist_ok=True)
             fill(partial)
             os.replace(partial, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
-        except (OSError, pl.exceptions.PolarsError) as error:
-            raise OutputError(f"{target}: cannot be written ({error}); free space or choose another --out") from error
+        except (OSError, pl.exceptions.PolarsError, OutputError) as error:
+            partial.unlink(missing_ok=True)
+            raise OutputError(
+                f"{target}: cannot be written ({_cause(error)}); free space or choose another --out, then run the same "
+                "command again: what is done is kept"
+            ) from error
 
     def write_text(self, relative: str, text: str) -> None:
         """Write a UTF-8 text file whole."""
@@ -48,20 +56,28 @@ class OutputFolder:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
         try:
             return SessionResult.model_validate_json((self.root / RESULTS / f"{slug}.json").read_bytes())
-        except (FileNotFoundError, ValidationError):
+        except (OSError, ValidationError):
             return None
 
     def forget(self, slug: str) -> None:
         """Remove a session's done-mark, so that its tables are not trusted while they are rewritten."""
-        (self.root / RESULTS / f"{slug}.json").unlink(missing_ok=True)
+        self._remove(self.root / RESULTS / f"{slug}.json")
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
-        stale = {path.stem for path in self.root.glob(f"{RESULTS}/*.json")} - slugs
-        for path in [*self.root.glob("*/*.json"), *self.root.glob("*/*.parquet")]:
+        results = list(self.root.glob(f"{RESULTS}/*.json"))
+        for path in [*results, *self.root.glob("*/floor_*.parquet")]:
             if path.stem not in slugs:
-                path.unlink()
-        return len(stale)
+                self._remove(path)
+        return len({path.stem for path in results} - slugs)
+
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"{path}: cannot be removed ({error.strerror}); check its permissions or choose another --out"
+            ) from error
 
 
 @contextmanager
@@ -75,13 +91,16 @@ def claim(root: Path, run: dict[str, object]) -> Iterator[OutputFolder]:
         root.mkdir(parents=True, exist_ok=True)
         handle = os.open(root, os.O_RDONLY)
     except OSError as error:
-        raise OutputError(f"{root}: cannot be made or opened as output folder ({error.strerror})") from error
+        reason = "a file, not a folder" if root.is_file() else error.strerror
+        raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
     try:
         _lock(handle, root)
         _refuse_foreign(root)
-        _prepare(folder, run)
-        yield folder
-        shutil.rmtree(root / PARTIAL, ignore_errors=True)
+        try:
+            _prepare(folder, run)
+            yield folder
+        finally:
+            shutil.rmtree(root / PARTIAL, ignore_errors=True)
     finally:
         os.close(handle)
 
@@ -89,8 +108,12 @@ def claim(root: Path, run: dict[str, object]) -> Iterator[OutputFolder]:
 def _lock(handle: int, root: Path) -> None:
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
+    except BlockingIOError as error:
         raise OutputError(f"{root}: another run is writing there; wait for it or choose another --out") from error
+    except OSError as error:
+        raise OutputError(
+            f"{root}: cannot be locked ({error.strerror}), as on some network drives; choose an --out on a local disk"
+        ) from error
 
 
 def _refuse_foreign(root: Path) -> None:
@@ -117,6 +140,15 @@ def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
     folder.write_text(RUN_FILE, json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n")
+
+
+def _cause(error: Exception) -> str:
+    """Say in the system's words why a file could not be written, whichever library met it."""
+    first = error.__cause__ or error
+    number = re.search(r"\(os error (\d+)\)", str(first))
+    if number:
+        return os.strerror(int(number.group(1)))
+    return (first.strerror if isinstance(first, OSError) else None) or str(first)
 
 
 def _write_bytes(path: Path, data: bytes) -> None:

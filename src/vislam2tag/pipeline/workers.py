@@ -22,7 +22,8 @@ Progress = Callable[[Outcome, int], None]
 def process_all(todo: list[Job], workers: int, progress: Progress | None) -> None:
     """Process all sessions in ``workers`` processes (in this one for 1), reporting each as it ends.
 
-    Raises OutputError where the output folder cannot be written or a worker is ended from outside.
+    Raises OutputError where the output folder cannot be written or a worker is ended from outside. Whatever is raised,
+    an interrupt included, the workers are gone then.
     """
     report = progress or _silent
     if workers <= 1:
@@ -30,7 +31,8 @@ def process_all(todo: list[Job], workers: int, progress: Progress | None) -> Non
             report(process_session(job), len(todo))
         return
     with _pool(min(workers, max(len(todo), 1))) as pool:
-        futures: list[Future[Outcome]] = [pool.submit(process_session, job) for job in todo]
+        with _interrupts_held_back():
+            futures: list[Future[Outcome]] = [pool.submit(process_session, job) for job in todo]
         try:
             for future in as_completed(futures):
                 report(future.result(), len(todo))
@@ -39,9 +41,6 @@ def process_all(todo: list[Job], workers: int, progress: Progress | None) -> Non
                 "a worker process was ended from outside (out of memory?); "
                 "run again with fewer --jobs, what is done is kept"
             ) from error
-        finally:
-            for future in futures:
-                future.cancel()
 
 
 def _silent(_outcome: Outcome, _total: int) -> None:
@@ -50,13 +49,19 @@ def _silent(_outcome: Outcome, _total: int) -> None:
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes of one thread each, so that they do not compete for the cores."""
+    """Worker processes of one thread each, so that they do not compete for the cores; ended at once on errors."""
     before = os.environ.get("POLARS_MAX_THREADS")
     os.environ["POLARS_MAX_THREADS"] = "1"
+    others = set(multiprocessing.active_children())
     try:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
-            yield pool
+            try:
+                yield pool
+            except BaseException:
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                raise
     finally:
         if before is None:
             del os.environ["POLARS_MAX_THREADS"]
@@ -64,9 +69,22 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
             os.environ["POLARS_MAX_THREADS"] = before
 
 
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Let an interrupt wait until this is over.
+
+    Processes started meanwhile hold interrupts back for good, as they must: one that comes while a worker is still
+    importing would end it with a traceback.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _start_worker() -> None:
-    """Leave interrupts to the main process, and end at once when it dies (it may be killed)."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """End at once when the main process dies (it may be killed)."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
