@@ -103,7 +103,7 @@ def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng:
     if badness > REEXPRESSED and settings.reexpression_m[1] > 0:
         updates.append(_reexpression(frames, (badness - REEXPRESSED) / (1 - REEXPRESSED), settings, rng))
     runs = _lost_runs(frames, max(1, round((1 + 1.5 * badness) * longer)), settings, rng)
-    breaks = _breaks(frames, round((2.0 * badness + 12.0 * badness**8) * longer), badness, settings, rng)
+    breaks = _breaks(frames, round((2.0 * badness + 15.0 * badness**8) * longer), badness, settings, rng)
     return FaultPlan(runs, breaks, tuple(sorted(updates, key=lambda update: update.frame)))
 
 

@@ -27,7 +27,7 @@ FIRST_DAY = datetime(2021, 12, 20, tzinfo=UTC)
 """No simulated session starts before this day; devices were started before it."""
 POSE_LAGS_S = {"LG": 0.055, "OnePlus": 0.035, "Galaxy": 0.045, "S20": 0.03}
 
-STATION_BREAK_M = (11.0, 20.0)
+STATION_BREAK_M = (13.0, 15.0)
 """Jumps of the camera in short walks along one corridor."""
 FIRST_STARTS = {
     (1, "LG_ref"): "2022-01-19T16:06:28",
