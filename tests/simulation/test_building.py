@@ -22,7 +22,7 @@ buildings = st.builds(
     width_m=st.floats(40, 90),
     height_m=st.floats(28, 50),
     corridor_width_m=st.floats(1.8, 3.0),
-    cross_corridors=st.integers(0, 3),
+    cross_corridors=st.integers(0, 2),
     dead_ends=st.integers(0, 4),
     landmarks=st.integers(6, 20),
 )
@@ -87,3 +87,8 @@ def test_plan_covers_the_floor(tmp_path: Path, name: str) -> None:
     wall = floor.walls.mean(axis=1)
     rows = ((floor.height_m - wall[:, 1]) * 10).astype(int).clip(0, 299)
     assert shades[rows, (wall[:, 0] * 10).astype(int).clip(0, 499)].mean() < 128
+
+
+def test_corridors_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match="4 cross corridors do not fit"):
+        BuildingSettings(width_m=34.0, cross_corridors=4)

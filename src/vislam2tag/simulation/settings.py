@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from enum import StrEnum
+from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 SEVERITIES = {"none": 0.0, "mild": 0.5, "default": 1.0, "severe": 2.0}
 """Named fault levels; ``none`` is a tracker with sensor noise and nothing else."""
@@ -32,6 +33,10 @@ class _Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+NARROWEST_ROOM_M = 2.5
+"""Rooms between two corridors need at least this."""
+
+
 class BuildingSettings(_Frozen):
     """Size and furnishing of a generated building; lengths in metres."""
 
@@ -54,6 +59,14 @@ class BuildingSettings(_Frozen):
     control_point_spacing_m: float = Field(default=6.0, ge=2)
     access_points: int = Field(default=14, ge=1)
     """Access points on each floor."""
+
+    @model_validator(mode="after")
+    def _corridors_fit(self) -> Self:
+        ring = self.width_m - 2 * self.room_depth_m - self.corridor_width_m
+        narrowest = 0.76 * ring / (self.cross_corridors + 1) - self.corridor_width_m
+        if narrowest < NARROWEST_ROOM_M:
+            raise ValueError(f"{self.cross_corridors} cross corridors do not fit into {self.width_m} m; take fewer")
+        return self
 
 
 class WalkSettings(_Frozen):
