@@ -11,10 +11,6 @@ import typer
 import vislam2tag
 from vislam2tag import cli
 from vislam2tag.errors import Vislam2tagError
-from vislam2tag.pipeline.server import start_server
-
-PARALLEL_COMMANDS = ("demo", "process")
-"""Commands that run sessions in worker processes, whose server is started before anything else."""
 
 app = typer.Typer(
     name="vislam2tag",
@@ -53,11 +49,8 @@ def _register_commands(asked: str) -> None:
 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
-    asked = (*sys.argv, "")[1]
     try:
-        if asked in PARALLEL_COMMANDS:
-            start_server()
-        _register_commands(asked)
+        _register_commands((*sys.argv, "")[1])
         app()
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)

@@ -30,10 +30,6 @@ from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.model import SessionRef
 
 
-FASTEST_RAD_PER_S = 100.0
-"""No gyroscope of a phone measures faster turns; greater values are faults."""
-
-
 @dataclass(frozen=True)
 class Job:
     """All that a worker needs to process one session."""
@@ -89,10 +85,7 @@ def _still_holds(job: Job, done: SessionResult) -> bool:
     tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
     if not all((job.out.root / name / f"{job.ref.slug}.parquet").is_file() for name in tables):
         return False
-    try:
-        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
-    except SessionError:
-        return False
+    return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
 
 
 def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
@@ -177,8 +170,8 @@ def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
 
 
 def _pose_lag(session: Session) -> float | None:
-    possible = pl.all_horizontal(pl.col("v1", "v2", "v3").abs() < FASTEST_RAD_PER_S)
-    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & possible
+    finite = pl.all_horizontal(pl.col("v1", "v2", "v3").is_finite())
+    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & finite
     gyro = session.tables["sensors"].filter(wanted).sort("time_ns")
     usable = session.camera.usable
     lag_s = estimate_pose_lag(

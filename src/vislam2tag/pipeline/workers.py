@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -12,7 +13,6 @@ from contextlib import contextmanager
 from multiprocessing.connection import wait
 
 from vislam2tag.errors import OutputError
-from vislam2tag.pipeline.server import start_server
 from vislam2tag.pipeline.session import Job, Outcome, process_session
 
 Progress = Callable[[Outcome, int], None]
@@ -31,8 +31,9 @@ def process_all(todo: list[Job], workers: int, progress: Progress | None) -> Non
             report(process_session(job), len(todo))
         return
     with _pool(min(workers, max(len(todo), 1))) as pool:
-        try:
+        with _interrupts_held_back():
             futures: list[Future[Outcome]] = [pool.submit(process_session, job) for job in todo]
+        try:
             for future in as_completed(futures):
                 report(future.result(), len(todo))
         except BrokenProcessPool as error:
@@ -48,15 +49,38 @@ def _silent(_outcome: Outcome, _total: int) -> None:
 
 @contextmanager
 def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes, ended at once on errors."""
+    """Worker processes of one thread each, so that they do not compete for the cores; ended at once on errors."""
+    before = os.environ.get("POLARS_MAX_THREADS")
+    os.environ["POLARS_MAX_THREADS"] = "1"
     others = set(multiprocessing.active_children())
-    with ProcessPoolExecutor(workers, mp_context=start_server(), initializer=_start_worker) as pool:
-        try:
-            yield pool
-        except BaseException:
-            for worker in set(multiprocessing.active_children()) - others:
-                worker.terminate()
-            raise
+    try:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
+            try:
+                yield pool
+            except BaseException:
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                raise
+    finally:
+        if before is None:
+            del os.environ["POLARS_MAX_THREADS"]
+        else:
+            os.environ["POLARS_MAX_THREADS"] = before
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Let an interrupt wait until this is over.
+
+    Processes started meanwhile hold interrupts back for good, as they must: one that comes while a worker is still
+    importing would end it with a traceback.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _start_worker() -> None:
