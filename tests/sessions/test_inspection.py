@@ -27,8 +27,9 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
     session = inspect_survey(tmp_path).sessions[2]
     assert (session.landmarks_seen, session.landmarks_surveyed) == (("10", "7"), 1)
-    (finding,) = session.findings
+    finding, presses = session.findings
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
+    assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
     assert finding.message.startswith("landmarks 7 were seen")
 
 

@@ -127,7 +127,9 @@ def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: Ou
         floor: landmarks.select(np.flatnonzero(landmarks.floor == floor).tolist())
         for floor in {ref.key.floor for ref in refs}
     }
-    return [Job(ref, here[ref.key.floor], corrections, settings, folder) for ref in refs]
+    return [
+        Job(ref, survey.site.floor(ref.key.floor), here[ref.key.floor], corrections, settings, folder) for ref in refs
+    ]
 
 
 def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Summary:

@@ -25,9 +25,10 @@ from vislam2tag.pipeline.tables import TRAJECTORY, reading_tables, trajectory_ta
 from vislam2tag.results import FileAccount, SessionResult
 from vislam2tag.sessions import corrected_session, hash_inputs, read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
-from vislam2tag.survey.model import SessionRef
+from vislam2tag.survey.model import Floor, SessionRef
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class Job:
     """All that a worker needs to process one session."""
 
     ref: SessionRef
+    floor: Floor
     landmarks: Landmarks
     """Landmarks of the session's floor, before corrections."""
     corrections: Corrections
@@ -99,6 +101,7 @@ def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
         "settings": job.settings.model_dump(mode="json"),
         "corrections": job.corrections.for_session(job.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
+        "control_points": len(job.floor.control_points.ids),
     }
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
@@ -124,6 +127,7 @@ def _process(job: Job) -> SessionResult:
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *session.findings,
+            *press_findings(session, job.floor),
             *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, job.settings.visits.radius_m),
             *_pose_lag_finding(pose_lag_s, job.settings.findings.pose_lag_s),
         ],

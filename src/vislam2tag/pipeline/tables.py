@@ -79,7 +79,7 @@ def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> No
     """Write one Parquet file with metadata that names frame, units, stage and version."""
     metadata = {"frame": "BCS of the floor", "units": UNITS, "stage": f"{name}, labelled by {strategy}"}
     text = json.dumps(metadata | {"version": __version__}, sort_keys=True)
-    table.write_parquet(path, compression="zstd", compression_level=1, metadata={"vislam2tag": text})
+    table.write_parquet(path, compression="snappy", metadata={"vislam2tag": text})
 
 
 def _keyed(key: SessionKey, frame: pl.DataFrame) -> pl.DataFrame:

@@ -13,6 +13,7 @@ from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions.discover import open_survey
 from vislam2tag.sessions.known_landmarks import landmarks_without_position, surveyed_ids
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
 from vislam2tag.settings import Settings
@@ -135,7 +136,11 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
             "landmarks_surveyed": len(surveyed_ids(session.landmarks, landmarks)),
-            "findings": (*session.findings, *landmarks_without_position(session.landmarks, landmarks)),
+            "findings": (
+                *session.findings,
+                *landmarks_without_position(session.landmarks, landmarks),
+                *press_findings(session, survey.site.floor(key.floor)),
+            ),
         }
     )
 
