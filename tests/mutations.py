@@ -41,6 +41,26 @@ NASTY = [
     b"A" * 300,
 ]
 
+EXTREME = [
+    *(b"1e308", b"-1e308", b"1e200", b"1e30", b"1e-320", b"0", b"-1", b"NaN", b"Infinity", b"-Infinity", b"99999999"),
+    *(b"9223372036854775807", b"9223372036854775", b"4611686018427387904", b"2147483648"),
+]
+
+
+def exaggerate(data: bytes, rng: np.random.Generator) -> bytes:
+    """Put extreme numbers into one column, or anywhere, in a few lines, a stretch of them or all."""
+    lines = data.splitlines()
+    first, last = sorted(rng.integers(len(lines) + 1, size=2).tolist())
+    rows = (rng.integers(len(lines), size=3).tolist(), range(first, last), range(len(lines)))[rng.integers(3)]
+    column = None if rng.random() < 0.5 else int(rng.integers(8))
+    value = EXTREME[rng.integers(len(EXTREME))]
+    for row in rows:
+        fields = lines[row].split(b"; ")
+        place = int(rng.integers(len(fields))) if column is None else min(column, len(fields) - 1)
+        fields[place] = value
+        lines[row] = b"; ".join(fields)
+    return b"\n".join((*lines, b""))
+
 
 def mutate(data: bytes, rng: np.random.Generator) -> bytes:
     """Damage a file in one to three ways."""

@@ -42,9 +42,8 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
 
 
 def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
-    with np.errstate(over="ignore"):
-        offset = position - camera
-        same: BoolArray = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
+    offset = position - camera
+    same: BoolArray = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
     return same
 
 

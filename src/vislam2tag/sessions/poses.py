@@ -10,25 +10,28 @@ from vislam2tag.findings import Finding
 
 POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Float64)
 """Position in metres and quaternion (x, y, z, w), both in the ACS."""
+GREATEST = 1e6
+"""No tracker's frame reaches this far, metres: such a number is a fault, and its square might overflow."""
+NOT_FINITE = f"numbers must be finite and less than {GREATEST:g}; these poses are not used"
 
 
 def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, BoolArray, list[Finding]]:
     """Split pose columns into positions (n, 3), unit quaternions (n, 4) and a mask (n,) of usable poses.
 
-    A pose with a number that is not finite, or whose quaternion cannot be normalised, is unusable and a finding;
-    its quaternion comes out as the identity.
+    A pose that is not finite or beyond :data:`GREATEST`, or whose quaternion cannot be normalised, is unusable and a
+    finding; its quaternion comes out as the identity.
     """
     poses = rows.select(list(POSE_COLUMNS)).to_numpy(order="c")
     line = rows["row"].to_numpy()
     with np.errstate(over="ignore", invalid="ignore"):
-        finite = np.isfinite(poses @ np.zeros(poses.shape[1]))  # 0 times anything but a finite number is NaN
+        finite = np.einsum("ij,ij->i", poses, poses) < GREATEST**2
         norm = np.sqrt(np.einsum("ij,ij->i", poses[:, 3:], poses[:, 3:]))
-        turned = finite & np.isfinite(norm) & (norm > 0)
+        turned = finite & (norm > 0)
     quaternion = poses[:, 3:].copy()
     quaternion[~turned] = 0.0, 0.0, 0.0, 1.0
     quaternion /= np.where(turned, norm, 1.0)[:, None]
     findings = [
-        *_finding("non_finite_values", file, line[~finite], "numbers must be finite; these poses are not used"),
+        *_finding("non_finite_values", file, line[~finite], NOT_FINITE),
         *_finding(
             "invalid_quaternions",
             file,
