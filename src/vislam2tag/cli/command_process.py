@@ -95,13 +95,13 @@ class SessionProgress:
             TextColumn("sessions"),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[rows]:,} rows"),
+            TextColumn("{task.fields[rate]}"),
             TimeElapsedColumn(),
             TimeRemainingColumn(),
             console=console,
             disable=not console.is_terminal,
         )
-        self._task = self._bar.add_task("", total=None, rows=0)
+        self._task = self._bar.add_task("", total=None, rate="")
         self._rows = 0
         self.done = 0
         """Sessions finished so far."""
@@ -117,7 +117,9 @@ class SessionProgress:
         """Count one finished session."""
         self.done += 1
         self._rows += outcome.rows
-        self._bar.update(self._task, advance=1, total=total, rows=self._rows)
+        elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
+        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s"
+        self._bar.update(self._task, advance=1, total=total, rate=rate)
         if outcome.error:
             self._console.print(Text("failed ", "bold red") + Text(outcome.error), soft_wrap=True)
 
