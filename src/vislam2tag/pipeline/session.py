@@ -30,6 +30,9 @@ from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.model import Floor, SessionRef
 
+FASTEST_RAD_PER_S = 100.0
+"""No gyroscope of a phone measures faster turns; greater values are faults."""
+
 
 @dataclass(frozen=True)
 class Job:
@@ -87,7 +90,10 @@ def _still_holds(job: Job, done: SessionResult) -> bool:
     tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
     if not all((job.out.root / name / f"{job.ref.slug}.parquet").is_file() for name in tables):
         return False
-    return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
+    try:
+        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
+    except SessionError:
+        return False
 
 
 def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
@@ -174,8 +180,8 @@ def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
 
 
 def _pose_lag(session: Session) -> float | None:
-    finite = pl.all_horizontal(pl.col("v1", "v2", "v3").is_finite())
-    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & finite
+    possible = pl.all_horizontal(pl.col("v1", "v2", "v3").abs() < FASTEST_RAD_PER_S)
+    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & possible
     gyro = session.tables["sensors"].filter(wanted).sort("time_ns")
     usable = session.camera.usable
     lag_s = estimate_pose_lag(

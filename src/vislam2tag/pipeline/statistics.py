@@ -55,7 +55,7 @@ def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
     if len(frames) == 0:
         return 0.0
     elapsed_s = (camera.time_ns[frames] - camera.time_ns[frames[0]]) * 1e-9
-    kept = np.unique(np.searchsorted(elapsed_s, np.arange(0.0, elapsed_s[-1], WAY_STEP_S)))
+    kept = np.flatnonzero(np.diff(np.floor(elapsed_s / WAY_STEP_S), prepend=-1.0))
     frames = frames[kept]
     mapped = has_position(trajectory.status[frames])
     steps = np.where(
