@@ -18,7 +18,8 @@ from vislam2tag.errors import Vislam2tagError
 from vislam2tag.pipeline.run import process
 from vislam2tag.results import SessionResult
 
-ROUNDS = 20
+ROUNDS = 15
+SITE_ROUNDS = 6
 FILES = ("poses.csv", "initPoses.csv", "wifi.csv", "sensors.csv")
 UNREADABLE = ("malformed_lines", "partial_last_line")
 
@@ -84,7 +85,7 @@ def test_damaged_site_files_are_findings_or_our_errors(damaged: Path, tmp_path: 
     corrections = b'[[exclude_landmark]]\nid = "2"\n\n[[shift_clock]]\ntable = "wifi"\noffset_s = -0.25\n'
     clean = path.read_bytes() if path.exists() else corrections
     done = 0
-    for number in range(ROUNDS):
+    for number in range(SITE_ROUNDS):
         path.write_bytes(mutate(clean, rng))
         try:
             summary = process(damaged, tmp_path / "out")

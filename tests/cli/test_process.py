@@ -1,0 +1,137 @@
+"""``process`` as its users meet it: exit codes, streams, messages."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+import vislam2tag as package
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.pipeline.store import claim
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two sessions with a perfect tracker; only read."""
+    return make_survey(tmp_path_factory.mktemp("cli") / "survey", seconds=60.0)
+
+
+def test_version_and_help_with_examples() -> None:
+    version = vislam2tag("--version")
+    assert (version.returncode, version.stdout, version.stderr) == (0, f"{package.__version__}\n", "")
+    overview = vislam2tag("--help")
+    assert overview.returncode == 0
+    for name in ("process", "inspect", "simulate", "demo"):
+        assert name in overview.stdout
+    assert "vislam2tag process survey --out labels" in vislam2tag("process", "--help").stdout
+
+
+def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tmp_path: Path) -> None:
+    done = vislam2tag("process", survey, "--out", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("2 sessions (0 failed), ")
+    assert done.stdout.endswith(f"report: {tmp_path / 'out' / 'report.html'}\n")
+
+
+def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_path: Path) -> None:
+    spoilt = shutil.copytree(survey, tmp_path / "survey")
+    next(spoilt.glob("floor_0/LG/*/poses.csv")).unlink()
+    done = vislam2tag("process", spoilt, "--out", tmp_path / "out")
+    assert done.returncode == 1
+    assert done.stderr.startswith("failed floor 0 / LG / ")
+    assert done.stderr.count("\n") == 1
+    assert done.stdout.startswith("2 sessions (1 failed), ")
+
+
+WRONG = {
+    "strategy": (["--strategy", "globe"], "no mapping strategy is called 'globe'; there are: global, global-affine, "),
+    "floor": (["--floor", "7"], "--floor 7: the survey has no session of it; there are: 0"),
+    "device": (["--device", "Nokia"], "--device Nokia: the survey has no session of it; there are: LG, OnePlus"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Path, name: str) -> None:
+    options, message = WRONG[name]
+    assert message in the_error(vislam2tag("process", survey, "--out", tmp_path / "out", *options))
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("options", [["--jobs", "0"], ["--max-gap-s", "nan"], ["--label-rule", "nearest"], ["--lout"]])
+def test_impossible_options_are_2_and_named(survey: Path, tmp_path: Path, options: list[str]) -> None:
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", *options)
+    assert done.returncode == 2
+    assert options[0] in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def no_survey(folder: Path) -> dict[str, tuple[Path, str]]:
+    (folder / "file").write_text("floor_1")
+    (folder / "empty").mkdir()
+    (folder / "floors" / "floor_1").mkdir(parents=True)
+    return {
+        "missing": (folder / "gone", "gone: no such folder; expected a survey folder"),
+        "file": (folder / "file", "file: not a folder; expected a survey folder"),
+        "empty": (folder / "empty", "empty: not a survey: no folder named floor_1"),
+        "floors only": (folder / "floors", "floors: not a survey: no session (a folder floor_K/DEVICE/SESSION"),
+    }
+
+
+@pytest.mark.parametrize("command", ["process", "inspect"])
+@pytest.mark.parametrize("name", ["missing", "file", "empty", "floors only"])
+def test_what_is_no_survey_is_2(tmp_path: Path, command: str, name: str) -> None:
+    place, message = no_survey(tmp_path)[name]
+    before = bytes_of(tmp_path)
+    options = ["--out", str(tmp_path / "out")] if command == "process" else []
+    assert message in the_error(vislam2tag(command, place, *options))
+    assert bytes_of(tmp_path) == before
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[exclude_session]\n", "corrections.toml: not a TOML file: "),
+        ('[[exclude_session]]\ndevise = "LG"\n', "corrections.toml: [[exclude_session]] number 1, devise: "),
+    ],
+)
+def test_broken_corrections_are_2_and_name_the_entry(survey: Path, tmp_path: Path, text: str, message: str) -> None:
+    spoilt = shutil.copytree(survey, tmp_path / "survey")
+    (spoilt / "corrections.toml").write_text(text)
+    assert message in the_error(vislam2tag("process", spoilt, "--out", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "chapter.tex").write_text("mine")
+    mine, raw = bytes_of(tmp_path), bytes_of(survey)
+    for place, message in (
+        (tmp_path / "file", "file: cannot be the output folder (a file, not a folder); choose another --out"),
+        (tmp_path / "thesis", "thesis: is not empty and was not made by this program"),
+        (survey, "survey: is not empty and was not made by this program"),
+        (survey / "floor_0" / "labels", "labels: lies among the survey's sessions"),
+    ):
+        assert message in the_error(vislam2tag("process", survey, "--out", place))
+    assert bytes_of(tmp_path) == mine
+    assert bytes_of(survey) == raw
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_place_that_cannot_be_written_is_2(survey: Path, tmp_path: Path) -> None:
+    (tmp_path / "locked").mkdir(mode=0o500)
+    done = vislam2tag("process", survey, "--out", tmp_path / "locked" / "out")
+    assert "cannot be the output folder (Permission denied); choose another --out" in the_error(done)
+
+
+def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) -> None:
+    with claim(tmp_path / "out", {}):
+        error = the_error(vislam2tag("process", survey, "--out", tmp_path / "out"))
+    assert "another run is writing there; wait for it or choose another --out" in error
+    assert vislam2tag("process", survey, "--out", tmp_path / "out").returncode == 0
