@@ -6,8 +6,10 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent import futures
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
@@ -19,28 +21,45 @@ Progress = Callable[[Outcome, int], None]
 """Called after each session with its outcome and the total number of sessions."""
 
 
+AHEAD = 2
+"""Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
+
+
 def process_all(todo: list[Job], workers: int, progress: Progress | None) -> None:
-    """Process all sessions in ``workers`` processes (in this one for 1), reporting each as it ends.
+    """Process all sessions in ``workers`` processes, this one among them, reporting each as it ends.
 
     Raises OutputError where the output folder cannot be written or a worker is ended from outside. Whatever is raised,
-    an interrupt included, the workers are gone then.
+    an interrupt included, the other processes are gone then.
     """
     report = progress or _silent
-    if workers <= 1:
+    others = min(workers, len(todo)) - 1
+    if others < 1:
         for job in todo:
             report(process_session(job), len(todo))
         return
-    with _pool(min(workers, max(len(todo), 1))) as pool:
-        with _interrupts_held_back():
-            futures: list[Future[Outcome]] = [pool.submit(process_session, job) for job in todo]
+    with _pool(others) as pool:
         try:
-            for future in as_completed(futures):
-                report(future.result(), len(todo))
+            for outcome in _shared_out(todo, pool, others * AHEAD):
+                report(outcome, len(todo))
         except BrokenProcessPool as error:
             raise OutputError(
                 "a worker process was ended from outside (out of memory?); "
                 "run again with fewer --jobs, what is done is kept"
             ) from error
+
+
+def _shared_out(todo: list[Job], pool: ProcessPoolExecutor, ahead: int) -> Iterator[Outcome]:
+    """Keep the pool supplied, and process the next session here meanwhile."""
+    waiting = deque(todo)
+    running: set[Future[Outcome]] = set()
+    while waiting or running:
+        with _interrupts_held_back():
+            while waiting and len(running) < ahead:
+                running.add(pool.submit(process_session, waiting.popleft()))
+        if waiting:
+            yield process_session(waiting.popleft())
+        ended, running = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
+        yield from (future.result() for future in ended)
 
 
 def _silent(_outcome: Outcome, _total: int) -> None:
