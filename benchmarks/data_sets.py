@@ -46,7 +46,7 @@ class Walk:
 def landmarks_on(survey: Survey, floor: int) -> Landmarks:
     """Landmarks of one floor."""
     everywhere = survey.site.landmarks
-    return everywhere.select(np.flatnonzero(everywhere.floor == floor).tolist())
+    return everywhere.on_floor(floor)
 
 
 def walks_of(root: Path, *, truth_at_frames: bool) -> Iterator[Walk]:

@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vislam2tag.pipeline.demo import SURVEY, Score, run_demo
+from vislam2tag.evaluation.truth import ErrorSummary
+from vislam2tag.pipeline.demo import SURVEY, run_demo
 from vislam2tag.settings import Settings
 
 HELP = """
@@ -45,13 +46,13 @@ def _demo(
     typer.echo(f"now open {out / Settings().strategy / 'report.html'}")
 
 
-def _table(scores: list[Score]) -> Table:
+def _table(scores: dict[str, ErrorSummary]) -> Table:
     table = Table(title="Label error at every camera frame (each walk counts once)")
     table.add_column("strategy")
     for column in ("mean", "median", "p75", "p95", "max"):
         table.add_column(f"{column} [m]", justify="right")
     table.add_column("labelled", justify="right")
-    for entry in scores:
-        errors = (entry.mean_m, entry.median_m, entry.p75_m, entry.p95_m, entry.max_m)
-        table.add_row(entry.strategy, *(f"{error:.2f}" for error in errors), f"{100 * entry.labelled_share:.0f} %")
+    for strategy, errors in scores.items():
+        figures = (errors.mean_m, errors.median_m, errors.p75_m, errors.p95_m, errors.max_m)
+        table.add_row(strategy, *(f"{figure:.2f}" for figure in figures), f"{100 * errors.labelled_share:.0f} %")
     return table

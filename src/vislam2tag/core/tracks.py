@@ -125,6 +125,10 @@ class Landmarks:
             heading_sigma_rad=self.heading_sigma_rad[rows],
         )
 
+    def on_floor(self, number: int) -> Landmarks:
+        """Keep only the landmarks of one floor (ids repeat from floor to floor)."""
+        return self.select(np.flatnonzero(self.floor == number).tolist())
+
     @property
     def surveyed(self) -> BoolArray:
         """Mask (m,) of the landmarks with a known position."""

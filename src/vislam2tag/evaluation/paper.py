@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from pathlib import Path
 
-import numpy as np
-
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points import is_faulty, press_errors, walk_error
 from vislam2tag.evaluation.tables import WalkErrors
@@ -31,7 +29,7 @@ TRACK_FILE = "tachy.csv"
 def map_all(session: Session, survey: Survey, settings: Settings) -> dict[str, Trajectory]:
     """Map a session with each of the paper's strategies."""
     everywhere = survey.site.landmarks
-    landmarks = everywhere.select(np.flatnonzero(everywhere.floor == session.key.floor).tolist())
+    landmarks = everywhere.on_floor(session.key.floor)
     return {
         name: strategy_named(name, settings).map(session.camera, session.landmarks, landmarks) for name in STRATEGIES
     }

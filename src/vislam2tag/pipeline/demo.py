@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.errors import OutputError
-from vislam2tag.evaluation.truth import errors_at_frames, read_truth
+from vislam2tag.evaluation.truth import ErrorSummary, average, errors_at_frames, read_truth, summarise
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.tables import TRAJECTORY, trajectory_of
@@ -25,32 +24,20 @@ from vislam2tag.simulation.survey import simulate
 SURVEY = "survey"
 
 
-@dataclass(frozen=True)
-class Score:
-    """Label errors of a strategy at all camera frames, metres; each walk counts once."""
+def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print) -> dict[str, ErrorSummary]:
+    """Make ``out/survey``, ``out/STRATEGY`` for each strategy, and ``out/scores.csv`` and ``.json``.
 
-    strategy: str
-    mean_m: float
-    median_m: float
-    p75_m: float
-    p95_m: float
-    max_m: float
-    labelled_share: float
-
-
-def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print) -> list[Score]:
-    """Make ``out/survey``, ``out/STRATEGY`` for each strategy, ``out/scores.csv`` and ``.json``; return the scores.
-
-    A survey that an earlier demonstration left in ``out`` is used again. Raises OutputError where ``out`` holds
+    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration left in ``out`` is used again. Raises OutputError where ``out`` holds
     something else or cannot be written.
     """
     _make_survey(out, seed, say)
-    scores = []
+    scores = {}
     for strategy in strategy_names():
         say(f"mapping and labelling with {strategy}")
         process(out / SURVEY, out / strategy, Settings(strategy=strategy), jobs=jobs)
-        scores.append(score(out / SURVEY, out / strategy, strategy))
-    table = pl.DataFrame([asdict(entry) for entry in scores])
+        scores[strategy] = score(out / SURVEY, out / strategy)
+    rows = [{"strategy": strategy} | asdict(errors) for strategy, errors in scores.items()]
+    table = pl.DataFrame(rows).fill_nan(None)
     table.write_csv(out / "scores.csv", float_precision=4)
     (out / "scores.json").write_text(json.dumps(table.to_dicts(), indent=1) + "\n", encoding="utf-8")
     return scores
@@ -69,25 +56,13 @@ def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
     partial.rename(out / SURVEY)
 
 
-def score(survey: Path, out: Path, strategy: str) -> Score:
-    """Compare the trajectories in ``out`` with each session's ``truth.csv``; averages over the walks.
-
-    Walks of which nothing is labelled count in the share only.
-    """
+def score(survey: Path, out: Path) -> ErrorSummary:
+    """Compare the trajectories in ``out`` with each session's ``truth.csv``; each walk counts once."""
     results = [SessionResult.model_validate_json(path.read_bytes()) for path in sorted(out.glob("sessions/*.json"))]
-    errors = [_walk_errors(survey, out, result) for result in results]
-    labelled = [walk[np.isfinite(walk)] for walk in errors]
-    statistics = np.array([_statistics(walk) for walk in labelled if len(walk)]).reshape(-1, 5)
-    mean, median, p75, p95, greatest = statistics.mean(axis=0) if len(statistics) else np.full(5, np.nan)
-    share = float(np.mean([len(known) / max(len(walk), 1) for known, walk in zip(labelled, errors, strict=True)]))
-    return Score(strategy, float(mean), float(median), float(p75), float(p95), float(greatest), share)
+    return average([summarise(_walk_errors(survey, out, result)) for result in results])
 
 
 def _walk_errors(survey: Path, out: Path, result: SessionResult) -> FloatArray:
     truth = read_truth(survey / f"floor_{result.floor}" / result.device / result.session / "truth.csv")
     table = pl.read_parquet(out / TRAJECTORY / f"{result.slug}.parquet")
     return errors_at_frames(trajectory_of(table), truth)
-
-
-def _statistics(errors_m: FloatArray) -> FloatArray:
-    return np.append(errors_m.mean(), np.quantile(errors_m, (0.5, 0.75, 0.95, 1.0)))

@@ -123,10 +123,7 @@ def _run_record(settings: Settings, selection: Selection) -> dict[str, object]:
 def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> list[Job]:
     corrections = read_corrections(survey.root)
     landmarks = survey.site.landmarks
-    here = {
-        floor: landmarks.select(np.flatnonzero(landmarks.floor == floor).tolist())
-        for floor in {ref.key.floor for ref in refs}
-    }
+    here = {floor: landmarks.on_floor(floor) for floor in {ref.key.floor for ref in refs}}
     return [
         Job(ref, survey.site.floor(ref.key.floor), here[ref.key.floor], corrections, settings, folder) for ref in refs
     ]
