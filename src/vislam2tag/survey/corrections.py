@@ -28,6 +28,12 @@ from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import SessionKey
 
 CORRECTIONS_FILE = "corrections.toml"
+_WORDING = {
+    "extra_forbidden": "not known, look for a typing error",
+    "missing": "missing",
+    "tuple_type": "each entry starts with its name in double brackets",
+}
+"""Our words for the mistakes that the validator describes in a programmer's."""
 _START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")
 
 
@@ -184,7 +190,7 @@ def read_corrections(root: Path) -> Corrections:
     except ValidationError as error:
         raise SurveyError(f"{path}: {_first_problem(error)}") from error
     except ValueError as error:
-        raise SurveyError(f"{path}: not a TOML file: {error}") from error
+        raise SurveyError(f"{path}: not a TOML file: {error}; correct or remove it") from error
 
 
 def _first_problem(error: ValidationError) -> str:
@@ -193,7 +199,8 @@ def _first_problem(error: ValidationError) -> str:
     numbers = [part for part in rest if isinstance(part, int)]
     fields = [str(part) for part in rest if not isinstance(part, int)]
     entry = f"[[{table}]]" + (f" number {numbers[0] + 1}" if numbers else "")
-    return f"{entry}{''.join(f', {field}' for field in fields)}: {problem['msg']}"
+    wrong = _WORDING.get(problem["type"], problem["msg"].removeprefix("Value error, "))
+    return f"{entry}{''.join(f', {field}' for field in fields)}: {wrong}; correct or remove it"
 
 
 def corrected_landmarks(
