@@ -25,7 +25,7 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     for text in ("60 m x 32.5 m", "none (metric grid)", "One Plus", "2 of 2 surveyed", "30.0 Hz"):
         assert text in result.output
     assert "partial_last_line sensors.csv lines 301: the last line is cut off" in result.output
-    assert "presses_without_control_points 3 x" in result.output
+    assert "missing_control_points 3 x floor 4 has no control points" in result.output
     assert result.output.endswith("sessions: 3, findings: 3\n")
 
 

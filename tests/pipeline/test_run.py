@@ -10,12 +10,14 @@ import polars as pl
 import pytest
 
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.errors import OutputError, SurveyError, UsageError
+from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.mapping import strategy_names
+from vislam2tag.pipeline import session
 from vislam2tag.pipeline.run import Selection, process
 from vislam2tag.pipeline.session import Outcome
 from vislam2tag.results import Summary
 from vislam2tag.settings import Settings
+from vislam2tag.survey.model import SessionRef
 
 
 class Recorder:
@@ -69,6 +71,19 @@ def test_what_is_done_and_unchanged_is_not_repeated(survey: Path, tmp_path: Path
     assert len(changed.repeated) == 1
     process(survey, tmp_path / "out", Settings(strategy="local"), progress=other)
     assert len(other.repeated) == 2
+
+
+def test_a_session_whose_files_cannot_be_hashed_is_repeated(
+    survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(ref: SessionRef) -> dict[str, str]:
+        raise SessionError(f"{ref.folder}: cannot be read: Input/output error")
+
+    process(survey, tmp_path / "out")
+    monkeypatch.setattr(session, "hash_inputs", refuse)
+    again = Recorder()
+    process(survey, tmp_path / "out", progress=again)
+    assert len(again.repeated) == 2
 
 
 def test_a_lost_table_is_made_again(survey: Path, tmp_path: Path) -> None:

@@ -138,6 +138,7 @@ def _finding_lines(title: str, findings: Iterable[Finding]) -> Iterable[str]:
             yield f"[bold]{escape(title)}[/]"
         colour = _COLOURS[finding.severity.value]
         lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
+        file = f" {escape(finding.file)}" if finding.file else ""
         where = f" lines {lines}:" if finding.lines else ""
         count = f" {finding.count:,} x" if finding.count > 1 else ""
-        yield f"  [{colour}]{finding.kind}[/]{count} {escape(finding.file)}{where} {escape(finding.message)}"
+        yield f"  [{colour}]{finding.kind}[/]{count}{file}{where} {escape(finding.message)}"
