@@ -27,8 +27,8 @@ SURVEY = "survey"
 def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print) -> dict[str, ErrorSummary]:
     """Make ``out/survey``, ``out/STRATEGY`` for each strategy, and ``out/scores.csv`` and ``.json``.
 
-    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration left in ``out`` is used again. Raises OutputError where ``out`` holds
-    something else or cannot be written.
+    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration left in ``out`` is
+    used again. Raises OutputError where ``out`` holds something else or cannot be written.
     """
     _make_survey(out, seed, say)
     scores = {}

@@ -24,10 +24,9 @@ def landmark_findings(
 def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> list[Finding]:
     """Surveyed landmarks passed within the radius on the plan, but never in space."""
     visited = {visit.landmark for visit in trajectory.visits}
-    known = np.flatnonzero(~log.lost)
-    apart = np.linalg.norm(camera.plane_acs[log.frame[known]] - log.plane_acs[known], axis=1)
-    passed = {log.ids[i] for i in np.unique(log.landmark[known[apart < radius_m]])}
-    missed = [name for name in log.ids if name in passed - visited]
+    unvisited = log.select([i for i, name in enumerate(log.ids) if name not in visited])
+    apart = np.linalg.norm(camera.plane_acs[unvisited.frame] - unvisited.plane_acs, axis=1)
+    missed = [unvisited.ids[i] for i in np.unique(unvisited.landmark[(apart < radius_m) & ~unvisited.lost])]
     if not missed:
         return []
     return [
