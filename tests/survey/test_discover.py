@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.mutations import mutate
-from tests.survey.site import CLEAN_SITE, write_survey
+from tests.survey.site import plan_bytes, write_survey
 from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding
 from vislam2tag.sessions import open_survey
@@ -87,6 +87,11 @@ DAMAGE: dict[str, tuple[dict[str, str | bytes | None], dict[tuple[str, str], tup
         },
     ),
     "no plan": ({"floor_4/floorplan.png": None}, {("missing_plan", "floor_4/floorplan.jpg"): ()}),
+    "no image": ({"floor_4/floorplan.png": "<html>"}, {("unreadable_plan", "floor_4/floorplan.png"): ()}),
+    "half an image": (
+        {"floor_1/floorplan.jpg": plan_bytes("JPEG")[:-60], "floor_4/floorplan.png": plan_bytes("PNG")[:-40]},
+        {("unreadable_plan", "floor_1/floorplan.jpg"): (), ("unreadable_plan", "floor_4/floorplan.png"): ()},
+    ),
     "no landmarks": ({"floor_1/marker_dict.csv": None}, {("missing_file", "floor_1/marker_dict.csv"): ()}),
     "empty landmarks": ({"floor_1/marker_dict.csv": b""}, {("malformed_header", "floor_1/marker_dict.csv"): ()}),
     "bad landmarks": (
@@ -180,9 +185,10 @@ def test_a_survey_that_cannot_be_looked_into_is_our_error(tmp_path: Path, monkey
 def test_two_thousand_damaged_site_files_raise_nothing(tmp_path: Path, name: str) -> None:
     for floor in ("floor_1", "floor_4"):
         (tmp_path / floor).mkdir()
+    clean = (write_survey(tmp_path / "clean") / name).read_bytes()
     rng = np.random.default_rng(4)
     for _ in range(2000):
-        (tmp_path / name).write_bytes(mutate(CLEAN_SITE[name].encode(), rng))
+        (tmp_path / name).write_bytes(mutate(clean, rng))
         site, _ = read_site(tmp_path)
         surveyed = site.landmarks.position_bcs[site.landmarks.surveyed]
         assert np.isfinite(surveyed).all()

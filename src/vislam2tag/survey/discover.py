@@ -12,6 +12,7 @@ from vislam2tag.settings import Settings
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_control_points, read_landmark_file
 from vislam2tag.survey.model import Floor, SessionKey, Site
+from vislam2tag.survey.plan_image import load_plan
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
 _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
@@ -82,9 +83,7 @@ def session_folders(root: Path) -> Iterator[tuple[SessionKey, Path]]:
 def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple[Floor, list[Finding]]:
     plan = next((folder / name for name in PLAN_NAMES if (folder / name).is_file()), None)
     control_points, findings = read_control_points(root, folder)
-    if plan is None:
-        message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
-        findings.append(_about_floor("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO))
+    findings += _plan_findings(folder, plan)
     if row is None and (root / FLOOR_FILE).is_file():
         message = f"floor {number} has no usable row; its extent is taken from the data"
         findings.append(_about_floor("floor_without_size", FLOOR_FILE, message, Severity.WARNING))
@@ -98,6 +97,18 @@ def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple
         control_points=control_points,
     )
     return floor, findings
+
+
+def _plan_findings(folder: Path, plan: Path | None) -> list[Finding]:
+    if plan is None:
+        message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
+        return [_about_floor("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO)]
+    try:
+        load_plan(plan, side_px=1)
+    except OSError as error:
+        message = f"the plan {error}; a metric grid is drawn instead: replace it"
+        return [_about_floor("unreadable_plan", f"{folder.name}/{plan.name}", message, Severity.WARNING)]
+    return []
 
 
 def _about_floor(kind: str, file: str, message: str, severity: Severity) -> Finding:
