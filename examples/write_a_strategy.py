@@ -17,6 +17,8 @@ from vislam2tag.mapping.pieces import Sheet, surveyed_part
 class FirstSighting:
     """One similarity for the walk, from where each landmark was logged first (a poor idea, but a short one)."""
 
+    needs = "two landmarks seen"
+
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames, or none where fewer than two landmarks were seen."""
         known = surveyed_part(log, landmarks)

@@ -120,7 +120,9 @@ class Summary(_Model):
     """Seconds of all walks by status."""
     readings: dict[str, dict[str, int]]
     findings: dict[str, int]
-    """Total count by kind."""
+    """Total count by kind, over the sessions."""
+    site_findings: dict[str, int] = {}
+    """Total count by kind, about the site's own files, folders and corrections."""
     failures: dict[str, str]
     """Error of each session that could not be read or mapped, by slug."""
     per_floor: dict[str, dict[str, float]]

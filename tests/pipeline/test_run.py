@@ -15,8 +15,9 @@ from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline import session
 from vislam2tag.pipeline.run import Selection, process
 from vislam2tag.pipeline.session import Outcome
+from vislam2tag.pipeline.tables import SCHEMAS
 from vislam2tag.results import Summary
-from vislam2tag.settings import Settings
+from vislam2tag.settings import LabelRule, LabelSettings, Settings
 from vislam2tag.survey.model import SessionRef
 
 
@@ -180,13 +181,55 @@ def test_what_is_no_survey_or_no_place_to_write(survey: Path, tmp_path: Path) ->
     assert not (tmp_path / "out").exists()
 
 
-def test_excluded_spans_are_invalid(survey: Path, tmp_path: Path) -> None:
-    (survey / "corrections.toml").write_text("[[exclude_span]]\nfrom_s = 8.0\nto_s = 12.0\n")
-    process(survey, tmp_path / "out")
+@pytest.mark.parametrize("rule", LabelRule)
+def test_excluded_spans_are_invalid(survey: Path, tmp_path: Path, rule: LabelRule) -> None:
+    spans = "[[exclude_span]]\nfrom_s = 8.0\nto_s = 12.0\n[[exclude_span]]\nfrom_s = 20.0\nto_s = 20.5\n"
+    (survey / "corrections.toml").write_text(spans)
+    process(survey, tmp_path / "out", Settings(labels=LabelSettings(rule=rule)))
     frames = pl.read_parquet(next((tmp_path / "out/trajectory").iterdir()))
     sensors = pl.read_parquet(next((tmp_path / "out/sensors").iterdir()))
     start = frames["time_ns"][0]
     inside = frames.filter((pl.col("time_ns") - start).is_between(8_000_000_000, 11_990_000_000))
     assert set(inside["status"]) == {"invalid"}
-    middle = sensors.filter((pl.col("time_ns") - start).is_between(8_100_000_000, 11_900_000_000))
-    assert middle["x"].is_null().all()
+    elapsed = pl.col("time_ns") - start
+    for first, last in ((8_000_000_000, 11_999_999_999), (20_000_000_000, 20_499_999_999)):
+        within = sensors.filter(elapsed.is_between(first, last))
+        assert set(within["status"]) == {"invalid"}
+        assert within["x"].is_null().all()
+
+
+def test_a_session_that_becomes_unreadable_keeps_no_old_labels(
+    survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    process(survey, tmp_path / "out")
+
+    def refuse(*_: object) -> None:
+        raise SessionError("the disk is broken")
+
+    for name in ("read_session", "hash_inputs"):
+        monkeypatch.setattr(f"vislam2tag.pipeline.session.{name}", refuse)
+    summary = process(survey, tmp_path / "out")
+    assert summary.failed == 2
+    for table, schema in SCHEMAS.items():
+        rows = pl.read_parquet(tmp_path / "out" / table / "*.parquet")
+        assert len(rows) == 0
+        assert list(rows.schema.items()) == list(schema.items())
+        assert len(list((tmp_path / "out" / table).iterdir())) == 2
+
+
+def test_what_is_wrong_with_the_site_is_in_the_summary_and_its_files_are_hashed(survey: Path, tmp_path: Path) -> None:
+    (survey / "floor_0/floorplan.jpg").unlink()
+    process(survey, tmp_path / "out")
+    summary = Summary.model_validate_json((tmp_path / "out/summary.json").read_bytes())
+    assert summary.site_findings == {"missing_plan": 1}
+    run = json.loads((tmp_path / "out/run.json").read_text())
+    assert set(run["site_files"]) == {"floor_dimensions.csv", "floor_0/marker_dict.csv"}
+
+
+def test_a_hole_in_the_frames_is_time_lost(survey: Path, tmp_path: Path) -> None:
+    for folder in session_folders(survey):
+        lines = (folder / "poses.csv").read_bytes().splitlines(keepends=True)
+        (folder / "poses.csv").write_bytes(b"".join(lines[:900] + lines[1020:]))
+    summary = process(survey, tmp_path / "out")
+    assert summary.frame_seconds["gap"] == pytest.approx(8.0, abs=4.1)
+    assert sum(summary.frame_seconds.values()) == pytest.approx(summary.duration_s, abs=0.01)

@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
+from vislam2tag.errors import UsageError
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import Selection, process
 from vislam2tag.pipeline.session import Outcome
+from vislam2tag.report.summary import labelled_share
 from vislam2tag.results import Summary
 from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
 
@@ -65,12 +68,16 @@ def _process(
         float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
     ] = DEFAULTS.local.max_step_m,
 ) -> None:
-    settings = Settings(
-        strategy=strategy,
-        visits=VisitSettings(radius_m=visit_radius_m),
-        local=LocalSettings(max_step_m=max_step_m),
-        labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s),
-    )
+    try:
+        settings = Settings(
+            strategy=strategy,
+            visits=VisitSettings(radius_m=visit_radius_m),
+            local=LocalSettings(max_step_m=max_step_m),
+            labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s),
+        )
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        raise UsageError(f"--{str(wrong['loc'][-1]).replace('_', '-')} {wrong['input']}: {wrong['msg']}") from error
     selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
     progress = SessionProgress(Console(stderr=True))
     try:
@@ -125,18 +132,18 @@ class SessionProgress:
 
 
 def _print_summary(summary: Summary, out: Path) -> None:
-    frames = sum(summary.frames.values())
     typer.echo(
         f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
-        f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames, frames)}"
+        f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames)}"
     )
     for table, counts in summary.readings.items():
-        typer.echo(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts, sum(counts.values()))}")
-    if summary.findings:
-        typer.echo("findings: " + ", ".join(f"{kind} {count}" for kind, count in sorted(summary.findings.items())))
+        typer.echo(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts)}")
+    for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
+        if counts:
+            typer.echo(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
     typer.echo(f"report: {out / 'report.html'}")
 
 
-def _share(counts: dict[str, int], total: int) -> str:
-    labelled = counts.get("ok", 0) + counts.get("uncertain", 0)
-    return f"{100 * labelled / total:.1f} %" if total else "none"
+def _share(counts: dict[str, int]) -> str:
+    share = labelled_share(counts)
+    return "none" if share is None else f"{100 * share:.1f} %"

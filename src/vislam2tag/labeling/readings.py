@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.arrays import StatusArray
+from vislam2tag.core.arrays import BoolArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
@@ -14,16 +16,24 @@ from vislam2tag.settings import LabelRule, LabelSettings
 _LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
 
 
-def label_readings(table: pl.DataFrame, trajectory: Trajectory, settings: LabelSettings) -> pl.DataFrame:
+def label_readings(
+    table: pl.DataFrame,
+    trajectory: Trajectory,
+    settings: LabelSettings,
+    excluded_ns: Sequence[tuple[int, int]] = (),
+) -> pl.DataFrame:
     """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
 
     ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
-    order stay. A repeated reading is ``duplicate`` and has no position: the first one counts.
+    order stay. A repeated reading is ``duplicate`` and has no position: the first one counts. Readings in an excluded
+    span (start included, end not; boot-clock ns) are ``invalid`` and have none either.
     """
     labels = _labels(table, trajectory, settings)
     repeated = table["repeated"].to_numpy()
-    position = np.where(repeated[:, None], np.nan, labels.position_bcs)
-    status = np.where(repeated, np.int8(Status.DUPLICATE), labels.status)
+    excluded = _within(table["time_ns"].to_numpy(), excluded_ns)
+    position = np.where((repeated | excluded)[:, None], np.nan, labels.position_bcs)
+    status = np.where(excluded, np.int8(Status.INVALID), labels.status)
+    status[repeated] = Status.DUPLICATE
     return table.drop("repeated").with_columns(
         *(pl.Series(name, values, nan_to_null=True) for name, values in zip("xyz", position.T, strict=True)),
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
@@ -34,6 +44,14 @@ def label_readings(table: pl.DataFrame, trajectory: Trajectory, settings: LabelS
 def status_text(status: StatusArray) -> pl.Series:
     """Turn status codes (n,) into the text column ``status``."""
     return _LABELS.gather(status).rename("status")
+
+
+def _within(time_ns: IntArray, spans_ns: Sequence[tuple[int, int]]) -> BoolArray:
+    """Mask (r,) of the times in one of the spans."""
+    inside = np.zeros(len(time_ns), dtype=bool)
+    for start_ns, end_ns in spans_ns:
+        inside |= (time_ns >= start_ns) & (time_ns < end_ns)
+    return inside
 
 
 def _labels(table: pl.DataFrame, trajectory: Trajectory, settings: LabelSettings) -> Labels:

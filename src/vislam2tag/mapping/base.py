@@ -17,6 +17,11 @@ from vislam2tag.settings import Settings
 class MappingStrategy(Protocol):
     """Maps one session from the tracker's frame to the building's; pure: no files, no state."""
 
+    @property
+    def needs(self) -> str:
+        """What a walk must have had to be mapped, to end a sentence: "visits to two different landmarks"."""
+        ...
+
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Give each frame a position in the BCS or the cause why it has none."""
         ...

@@ -25,6 +25,7 @@ class GlobalMapping:
 
     transformation: type[Similarity2] | type[Affine2]
     visit_radius_m: float
+    needs: str = "two surveyed landmarks seen"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames between the first and the last boundary by one transformation."""
@@ -52,4 +53,9 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
 
 
 register("global", lambda settings: GlobalMapping(Similarity2, settings.visits.radius_m))
-register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visits.radius_m))
+register(
+    "global-affine",
+    lambda settings: GlobalMapping(
+        Affine2, settings.visits.radius_m, "three surveyed landmarks seen that are not on one line"
+    ),
+)

@@ -27,6 +27,7 @@ class LocalMapping:
     visit_radius_m: float
     max_step_m: float
     discards: bool
+    needs = "visits to two different surveyed landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map each sub-trajectory on its own; the others keep what discarded them."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping.pieces import surveyed_part
@@ -11,13 +12,13 @@ from vislam2tag.sessions.known_landmarks import landmarks_without_position
 
 
 def landmark_findings(
-    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float, needs: str
 ) -> list[Finding]:
-    """Landmarks without a position, too high to be visited, or too few of them visited."""
+    """Landmarks without a position, too high to be visited, or too few for the strategy, which says what it needs."""
     return [
         *landmarks_without_position(log, landmarks),
         *_too_high(camera, surveyed_part(log, landmarks), trajectory, radius_m),
-        *_too_few(trajectory),
+        *_too_few(camera, trajectory, needs),
     ]
 
 
@@ -40,17 +41,14 @@ def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, rad
     ]
 
 
-def _too_few(trajectory: Trajectory) -> list[Finding]:
-    visited = sorted({visit.landmark for visit in trajectory.visits})
-    if len(visited) >= 2 or len(trajectory.time_ns) == 0:
+def _too_few(camera: CameraTrack, trajectory: Trajectory, needs: str) -> list[Finding]:
+    """What was missing where no frame at all could be mapped."""
+    usable = trajectory.status[camera.usable]
+    if len(usable) == 0 or (usable != Status.NO_MAPPING).any():
         return []
-    return [
-        Finding(
-            kind="too_few_landmarks",
-            file="",
-            count=1,
-            severity=Severity.ERROR,
-            message=f"{len(visited)} surveyed landmark(s) visited ({', '.join(visited) or 'none'}), two are needed to "
-            "map a walk: pass landmarks within the visit radius, or survey more of them",
-        )
-    ]
+    visited = sorted({visit.landmark for visit in trajectory.visits})
+    message = (
+        f"the walk cannot be mapped: it needs {needs}; visited within the radius: {', '.join(visited) or 'none'}. Pass "
+        "more landmarks, nearer, or survey more of those seen"
+    )
+    return [Finding(kind="too_few_landmarks", file="", count=1, severity=Severity.ERROR, message=message)]

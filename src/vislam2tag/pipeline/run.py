@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 from collections.abc import Iterator
@@ -25,6 +26,9 @@ from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
+
+SITE_FILES = ("floor_dimensions.csv", CORRECTIONS_FILE, *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")))
+"""Files of the site whose hashes are recorded beside those of each session's files."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ def process(
     refs = _selected(survey, selection)
     survey = _with_exclusions(survey)
     _refuse_among_sessions(survey, out)
-    with claim(out, _run_record(settings, selection)) as folder:
+    with claim(out, _run_record(survey.root, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         process_all(_jobs(survey, refs, settings, folder), jobs, progress)
         return _reduce(survey, refs, settings, folder)
@@ -107,8 +111,10 @@ def _with_exclusions(survey: Survey) -> Survey:
     return replace(survey, findings=(*survey.findings, *excluded))
 
 
-def _run_record(settings: Settings, selection: Selection) -> dict[str, object]:
+def _run_record(root: Path, settings: Settings, selection: Selection) -> dict[str, object]:
+    site_files = sorted(path for pattern in SITE_FILES for path in root.glob(pattern) if path.is_file())
     return {
+        "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files},
         "settings": settings.model_dump(mode="json"),
         "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
         "versions": {
@@ -118,6 +124,14 @@ def _run_record(settings: Settings, selection: Selection) -> dict[str, object]:
             "polars": pl.__version__,
         },
     }
+
+
+def _sha256(path: Path) -> str | None:
+    """Hash a file; None where it cannot be read (which the site's findings tell)."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
 
 
 def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> list[Job]:
@@ -138,7 +152,7 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: 
             if result is not None:
                 yield result
 
-    summary = summarise(results(), settings.strategy, __version__)
+    summary = summarise(results(), settings.strategy, __version__, survey.findings)
     folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
     folder.write_text("summary.json", json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary

@@ -21,7 +21,7 @@ from vislam2tag.pipeline import statistics
 from vislam2tag.pipeline.drawing import draw
 from vislam2tag.pipeline.landmark_findings import landmark_findings
 from vislam2tag.pipeline.store import RESULTS, OutputFolder
-from vislam2tag.pipeline.tables import TRAJECTORY, reading_tables, trajectory_table, write_table
+from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
 from vislam2tag.results import FileAccount, SessionResult
 from vislam2tag.sessions import corrected_session, hash_inputs, read_session
 from vislam2tag.sessions.model import Session
@@ -73,10 +73,9 @@ def process_session(job: Job) -> Outcome:
     except OutputError:
         raise
     except SessionError as error:
-        result = _result(job, fingerprint="", error=str(error))
+        result = _failed(job, str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
-        message = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        result = _result(job, fingerprint="", error=message)
+        result = _failed(job, f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this")
     job.out.write_text(f"{RESULTS}/{job.ref.slug}.json", result.model_dump_json(indent=1) + "\n")
     return _outcome(result, repeated=True)
 
@@ -84,6 +83,13 @@ def process_session(job: Job) -> Outcome:
 def _outcome(result: SessionResult, *, repeated: bool) -> Outcome:
     rows = sum(sum(counts.values()) for counts in result.readings.values())
     return Outcome(result.slug, result.error, repeated, rows)
+
+
+def _failed(job: Job, error: str) -> SessionResult:
+    """Write tables with zero rows for a session of which nothing could be made."""
+    for name, schema in SCHEMAS.items():
+        _write_table(job, name, pl.DataFrame(schema=schema))
+    return _result(job, fingerprint="", error=error)
 
 
 def _still_holds(job: Job, done: SessionResult) -> bool:
@@ -117,7 +123,9 @@ def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
 
 def _process(job: Job) -> SessionResult:
     """Read, correct, map, label, write the tables and reduce the rest to a result."""
-    landmarks, landmark_uses = corrected_landmarks(job.landmarks, job.corrections, job.ref.key)
+    landmarks, landmark_uses = corrected_landmarks(
+        job.landmarks, job.corrections, job.ref.key, job.settings.default_landmark_sigma_m
+    )
     session, session_uses = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
     strategy = strategy_named(job.settings.strategy, job.settings)
     trajectory = strategy.map(session.camera, session.landmarks, landmarks)
@@ -129,16 +137,23 @@ def _process(job: Job) -> SessionResult:
     return _result(
         job,
         fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}),
-        error=_mapping_error(session, trajectory),
+        error=_mapping_error(session, trajectory, strategy.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *session.findings,
             *press_findings(session, job.floor),
-            *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, job.settings.visits.radius_m),
+            *landmark_findings(
+                session.camera,
+                session.landmarks,
+                landmarks,
+                trajectory,
+                job.settings.visits.radius_m,
+                strategy.needs,
+            ),
             *_pose_lag_finding(pose_lag_s, job.settings.findings.pose_lag_s),
         ],
         pose_lag_s=pose_lag_s,
-        **statistics.walk_statistics(session.camera, trajectory),
+        **statistics.walk_statistics(session.camera, trajectory, job.settings.labels.max_gap_s),
         readings={name: statistics.status_counts(table) for name, table in labelled.items()},
         visits=statistics.visit_marks(trajectory),
         landmarks_logged=list(session.landmarks.ids),
@@ -168,14 +183,13 @@ def _result(job: Job, **details: Any) -> SessionResult:
     )
 
 
-def _mapping_error(session: Session, trajectory: Trajectory) -> str | None:
+def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str | None:
     """Say why no frame could be mapped at all; None where the session was mapped, be it in parts."""
     usable = trajectory.status[session.camera.usable]
     if len(usable) == 0:
         return f"{session.key}: no usable camera frame; see its findings"
     if (usable == Status.NO_MAPPING).all():
-        visited = len({visit.landmark for visit in trajectory.visits})
-        return f"{session.key}: could not be mapped: only {visited} surveyed landmarks were visited; see its findings"
+        return f"{session.key}: could not be mapped: it needs {needs}; see its findings"
     return None
 
 

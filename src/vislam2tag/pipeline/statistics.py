@@ -8,9 +8,10 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.status import STATUS_LABELS, has_position
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
 from vislam2tag.results import ScanStatistics, VisitMark
+from vislam2tag.sessions.wifi_table import median_scan_interval_s
 
 WAY_STEP_S = 0.5
 """Lengths are summed between points this far apart, so that gait and noise do not count as walking."""
@@ -18,7 +19,7 @@ FASTEST_M_PER_S = 6.0
 """A faster step is a jump of the tracker, no walking."""
 
 
-def walk_statistics(camera: CameraTrack, trajectory: Trajectory) -> dict[str, Any]:
+def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:
     """Duration, length, frame rate and frames by status, under their names in a session's result."""
     time_ns = camera.time_ns[camera.usable]
     duration_s = float(time_ns[-1] - time_ns[0]) * 1e-9 if len(time_ns) else 0.0
@@ -26,9 +27,9 @@ def walk_statistics(camera: CameraTrack, trajectory: Trajectory) -> dict[str, An
         "start_ns": int(time_ns[0]) if len(time_ns) else None,
         "duration_s": round(duration_s, 3),
         "distance_m": round(distance_m(camera, trajectory), 2),
-        "frame_rate_hz": round((len(time_ns) - 1) / duration_s, 3) if duration_s > 0 else None,
+        "frame_rate_hz": round(1e9 / float(np.median(np.diff(time_ns))), 3) if len(time_ns) > 1 else None,
         "frames": frame_counts(trajectory),
-        "frame_seconds": frame_seconds(camera, trajectory),
+        "frame_seconds": frame_seconds(camera, trajectory, max_gap_s),
     }
 
 
@@ -38,11 +39,18 @@ def frame_counts(trajectory: Trajectory) -> dict[str, int]:
     return {label: int(count) for label, count in zip(STATUS_LABELS, counts, strict=True) if count}
 
 
-def frame_seconds(camera: CameraTrack, trajectory: Trajectory) -> dict[str, float]:
-    """Seconds of the walk by status: each usable frame stands for the time to the next one."""
+def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, float]:
+    """Seconds of the walk by status: each usable frame stands for the time to the next one.
+
+    As for readings, longer than ``max_gap_s`` a mapped frame stands for nothing: that time is ``gap``, or ``invalid``
+    where unusable frames lie in it.
+    """
     frames = np.flatnonzero(camera.usable)
     seconds = np.diff(camera.time_ns[frames]) * 1e-9
-    sums = np.bincount(trajectory.status[frames[:-1]], weights=seconds, minlength=len(STATUS_LABELS))
+    status = trajectory.status[frames[:-1]].copy()
+    hole = has_position(status) & (seconds > max_gap_s)
+    status[hole] = np.where(np.diff(frames)[hole] > 1, Status.INVALID, Status.GAP)
+    sums = np.bincount(status, weights=seconds, minlength=len(STATUS_LABELS))
     return {label: round(float(total), 3) for label, total in zip(STATUS_LABELS, sums, strict=True) if total}
 
 
@@ -80,11 +88,10 @@ def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
     """Scans, their rate and what was stale (raw table, before labelling); None where there is no reading."""
     if len(wifi) == 0:
         return None
-    starts = wifi.filter(~pl.col("repeated")).group_by("scan").agg(pl.col("time_ns").min()).sort("time_ns")
-    intervals = starts["time_ns"].diff().drop_nulls().to_numpy() * 1e-9
+    interval_s = median_scan_interval_s(wifi)
     return ScanStatistics(
         scans=wifi["scan"].n_unique(),
-        median_interval_s=round(float(np.median(intervals)), 3) if len(intervals) else None,
+        median_interval_s=None if interval_s is None else round(interval_s, 3),
         readings=len(wifi),
         repeated=int(wifi["repeated"].sum()),
         access_points=wifi["bssid"].n_unique(),

@@ -18,15 +18,51 @@ from vislam2tag.settings import LabelSettings
 from vislam2tag.survey.model import SessionKey
 
 TRAJECTORY = "trajectory"
+_TEXT, _I32, _I64, _F32, _F64 = pl.String(), pl.Int32(), pl.Int64(), pl.Float32(), pl.Float64()
+_KEY: dict[str, pl.DataType] = {"floor": _I32, "device": _TEXT, "session": _TEXT}
+_LABEL: dict[str, pl.DataType] = {"x": _F64, "y": _F64, "z": _F64, "sigma": _F64, "status": _TEXT}
+SCHEMAS: dict[str, dict[str, pl.DataType]] = {
+    TRAJECTORY: {
+        **_KEY,
+        "time_ns": _I64,
+        **dict.fromkeys(("x", "y", "z", "qx", "qy", "qz", "qw", "sigma", "cov_xx", "cov_xy", "cov_yy"), _F64),
+        "status": _TEXT,
+    },
+    "wifi": {
+        **_KEY,
+        "row": _I64,
+        "scan": _I32,
+        "time_ns": _I64,
+        "bssid": _TEXT,
+        "ssid": _TEXT,
+        "rssi_dbm": _F32,
+        "frequency_mhz": _F32,
+        **_LABEL,
+    },
+    "sensors": {
+        **_KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "sensor": _TEXT,
+        **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), _F64),
+        **_LABEL,
+    },
+}
+"""Columns of the tables that every session has, in order (docs/formats.md)."""
 UNITS = {
-    "x y z sigma": "m",
-    "cov_xx cov_xy cov_yy": "m^2",
-    "qx qy qz qw": "unit quaternion, camera to BCS",
+    "x": "m",
+    "y": "m",
+    "z": "m",
+    "sigma": "m",
+    "cov_xx": "m^2",
+    "cov_xy": "m^2",
+    "cov_yy": "m^2",
+    **dict.fromkeys(("qx", "qy", "qz", "qw"), "unit quaternion, camera to BCS"),
     "time_ns": "ns since boot of the phone",
     "rssi_dbm": "dBm",
     "frequency_mhz": "MHz",
+    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
 }
-_KEY_SCHEMA: dict[str, pl.DataType] = {"floor": pl.Int32(), "device": pl.String(), "session": pl.String()}
 
 
 def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
@@ -50,7 +86,7 @@ def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
             status_text(trajectory.status),
         ]
     )
-    return _keyed(key, frame)
+    return _keyed(key, TRAJECTORY, frame)
 
 
 def trajectory_of(table: pl.DataFrame) -> Trajectory:
@@ -71,19 +107,26 @@ def trajectory_of(table: pl.DataFrame) -> Trajectory:
 def reading_tables(session: Session, trajectory: Trajectory, settings: LabelSettings) -> dict[str, pl.DataFrame]:
     """Label each time-stamped table of the session; one output row for each raw row that parsed, in file order."""
     return {
-        name: _keyed(session.key, label_readings(table, trajectory, settings)) for name, table in session.tables.items()
+        name: _keyed(session.key, name, label_readings(table, trajectory, settings, session.excluded_ns))
+        for name, table in session.tables.items()
     }
 
 
 def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> None:
     """Write one Parquet file with metadata that names frame, units, stage and version."""
-    metadata = {"frame": "BCS of the floor", "units": UNITS, "stage": f"{name}, labelled by {strategy}"}
-    text = json.dumps(metadata | {"version": __version__}, sort_keys=True)
+    metadata = {
+        "frame": "BCS of the floor",
+        "units": {column: UNITS[column] for column in table.columns if column in UNITS},
+        "stage": f"{name}, labelled by {strategy}",
+        "version": __version__,
+    }
+    text = json.dumps(metadata, sort_keys=True)
     table.write_parquet(path, compression="snappy", metadata={"vislam2tag": text})
 
 
-def _keyed(key: SessionKey, frame: pl.DataFrame) -> pl.DataFrame:
-    """Put floor, device and session in front of the columns."""
+def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:
+    """Put floor, device and session in front, and the columns into their order."""
     values = {"floor": key.floor, "device": key.device, "session": key.session}
-    literals = (pl.lit(values[name], dtype=dtype).alias(name) for name, dtype in _KEY_SCHEMA.items())
-    return frame.select(*literals, pl.all())
+    literals = [pl.lit(values[column], dtype=kind).alias(column) for column, kind in _KEY.items()]
+    others = [column for column in SCHEMAS.get(name, frame.schema) if column not in _KEY]
+    return frame.select(*literals, *others)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from vislam2tag.core.status import Status
+from vislam2tag.findings import Finding
 from vislam2tag.results import SessionResult, Summary
 
 _Number = TypeVar("_Number", int, float)
@@ -25,7 +26,9 @@ def labelled_share(counts: Mapping[str, int]) -> float | None:
     return counts.get(_OK, 0) / total if total else None
 
 
-def summarise(results: Iterable[SessionResult], strategy: str, version: str) -> Summary:
+def summarise(
+    results: Iterable[SessionResult], strategy: str, version: str, site_findings: Iterable[Finding] = ()
+) -> Summary:
     """Add up the results of a run's sessions; takes them one at a time, so memory does not grow with the survey.
 
     ``per_floor`` and ``per_device`` hold, for each floor number or device name, ``sessions``, ``failed``,
@@ -45,6 +48,7 @@ def summarise(results: Iterable[SessionResult], strategy: str, version: str) -> 
         frame_seconds=_rounded(totals.frame_seconds),
         readings={table: _sorted(counts) for table, counts in sorted(totals.readings.items())},
         findings=_sorted(totals.findings),
+        site_findings=_sorted(_by_kind(site_findings)),
         failures=totals.failures,
         per_floor={str(floor): _rounded(sums) for floor, sums in sorted(totals.floors.items())},
         per_device={device: _rounded(sums) for device, sums in sorted(totals.devices.items())},
@@ -82,8 +86,7 @@ class _Totals:
         _accumulate(self.frame_seconds, result.frame_seconds)
         for table, counts in result.readings.items():
             _accumulate(self.readings[table], counts)
-        for finding in result.findings:
-            self.findings[finding.kind] += finding.count
+        _accumulate(self.findings, _by_kind(result.findings))
         if result.error is not None:
             self.failures[result.slug] = result.error
         sums = _group_sums(result)
@@ -101,6 +104,13 @@ def _group_sums(result: SessionResult) -> dict[str, float]:
         "frames": frames,
         "frames_ok": result.frames.get(_OK, 0),
     }
+
+
+def _by_kind(findings: Iterable[Finding]) -> dict[str, int]:
+    counts = _integers()
+    for finding in findings:
+        counts[finding.kind] += finding.count
+    return counts
 
 
 def _accumulate(sums: dict[str, _Number], more: Mapping[str, _Number]) -> None:

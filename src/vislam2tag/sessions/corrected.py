@@ -15,6 +15,8 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
 
 _NS = 1_000_000_000
+_LONGEST_S = 1e9
+"""No session lasts longer; keeps sums within int64."""
 
 
 def corrected_session(session: Session, corrections: Corrections) -> tuple[Session, tuple[str, ...]]:
@@ -31,23 +33,37 @@ def corrected_session(session: Session, corrections: Corrections) -> tuple[Sessi
         session = replace(session, landmarks=_swapped(session.landmarks, swap, uses))
     for landmark in entries.exclude_landmark:
         session = replace(session, landmarks=_without(session.landmarks, landmark, uses))
-    for span in entries.exclude_span:
-        session = _without_span(session, span, uses)
+    usable_ns = session.camera.time_ns[session.camera.usable]
+    for span in entries.exclude_span if len(usable_ns) else ():
+        session = _without_span(session, span, int(usable_ns[0]), uses)
     return (_with_clocks_judged_again(session) if entries.shift_clock else session), tuple(uses)
 
 
 def _shifted(session: Session, entry: ShiftClock, uses: list[str]) -> Session:
     offset_ns = round(entry.offset_s * _NS)
-    uses.append(f"The clock of {entry.table} is shifted by {entry.offset_s:+g} s{entry.because()}.")
-    if entry.table == "camera":
-        return replace(session, camera=replace(session.camera, time_ns=_add(session.camera.time_ns, offset_ns)))
-    if entry.table == "presses":
-        return replace(session, presses_ns=_add(session.presses_ns, offset_ns))
-    if entry.table not in session.tables:
+    time_ns = _times_of(session, entry.table)
+    if len(time_ns) == 0:
         return session
+    uses.append(f"The clock of {entry.table} is shifted by {entry.offset_s:+g} s{entry.because()}.")
+    shifted_ns = _add(time_ns, offset_ns)
+    if entry.table == "camera":
+        return replace(session, camera=replace(session.camera, time_ns=shifted_ns))
+    if entry.table == "presses":
+        return replace(session, presses_ns=shifted_ns)
     table = session.tables[entry.table]
-    times = pl.Series("time_ns", _add(table["time_ns"].to_numpy(), offset_ns))
+    times = pl.Series("time_ns", shifted_ns)
     return replace(session, tables={**session.tables, entry.table: table.with_columns(times)})
+
+
+def _times_of(session: Session, table: str) -> IntArray:
+    """Times of a table by its name in ``corrections.toml``; none where it is missing."""
+    if table == "camera":
+        return session.camera.time_ns
+    if table == "presses":
+        return session.presses_ns
+    if table not in session.tables:
+        return np.empty(0, dtype=np.int64)
+    return session.tables[table]["time_ns"].to_numpy()
 
 
 def _add(time_ns: IntArray, offset_ns: int) -> IntArray:
@@ -84,12 +100,12 @@ def _without(log: LandmarkLog, entry: ExcludeLandmark, uses: list[str]) -> Landm
     return log.select([i for i, landmark in enumerate(log.ids) if landmark != entry.id])
 
 
-def _without_span(session: Session, entry: ExcludeSpan, uses: list[str]) -> Session:
+def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: list[str]) -> Session:
+    """Make the span's frames INVALID and remember the span, so that its readings become invalid too."""
+    first_ns = start_ns + _nanoseconds(entry.from_s)
+    end_ns = start_ns + _nanoseconds(entry.to_s)
     camera = session.camera
-    if not camera.usable.any():
-        return session
-    since_start_s = (camera.time_ns - camera.time_ns[camera.usable][0]) / _NS
-    inside = (since_start_s >= entry.from_s) & (since_start_s < entry.to_s)
+    inside = (camera.time_ns >= first_ns) & (camera.time_ns < end_ns)
     if not inside.any():
         return session
     frames = int(inside.sum())
@@ -97,8 +113,16 @@ def _without_span(session: Session, entry: ExcludeSpan, uses: list[str]) -> Sess
     status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
     keep = ~inside[session.landmarks.frame]
     return replace(
-        session, camera=replace(camera, status=status), landmarks=_rows_kept(session.landmarks, keep.nonzero()[0])
+        session,
+        camera=replace(camera, status=status),
+        landmarks=_rows_kept(session.landmarks, keep.nonzero()[0]),
+        excluded_ns=(*session.excluded_ns, (first_ns, end_ns)),
     )
+
+
+def _nanoseconds(seconds: float) -> int:
+    """Whole nanoseconds, an infinite time as one that no clock reaches."""
+    return round(min(max(seconds, -_LONGEST_S), _LONGEST_S) * _NS)
 
 
 def _rows_kept(log: LandmarkLog, rows: IntArray) -> LandmarkLog:

@@ -46,3 +46,5 @@ class Session:
     tables: dict[str, pl.DataFrame]
     files: tuple[FileRecord, ...]
     findings: tuple[Finding, ...]
+    excluded_ns: tuple[tuple[int, int], ...] = ()
+    """Time spans (start included, end excluded; boot-clock ns) that ``corrections.toml`` leaves out."""
