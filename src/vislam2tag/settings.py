@@ -1,6 +1,6 @@
 """Every threshold and default of the package, in one place.
 
-The resolved tree is written beside each result (``settings.json``).
+The resolved tree is written beside each result (``run.json``).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class LabelRule(StrEnum):
@@ -48,11 +48,11 @@ class LabelSettings(_Frozen):
 class FindingSettings(_Frozen):
     """When something odd in a session is worth a finding."""
 
-    frame_gap_s: float = 1.0
+    frame_gap_s: float = Field(default=1.0, gt=0)
     """A hole between neighbouring frames longer than this is a ``frame_gap``, seconds."""
-    scan_interval_s: float = 20.0
+    scan_interval_s: float = Field(default=20.0, gt=0)
     """A median time between Wi-Fi scans above this is ``scan_throttling`` (Android allows 4 scans in 2 minutes)."""
-    pose_lag_s: float = 0.1
+    pose_lag_s: float = Field(default=0.1, gt=0)
     """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
 
 

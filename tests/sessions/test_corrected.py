@@ -82,6 +82,19 @@ def test_presses_and_camera_can_be_shifted(session: Session) -> None:
     assert (corrected.camera.time_ns - session.camera.time_ns).tolist() == [2 * 10**9] * FRAMES
 
 
+@pytest.mark.parametrize(
+    ("table", "file"),
+    [("wifi", "wifi.csv"), ("sensors", "sensors.csv"), ("presses", "refMarker.csv"), ("camera", "poses.csv")],
+)
+def test_shifting_what_is_not_there_is_no_use(tmp_path: Path, table: str, file: str) -> None:
+    files = clean_files()
+    del files[file]
+    session = read_files(tmp_path / "LG" / "walk", files)
+    corrected, uses = corrected_session(session, corrections_of(shift_clock=[{"table": table, "offset_s": 1}]))
+    assert uses == ()
+    assert corrected == session
+
+
 def test_a_shift_that_mends_a_clock_takes_its_finding_back_and_a_wrong_one_makes_it(tmp_path: Path) -> None:
     files = clean_files()
     files["wifi.csv"] = [line.replace("; 410", "; 420", 1) for line in files["wifi.csv"]]

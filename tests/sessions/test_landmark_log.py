@@ -44,8 +44,8 @@ def test_rows_are_sorted_by_landmark_in_order_of_first_sighting() -> None:
 
 
 def test_spellings_of_an_id_are_one_landmark() -> None:
-    log, _ = log_of([("10", 10, 1), ("10.0", 20, 2), ("010", 20, 3)], camera_at([10, 20]))
-    assert contents(log) == [("10", 0, 1), ("10", 1, 2), ("010", 1, 3)]
+    log, _ = log_of([("10", 10, 1), ("10.0", 20, 2), ("010", 30, 3), ("+10", 40, 4)], camera_at([10, 20, 30, 40]))
+    assert contents(log) == [("10", 0, 1), ("10", 1, 2), ("10", 2, 3), ("10", 3, 4)]
 
 
 def test_rows_without_a_frame_of_their_time_are_reported() -> None:

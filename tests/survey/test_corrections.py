@@ -74,6 +74,10 @@ def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
     assert all(len(getattr(corrections, name)) == 1 for name in Corrections.model_fields)
 
 
+def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+    assert corrections_of(tmp_path, "\ufeff" + EXAMPLE) == corrections_of(tmp_path, EXAMPLE)
+
+
 def test_no_file_means_no_corrections(tmp_path: Path) -> None:
     assert read_corrections(tmp_path) == Corrections()
 
@@ -157,18 +161,25 @@ def test_landmarks_of_other_floors_are_left_out() -> None:
 def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
     marks = landmarks_at({"10": (np.nan, np.nan)})
     marks.covariance_bcs[0] = np.diag([np.inf, np.inf])
-    corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY)
+    corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY, 0.25)
     assert corrected.surveyed.all()
+    assert corrected.covariance_bcs.tolist() == [[[0.0625, 0.0], [0.0, 0.0625]]]
 
 
 def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
-    survey = open_survey(write_survey(tmp_path, {"corrections.toml": EXAMPLE}))
+    text = EXAMPLE + "[[move_landmark]]\nid = '99'\nx = 1\ny = 2\n"
+    survey = open_survey(write_survey(tmp_path, {"corrections.toml": text}))
     messages = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
     assert len(messages) == 1
-    assert "[[swap_landmarks]] number 1 has no effect: no landmark 3 or 5" in messages[0]
+    assert "[[move_landmark]] number 2 has no effect: no landmark 99 in the files" in messages[0]
     corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
     findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site.landmarks)
     assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message
+
+
+def test_landmarks_that_may_have_been_seen_without_being_surveyed_are_no_findings(tmp_path: Path) -> None:
+    text = "[[exclude_landmark]]\nid = '99'\n[[swap_landmarks]]\nids = ['98', '99']\n"
+    assert open_survey(write_survey(tmp_path, {"corrections.toml": text})).findings == ()
 
 
 def test_two_thousand_damaged_files_raise_only_our_error(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
+from vislam2tag.survey.corrections import Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
 
@@ -130,7 +130,7 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
         session = read_session(ref, settings.findings)
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
-    landmarks, _ = corrected_landmarks(survey.site.landmarks, Corrections(), key)
+    landmarks = survey.site.landmarks.on_floor(key.floor)
     return blank.model_copy(
         update={
             **_amounts(session),

@@ -181,10 +181,10 @@ class Corrections(BaseModel):
 def read_corrections(root: Path) -> Corrections:
     """Read the survey's corrections; raises SurveyError naming file, entry and what was expected."""
     path = root / CORRECTIONS_FILE
-    if not path.exists():
-        return Corrections()
     try:
-        return Corrections.model_validate(tomllib.loads(path.read_bytes().decode("utf-8")))
+        return Corrections.model_validate(tomllib.loads(path.read_bytes().decode("utf-8-sig")))
+    except FileNotFoundError:
+        return Corrections()
     except OSError as error:
         raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
     except ValidationError as error:
@@ -204,11 +204,15 @@ def _first_problem(error: ValidationError) -> str:
 
 
 def corrected_landmarks(
-    landmarks: Landmarks, corrections: Corrections, key: SessionKey
+    landmarks: Landmarks,
+    corrections: Corrections,
+    key: SessionKey,
+    default_sigma_m: float = Settings().default_landmark_sigma_m,
 ) -> tuple[Landmarks, tuple[str, ...]]:
     """Landmarks of a session's floor with its corrections applied, and one sentence for each use.
 
-    Excluded landmarks go. A moved one keeps its sigma (the default one if it was unsurveyed) and loses its heading.
+    Excluded landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its
+    heading.
     """
     entries = corrections.for_session(key)
     excluded = {entry.id for entry in entries.exclude_landmark}
@@ -217,44 +221,37 @@ def corrected_landmarks(
     uses = []
     for entry in entries.move_landmark:
         if entry.id in chosen.index:
-            _move(chosen, chosen.index[entry.id], entry)
+            _move(chosen, chosen.index[entry.id], entry, default_sigma_m)
             uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
 
 
-def _move(own: Landmarks, index: int, entry: MoveLandmark) -> None:
-    """Write the new place of a landmark into arrays of our own."""
+def _move(own: Landmarks, index: int, entry: MoveLandmark, default_sigma_m: float) -> None:
+    """Write the new place of a landmark into arrays of our own (a selection copies)."""
     own.position_bcs[index] = entry.x, entry.y
     if not np.isfinite(own.covariance_bcs[index]).all():
-        own.covariance_bcs[index] = np.eye(2) * Settings().default_landmark_sigma_m ** 2
+        own.covariance_bcs[index] = np.eye(2) * default_sigma_m**2
     own.heading_rad[index] = own.heading_sigma_rad[index] = np.nan
 
 
 def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], landmarks: Landmarks) -> list[Finding]:
-    """Find entries that match no session, or name only landmarks that the sessions' floors do not have."""
+    """Find entries that match no session, and moves of landmarks that the files of their floors do not have.
+
+    Whether a landmark to exclude or to swap was seen is known only to those who read the sessions: such entries may
+    well concern landmarks without a surveyed position.
+    """
     known = set(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
     findings = []
     for table in Corrections.model_fields:
         entries: tuple[Entry, ...] = getattr(corrections, table)
         for number, entry in enumerate(entries, start=1):
             floors = {key.floor for key in keys if entry.applies(key)}
-            names = _named_landmarks(entry)
             if not floors:
                 problem = "no session matches"
-            elif names and not any((floor, name) in known for floor in floors for name in names):
-                problem = f"no landmark {' or '.join(names)} on the floors it is for"
+            elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
+                problem = f"no landmark {entry.id} in the files of the floors it is for"
             else:
                 continue
             message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
             findings.append(Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message))
     return findings
-
-
-def _named_landmarks(entry: Entry) -> tuple[str, ...]:
-    match entry:
-        case SwapLandmarks():
-            return tuple(entry.ids)
-        case ExcludeLandmark() | MoveLandmark():
-            return (entry.id,)
-        case _:
-            return ()
