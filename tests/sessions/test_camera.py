@@ -42,6 +42,17 @@ def test_first_of_equal_times_counts_and_backward_frames_do_not() -> None:
     assert findings["backward_times"].lines == (4, 7)
 
 
+def test_one_time_far_ahead_is_named_as_what_makes_all_others_backward() -> None:
+    track, findings = track_of([10, 20, 9_000, *range(30, 100)])
+    assert track.usable.sum() == 3
+    assert findings["backward_times"].count == 70
+    assert "70 of them are earlier than line 3; if its time is wrong, remove that line" in (
+        findings["backward_times"].message
+    )
+    _, findings = track_of([10, 9_000, 20, 30, *range(10_000, 10_010)])
+    assert "line" not in findings["backward_times"].message
+
+
 def test_a_frame_that_is_not_finite_neither_counts_nor_makes_others_backward() -> None:
     nan, inf = float("nan"), float("inf")
     poses = {1: (nan, *IDENTITY[1:]), 2: (*IDENTITY[:6], inf)}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.locks import lock
 from tests.sessions.raw import FRAME_NS, FRAMES, clean_files, frame_ns, kinds, read_files, to_bytes, write_session
 from vislam2tag.core.status import Status
 from vislam2tag.errors import SessionError
@@ -226,6 +227,23 @@ def test_two_files_for_one_role_are_reported(tmp_path: Path) -> None:
     session = read_files(tmp_path / "LG" / "walk", files)
     assert kinds(session) == {("second_file", "CameraPose.csv"): 1}
     assert len(session.camera.time_ns) == FRAMES
+
+
+@pytest.mark.parametrize("name", PAPER_NAMES)
+def test_a_file_that_cannot_be_opened_is_that_finding_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    ref = write_session(tmp_path / "LG" / "walk", clean_files())
+    lock(monkeypatch, ref.folder / name)
+    session = read_session(ref)
+    needed = name in ("poses.csv", "initPoses.csv")
+    found = [finding for finding in session.findings if finding.kind != "no_frames"]
+    assert [(f.kind, f.file, f.severity) for f in found if f.file == name] == [
+        ("unreadable_file", name, Severity.ERROR if needed else Severity.WARNING)
+    ]
+    assert found[0].message.startswith("cannot be opened (Permission denied): no ")
+    assert {record.name for record in session.files} == set(PAPER_NAMES) - {name}
+    assert accounts_balance(session)
 
 
 def test_hashes_are_those_of_the_files_read(tmp_path: Path) -> None:

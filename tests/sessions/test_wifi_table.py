@@ -82,6 +82,16 @@ def test_lines_that_are_no_reading(line: str) -> None:
     assert table.rows["row"].to_list() == [1, 3]
 
 
+def test_levels_that_no_radio_measures_are_null_and_reported() -> None:
+    levels = ("-60", "NaN", "Infinity", "-inf", "1e60", "-1e39", "-1001", "-127,5", "0")
+    table = parse(*(f"1; {i}; WLAN; n; aa; {level}" for i, level in enumerate(levels)))
+    assert table.rows["rssi_dbm"].to_list() == [-60.0, None, None, None, None, None, None, -127.5, 0.0]
+    assert table.rows.schema["rssi_dbm"] == pl.Float32
+    assert [(finding.kind, finding.count) for finding in table.findings] == [("non_finite_values", 6)]
+    assert table.findings[0].lines == (2, 3, 4, 5, 6)
+    assert not table.unreadable
+
+
 def test_undecodable_bytes_are_replaced_and_reported() -> None:
     lines = [wifi_line(1, 0), wifi_line(1, 1, "caf??"), wifi_line(1, 2, "\ufffd")]
     table = parse_wifi(to_bytes(lines).replace(b"caf??", b"caf\xe9\xff"), "wifi.csv")

@@ -123,6 +123,28 @@ def test_nan_written_as_a_coordinate_is_reported_and_empty_is_unsurveyed(tmp_pat
     assert survey.site.landmarks.ids == ("2", "10", "7")
 
 
+def test_absurd_coordinates_and_floors_are_not_used(tmp_path: Path) -> None:
+    rows = "1,1e6,-1e6,,\n2,1e7,1,,\n3,1,-1e300,,\n4,1,1,1e300,\n5,1,1,,99999999999999999999\n"
+    changes: dict[str, str | bytes | None] = {
+        "floor_1/marker_dict.csv": f"id,x,y,sigma_m,floor\n{rows}",
+        "floor_1/refmarker.csv": "1,2\n1e200,3\n4,-1000001\n",
+    }
+    survey = open_survey(write_survey(tmp_path, changes))
+    assert kinds(survey.findings) == {
+        ("malformed_lines", "floor_1/marker_dict.csv"): (5, 6),
+        ("non_finite_values", "floor_1/marker_dict.csv"): (3, 4),
+        ("malformed_lines", "floor_1/refmarker.csv"): (2, 3),
+    }
+    assert survey.site.landmarks.ids[:2] == ("1", "10")
+    assert survey.site.floors[0].control_points.position_bcs.tolist() == [[1.0, 2.0]]
+
+
+def test_spellings_of_a_number_are_one_landmark(tmp_path: Path) -> None:
+    survey = open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": "id,x,y\n07,1,1\n7,2,2\n+8.0,3,3\n"}))
+    assert kinds(survey.findings) == {("duplicate_landmarks", "floor_1/marker_dict.csv"): (3,)}
+    assert survey.site.landmarks.ids[:2] == ("7", "8")
+
+
 def test_a_landmark_listed_for_another_floor_is_a_duplicate_there(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": "id,x,y,floor\n10,1,1,4\n"}))
     assert kinds(survey.findings) == {("duplicate_landmarks", "floor_4/marker_dict.csv"): (2,)}

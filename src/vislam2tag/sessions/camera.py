@@ -23,26 +23,38 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     position, orientation, sound, findings = poses_of(rows, file)
     time_ns = rows["time_ns"].to_numpy()
     line = rows["row"].to_numpy()
-    duplicate, backward = _out_of_order(time_ns, sound)
+    latest_ns = _latest_before(time_ns, sound)
+    duplicate, backward = sound & (time_ns == latest_ns), sound & (time_ns < latest_ns)
     status = np.where(sound, np.int8(Status.OK), np.int8(Status.INVALID))
     status[duplicate] = Status.DUPLICATE
     status[backward] = Status.INVALID
     track = CameraTrack(time_ns, position, orientation, status)
     for kind, mask, message in (
         ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts"),
-        ("backward_times", backward, "frames are earlier than one before them; they are not used"),
+        ("backward_times", backward, _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)),
     ):
         if mask.any():
             findings.append(Finding.at_lines(kind, file, line[mask].tolist(), message))
     return track, findings + _frame_gaps(track, line, file, settings) + _unusable(track, file)
 
 
-def _out_of_order(time_ns: IntArray, sound: BoolArray) -> tuple[BoolArray, BoolArray]:
-    """Masks (n,) of sound frames at the latest time so far, and before it."""
-    latest = np.full(len(time_ns), -1, dtype=np.int64)
+def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:
+    """Latest time (n,) of the sound frames before each frame; -1 where there is none."""
+    latest_ns = np.full(len(time_ns), -1, dtype=np.int64)
     if len(time_ns) > 1:
-        latest[1:] = np.maximum.accumulate(np.where(sound, time_ns, -1))[:-1]
-    return sound & (time_ns == latest), sound & (time_ns < latest)
+        latest_ns[1:] = np.maximum.accumulate(np.where(sound, time_ns, -1))[:-1]
+    return latest_ns
+
+
+def _backward_message(time_ns: IntArray, latest_ns: IntArray, backward: BoolArray, line: IntArray) -> str:
+    """What happened; where most frames are backward, probably one wrong time is to blame, and is named."""
+    message = "frames are earlier than one before them; they are not used"
+    if 2 * np.count_nonzero(backward) <= len(backward):
+        return message
+    values, counts = np.unique(latest_ns[backward], return_counts=True)
+    culprit_ns = values[np.argmax(counts)]
+    culprit = line[np.argmax(time_ns == culprit_ns)]
+    return f"{message}: {counts.max()} of them are earlier than line {culprit}; if its time is wrong, remove that line"
 
 
 def _frame_gaps(track: CameraTrack, line: IntArray, file: str, settings: FindingSettings) -> list[Finding]:

@@ -34,7 +34,7 @@ class Session:
     ``row`` (int64, 1-based line of the raw file), ``time_ns`` (int64) and ``repeated`` (bool: a reading that an
     earlier row already gave), then its own columns:
 
-    * wifi: ``scan`` int32, ``bssid``, ``ssid`` text, ``rssi_dbm`` float32, ``frequency_mhz`` float32 (null: unknown)
+    * wifi: ``scan`` int32, ``bssid``, ``ssid`` text, ``rssi_dbm``, ``frequency_mhz`` float32 (null: unknown)
     * sensors: ``sensor`` text, ``v1`` .. ``v6`` float64
     """
 

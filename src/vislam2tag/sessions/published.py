@@ -48,6 +48,7 @@ class _Reading:
     folder: Path
     files: list[FileRecord] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
+    opened: set[str] = field(default_factory=set)
 
     def load(self, role: str) -> tuple[str, bytes]:
         """Name and bytes of a role's file; no bytes where the file is missing or cannot be opened."""
@@ -59,14 +60,16 @@ class _Reading:
         if len(names) > 1:
             self._note("second_file", names[1], f"{names[0]} says the same; this file is not read", Severity.WARNING)
         try:
-            return names[0], (self.folder / names[0]).read_bytes()
+            data = (self.folder / names[0]).read_bytes()
         except OSError as error:
-            self._note("unreadable_file", names[0], f"cannot be opened: {error.strerror}", Severity.ERROR)
+            self._note("unreadable_file", names[0], *_unreadable(role, error))
             return names[0], b""
+        self.opened.add(names[0])
+        return names[0], data
 
     def account(self, role: str, data: bytes, table: RawTable) -> pl.DataFrame:
-        """Record a file that is there, and return its rows."""
-        if (self.folder / table.file).is_file():
+        """Record a file that was opened, and return its rows."""
+        if table.file in self.opened:
             digest = hashlib.sha256(data).hexdigest()
             record = FileRecord(table.file, role, len(data), digest, table.lines, table.rows.height)
             self.files.append(record)
@@ -75,6 +78,12 @@ class _Reading:
 
     def _note(self, kind: str, file: str, message: str, severity: Severity) -> None:
         self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
+
+
+def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
+    """Message and severity for a file that cannot be opened: as grave as if it were missing."""
+    consequence, severity = _MISSING.get(role, ("no presses", Severity.WARNING))
+    return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
 
 
 class PublishedFormat:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+from dataclasses import replace
 
 import polars as pl
 
@@ -13,6 +14,8 @@ from vislam2tag.settings import FindingSettings
 _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS
 _REPLACEMENT = "\ufffd"
+GREATEST_DBM = 1000.0
+"""No radio measures such a level: the number is a fault."""
 
 # The ssid may hold the separator, so that the fields after it are found from the end of the line; a blank before it
 # belongs to the separator where the line's first separator has one.
@@ -25,7 +28,8 @@ _LINE = (
 def parse_wifi(data: bytes, file: str) -> RawTable:
     """Parse a Wi-Fi file into ``row``, ``time_ns``, ``scan``, ``bssid``, ``ssid``, ``rssi_dbm``, ``frequency_mhz``.
 
-    Undecodable bytes become U+FFFD and a finding; the published layout has no frequency (null).
+    Undecodable bytes become U+FFFD and a finding; so does a level that no radio measures (not finite, or beyond
+    :data:`GREATEST_DBM`), and becomes null. The published layout has no frequency (null).
     """
     data = data.removeprefix(codecs.BOM_UTF8)
     lines = data.decode("utf-8", errors="replace").split("\n")
@@ -38,17 +42,15 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
         pl.col("scan").cast(pl.Int32, strict=False),
         pl.col("bssid"),
         pl.when(pl.col("blank") == "").then("ssid").otherwise(pl.col("ssid").str.strip_prefix(" ")).alias("ssid"),
-        pl.col("rssi_dbm").str.replace(",", ".", literal=True).cast(pl.Float32, strict=False),
+        pl.col("rssi_dbm").str.replace(",", ".", literal=True).cast(pl.Float64, strict=False),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
     raw = sift(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
-    broken = _undecodable(data, raw)
-    if not broken:
-        return raw
-    message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
-    finding = Finding.at_lines("undecodable_text", file, broken, message, Severity.INFO)
-    return RawTable(raw.file, raw.lines, raw.rows, raw.unreadable, (*raw.findings, finding))
+    measured = pl.col("rssi_dbm").is_between(-GREATEST_DBM, GREATEST_DBM)
+    findings = [*raw.findings, *_undecodable(data, raw), *_absurd_levels(raw, measured)]
+    rows = raw.rows.with_columns(pl.when(measured).then("rssi_dbm").cast(pl.Float32))
+    return replace(raw, rows=rows, findings=tuple(findings))
 
 
 def _times_ns() -> pl.Expr:
@@ -56,11 +58,23 @@ def _times_ns() -> pl.Expr:
     return pl.when(time_us <= _GREATEST_US).then(time_us) * _US_TO_NS
 
 
-def _undecodable(data: bytes, raw: RawTable) -> list[int]:
-    """Rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
+def _absurd_levels(raw: RawTable, measured: pl.Expr) -> list[Finding]:
+    lines = raw.rows.filter(~measured)["row"].to_list()
+    if not lines:
+        return []
+    message = f"levels must be finite and within {GREATEST_DBM:g} dBm; these rows are kept without their level"
+    return [Finding.at_lines("non_finite_values", raw.file, lines, message)]
+
+
+def _undecodable(data: bytes, raw: RawTable) -> list[Finding]:
+    """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
     suspects = raw.rows.filter(pl.col("ssid").str.contains(_REPLACEMENT, literal=True))["row"].to_list()
     lines = data.split(b"\n") if suspects else []
-    return [row for row in suspects if not _is_utf8(lines[row - 1])]
+    broken = [row for row in suspects if not _is_utf8(lines[row - 1])]
+    if not broken:
+        return []
+    message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
+    return [Finding.at_lines("undecodable_text", raw.file, broken, message, Severity.INFO)]
 
 
 def _is_utf8(line: bytes) -> bool:

@@ -17,13 +17,19 @@ from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, 
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
+GREATEST_M = 1e6
+"""No building reaches this far from the origin of its plan: such a coordinate is a fault, its square might overflow."""
+GREATEST_FLOOR = 999_999
+"""As for the names of floor folders."""
 
 _MESSAGES = {
     "malformed_lines": (
         "a row needs an id, numbers for x and y (or none for an unsurveyed landmark) and positive sigmas; "
         "these rows are left out: correct them"
     ),
-    "non_finite_values": "coordinates must be finite; these rows are left out: correct them",
+    "non_finite_values": (
+        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are left out: correct them"
+    ),
     "duplicate_landmarks": "an id may appear once on a floor; the first row counts: remove the others",
 }
 
@@ -88,19 +94,19 @@ def _landmarks_of(
 
 
 def _landmark_of(table: SiteTable, fields: tuple[str, ...], floor: int, default_sigma_m: float) -> SurveyedLandmark:
-    """Make a landmark of one row; a coordinate that is written but not finite comes out infinite."""
+    """Make a landmark of one row; a coordinate that is written but cannot be one comes out infinite."""
     name = landmark_id(fields[0])
     x, y, z = (_coordinate(table.cell(fields, column)) for column in ("x", "y", "z"))
     sigma, heading, heading_sigma = (
         finite_or_none(table.cell(fields, column)) for column in ("sigma_m", "heading_rad", "heading_sigma_rad")
     )
     floor_text = table.cell(fields, "floor")
-    not_positive = any(value is not None and value <= 0 for value in (sigma, heading_sigma))
-    if not name or math.isnan(x) != math.isnan(y) or not_positive:
+    bad_sigma = any(value is not None and not 0 < value <= GREATEST_M for value in (sigma, heading_sigma))
+    if not name or math.isnan(x) != math.isnan(y) or bad_sigma:
         raise ValueError(f"'{name}' is not a usable landmark")
     return SurveyedLandmark(
         landmark=name,
-        floor=int(landmark_id(floor_text)) if floor_text else floor,
+        floor=_floor_number(floor_text) if floor_text else floor,
         x_m=x,
         y_m=y,
         z_m=z,
@@ -114,7 +120,14 @@ def _coordinate(text: str) -> float:
     value = number_or_none(text)
     if value is None:
         return math.nan
-    return value if math.isfinite(value) else math.inf
+    return value if abs(value) <= GREATEST_M else math.inf
+
+
+def _floor_number(text: str) -> int:
+    number = int(landmark_id(text))
+    if abs(number) > GREATEST_FLOOR:
+        raise ValueError(f"there is no floor {number}")
+    return number
 
 
 def landmarks_from(rows: Sequence[SurveyedLandmark]) -> Landmarks:
@@ -154,7 +167,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
             x, y = (finite_or_none(field) for field in fields[:2])
         except ValueError:
             x = y = None
-        if x is None or y is None:
+        if x is None or y is None or max(abs(x), abs(y)) > GREATEST_M:
             counts.add("malformed_lines", line)
         else:
             points.append((x, y))
@@ -162,6 +175,9 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     ids = tuple(str(i) for i in range(len(points)))
     return ControlPoints(ids, positions), counts.findings(
         {
-            "malformed_lines": "a row must be two finite numbers, x,y; these rows are left out: correct them",
+            "malformed_lines": (
+                f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: "
+                "correct them"
+            ),
         }
     )
