@@ -22,9 +22,8 @@ _Arguments = ParamSpec("_Arguments")
 
 
 class Measured(NamedTuple):
-    """What a call needed; the memory is that of all child processes together, at its peak."""
+    """Memory that a call needed: all child processes together, at its peak."""
 
-    seconds: float
     resident_mb: float
     """What several processes share is counted for each."""
     unique_mb: float
@@ -48,13 +47,19 @@ def process(survey: Path, out: Path, jobs: int = 2) -> None:
     vislam2tag("process", str(survey), "--out", str(out), "--jobs", str(jobs))
 
 
-def timed(work: Callable[_Arguments, None], *args: _Arguments.args, **kwargs: _Arguments.kwargs) -> Measured:
-    """Seconds and peak memory of a call that runs subprocesses."""
-    peak = PeakMemory()
+def seconds(work: Callable[_Arguments, None], *args: _Arguments.args, **kwargs: _Arguments.kwargs) -> float:
+    """Seconds that a call takes, with nobody watching."""
     start = time.perf_counter()
+    work(*args, **kwargs)
+    return time.perf_counter() - start
+
+
+def watched(work: Callable[_Arguments, None], *args: _Arguments.args, **kwargs: _Arguments.kwargs) -> Measured:
+    """Peak memory of a call that runs subprocesses (watching costs time, so its time means nothing)."""
+    peak = PeakMemory()
     with peak:
         work(*args, **kwargs)
-    return Measured(time.perf_counter() - start, peak.megabytes, peak.unique_megabytes)
+    return Measured(peak.megabytes, peak.unique_megabytes)
 
 
 class PeakMemory:

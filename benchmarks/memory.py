@@ -12,7 +12,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from measure import process, timed, vislam2tag
+from measure import process, vislam2tag, watched
 
 FLOORS = 5
 DEVICES = 4
@@ -25,7 +25,9 @@ def main() -> None:
     options = _options()
     with tempfile.TemporaryDirectory() as folder:
         surveys = [_simulate(Path(folder), sessions, options.minutes) for sessions in SESSIONS]
-        runs = [[timed(process, survey, Path(folder) / "labels") for survey in surveys] for _ in range(options.repeats)]
+        runs = [
+            [watched(process, survey, Path(folder) / "labels") for survey in surveys] for _ in range(options.repeats)
+        ]
     for name in ("resident_mb", "unique_mb"):
         few, many = (max(getattr(run, name) for run in survey) for survey in zip(*runs, strict=True))
         print(f"{name}: {few:.0f} for 20 sessions, {many:.0f} for 160: {many / few:.2f} times")

@@ -2,7 +2,7 @@
 
 DuckDB (two threads) converts sensors, initPoses, poses and wifi files of the whole survey, one COPY a table with typed
 columns; ``process`` (two processes) reads the same files, maps, labels and writes everything. Both run in turn; the
-ratio of the median times and the peak memory of all processes are printed.
+median ratio and the peak memory of all processes are printed.
 
     python benchmarks/process_speed.py                     5 floors x 4 devices x 4 sessions of 3 minutes
     python benchmarks/process_speed.py --floors 1 --repeats 1
@@ -15,11 +15,11 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import duckdb
-from measure import process, timed, vislam2tag
+from measure import process, seconds, vislam2tag, watched
 
 POSE = "tx DOUBLE, ty DOUBLE, tz DOUBLE, qx DOUBLE, qy DOUBLE, qz DOUBLE, qw DOUBLE"
 COLUMNS = {
@@ -36,7 +36,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         survey = Path(folder) / "survey"
         vislam2tag("simulate", str(survey), *_simulation(options.floors, 4, options.sessions, 3.0))
-        _compare("survey", survey, Path(folder), options.repeats)
+        _compare(survey, Path(folder), options.repeats)
         if options.long:
             _long_session(Path(folder), options.repeats)
 
@@ -73,26 +73,39 @@ def convert(survey: str, out: str) -> None:
         )
 
 
-def _compare(name: str, survey: Path, folder: Path, repeats: int) -> None:
-    convert_s, process_s, peaks = [], [], []
-    for _ in range(repeats):
-        convert_s.append(timed(_duckdb, survey, folder / "duckdb").seconds)
-        run = timed(process, survey, folder / "labels")
-        process_s.append(run.seconds)
-        peaks.append(run.resident_mb)
-    ratio = statistics.median(process_s) / statistics.median(convert_s)
-    print(f"{name}: {sum(1 for _ in survey.glob('floor_*/*/*/poses.csv'))} sessions, {_megabytes(survey):.0f} MB raw")
-    print(f"  process / DuckDB = {ratio:.2f} (median of {repeats}); peak memory of all processes {max(peaks):.0f} MB")
+def _compare(survey: Path, folder: Path, repeats: int) -> None:
+    def convert() -> None:
+        _duckdb(survey, folder / "duckdb")
+
+    def label() -> None:
+        process(survey, folder / "labels")
+
+    ratio = _ratio(label, convert, repeats)
+    memory = watched(label)
+    print(f"survey: {sum(1 for _ in survey.glob('floor_*/*/*/poses.csv'))} sessions, {_megabytes(survey):.0f} MB raw")
+    print(f"  process / DuckDB = {ratio}; peak memory of all processes {memory.resident_mb:.0f} MB")
 
 
 def _long_session(folder: Path, repeats: int) -> None:
     """One session of 15 minutes against five of 3 minutes, each processed by one process."""
-    times = {}
     for name, sessions, minutes in (("five", 5, 3.0), ("one", 1, 15.0)):
         vislam2tag("simulate", str(folder / name), *_simulation(1, 1, sessions, minutes))
-        runs = [timed(process, folder / name, folder / "labels", 1).seconds for _ in range(repeats)]
-        times[name] = statistics.median(runs)
-    print(f"one session of 15 minutes / five of 3 minutes = {times['one'] / times['five']:.2f}")
+
+    def label(name: str) -> Callable[[], None]:
+        return lambda: process(folder / name, folder / "labels", 1)
+
+    ratio = _ratio(label("one"), label("five"), repeats)
+    raw = _megabytes(folder / "one") / _megabytes(folder / "five")
+    print(f"one session of 15 minutes / five of 3 minutes = {ratio}; raw data {raw:.2f}")
+
+
+def _ratio(work: Callable[[], None], reference: Callable[[], None], repeats: int) -> str:
+    """Time of ``work`` over that of ``reference``, run in turn: median of the pairs' ratios, and their range."""
+    ratios = []
+    for _ in range(repeats):
+        reference_s = seconds(reference)
+        ratios.append(seconds(work) / reference_s)
+    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f}, {repeats} pairs)"
 
 
 def _megabytes(folder: Path) -> float:
