@@ -2,7 +2,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from tests.locks import lock
 from tests.survey.site import write_survey
+from vislam2tag.errors import SessionError
+from vislam2tag.sessions import hash_inputs, open_survey, read_session
 from vislam2tag.sessions.inspection import Inspection, inspect_survey
 
 
@@ -31,6 +36,24 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
     assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
     assert finding.message.startswith("landmarks 7 were seen")
+
+
+def test_a_locked_session_fails_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock(monkeypatch, write_survey(tmp_path) / "floor_1/One Plus/walk")
+    sessions = inspect_survey(tmp_path).sessions
+    assert [session.usable for session in sessions] == [True, False, True]
+    assert (sessions[1].format, sessions[1].error) == (
+        "unknown",
+        f"{tmp_path / 'floor_1/One Plus/walk'}: cannot be looked into; check its permissions",
+    )
+
+
+def test_a_session_locked_after_it_was_found_fails_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ref = open_survey(write_survey(tmp_path)).sessions[0]
+    lock(monkeypatch, ref.folder)
+    for read in (read_session, hash_inputs):
+        with pytest.raises(SessionError, match=r"cannot be read: .*Permission denied"):
+            read(ref)
 
 
 def test_excluded_sessions_are_not_read_and_broken_ones_not_usable(tmp_path: Path) -> None:

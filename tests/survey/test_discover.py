@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.locks import lock
 from tests.mutations import mutate
 from tests.survey.site import plan_bytes, write_survey
 from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding
+from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions import open_survey
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import SessionKey
@@ -193,13 +194,49 @@ def test_a_session_folder_whose_name_is_not_text_is_left_out(tmp_path: Path) -> 
 
 
 def test_a_survey_that_cannot_be_looked_into_is_our_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_survey(tmp_path)
-
-    def refuse(path: Path) -> bool:
-        raise PermissionError(13, "Permission denied", str(path))
-
-    monkeypatch.setattr(Path, "is_file", refuse)
+    lock(monkeypatch, write_survey(tmp_path))
     with pytest.raises(SurveyError, match="Permission denied"):
+        open_survey(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("locked", "expected", "sessions"),
+    [
+        ("floor_dimensions.csv", {("unreadable_file", "floor_dimensions.csv"): ()}, 3),
+        ("floor_4/marker_dict.csv", {("unreadable_file", "floor_4/marker_dict.csv"): ()}, 3),
+        ("floor_1/refmarker.csv", {("unreadable_file", "floor_1/refmarker.csv"): ()}, 3),
+        ("floor_1/LG", {("unreadable_folder", "floor_1/LG"): ()}, 2),
+        (
+            "floor_4",
+            {
+                ("unreadable_folder", "floor_4"): (),
+                ("unreadable_file", "floor_4/marker_dict.csv"): (),
+                ("unreadable_file", "floor_4/refmarker.csv"): (),
+            },
+            2,
+        ),
+        ("floor_1/One Plus/walk", {}, 3),
+    ],
+)
+def test_what_is_locked_is_a_finding_and_the_rest_goes_on(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    locked: str,
+    expected: dict[tuple[str, str], tuple[int, ...]],
+    sessions: int,
+) -> None:
+    lock(monkeypatch, write_survey(tmp_path) / locked)
+    survey = open_survey(tmp_path)
+    assert kinds(survey.findings) == expected
+    assert {finding.severity for finding in survey.findings} <= {Severity.ERROR}
+    assert len(survey.sessions) == sessions
+
+
+def test_a_survey_whose_sessions_are_all_locked_away_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_survey(tmp_path)
+    for name in ("floor_1", "floor_4"):
+        lock(monkeypatch, tmp_path / name)
+    with pytest.raises(SurveyError, match=r"no session .*; floor_1 cannot be looked into \(Permission denied\)"):
         open_survey(tmp_path)
 
 

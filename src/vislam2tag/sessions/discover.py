@@ -24,32 +24,36 @@ def open_survey(root: Path, default_sigma_m: float = Settings().default_landmark
     """
     try:
         site, findings = read_site(root, default_sigma_m)
-        sessions, unrecognised = _sessions(root)
+        sessions, odd_folders = _sessions(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be looked into: {error}") from error
     if not sessions:
-        raise SurveyError(f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it")
+        locked = [f"; {folder.file} {folder.message}" for folder in odd_folders if folder.kind == "unreadable_folder"]
+        raise SurveyError(
+            f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
+            + "".join(locked[:1])
+        )
     keys = [key for key, _, _ in sessions]
     unused = unused_corrections(read_corrections(root), keys, site.landmarks)
     slugs = session_slugs(keys)
     refs = tuple(SessionRef(*session, slug) for session, slug in zip(sessions, slugs, strict=True))
-    return Survey(root, site, refs, (*findings, *unused, *unrecognised))
+    return Survey(root, site, refs, (*findings, *unused, *odd_folders))
 
 
 def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Finding]]:
     sessions = []
-    unrecognised = []
-    for key, folder in session_folders(root):
+    folders, findings = session_folders(root)
+    for key, folder in folders:
         path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
         name = format_of(folder)
         if "\ufffd" in path:
             message = "the folder's name is not UTF-8; left out: rename it"
-            unrecognised.append(_unrecognised(path, message, Severity.WARNING))
+            findings.append(_unrecognised(path, message, Severity.WARNING))
         elif name is None:
-            unrecognised.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
+            findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
         else:
             sessions.append((key, folder, name))
-    return sessions, unrecognised
+    return sessions, findings
 
 
 def _unrecognised(folder: str, message: str, severity: Severity) -> Finding:

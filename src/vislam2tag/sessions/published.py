@@ -21,6 +21,7 @@ from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.sensor_table import SENSOR_SCHEMA, sensor_table
 from vislam2tag.sessions.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.settings import FindingSettings
+from vislam2tag.survey.files import is_file
 from vislam2tag.survey.model import SessionRef
 
 FILE_NAMES = {
@@ -52,7 +53,7 @@ class _Reading:
 
     def load(self, role: str) -> tuple[str, bytes]:
         """Name and bytes of a role's file; no bytes where the file is missing or cannot be opened."""
-        names = [name for name in FILE_NAMES[role] if (self.folder / name).is_file()]
+        names = [name for name in FILE_NAMES[role] if is_file(self.folder / name)]
         if not names:
             if role in _MISSING:
                 self._note("missing_file", FILE_NAMES[role][0], *_MISSING[role])
@@ -93,12 +94,12 @@ class PublishedFormat:
 
     def recognises(self, folder: Path) -> bool:
         """A session has at least one file of a known name."""
-        return any((folder / name).is_file() for names in FILE_NAMES.values() for name in names)
+        return any(is_file(folder / name) for names in FILE_NAMES.values() for name in names)
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there."""
         paths = (folder / name for names in FILE_NAMES.values() for name in names)
-        return [path for path in paths if path.is_file()]
+        return [path for path in paths if is_file(path)]
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""

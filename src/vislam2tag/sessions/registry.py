@@ -16,6 +16,9 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.settings import FindingSettings
 from vislam2tag.survey.model import SessionRef
 
+UNKNOWN_FORMAT = "unknown"
+"""Format of a session folder that cannot be looked into; reading it raises SessionError."""
+
 
 class SessionFormat(Protocol):
     """Reads the session folders of one raw format."""
@@ -23,7 +26,10 @@ class SessionFormat(Protocol):
     name: str
 
     def recognises(self, folder: Path) -> bool:
-        """Tell from the names in a folder whether it is a session of this format; reads no file."""
+        """Tell from the names in a folder whether it is a session of this format; reads no file.
+
+        Raises OSError where the folder cannot be looked into.
+        """
         ...
 
     def input_files(self, folder: Path) -> list[Path]:
@@ -50,9 +56,15 @@ def _load_all() -> None:
 
 
 def format_of(folder: Path) -> str | None:
-    """Name of the first format, in order of names, that recognises a folder; None where none does."""
+    """Name of the first format, in order of names, that recognises a folder; None where none does.
+
+    :data:`UNKNOWN_FORMAT` where the folder cannot be looked into.
+    """
     _load_all()
-    return next((name for name in sorted(_FORMATS) if _FORMATS[name].recognises(folder)), None)
+    try:
+        return next((name for name in sorted(_FORMATS) if _FORMATS[name].recognises(folder)), None)
+    except OSError:
+        return UNKNOWN_FORMAT
 
 
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
@@ -74,6 +86,8 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 
 def _format_named(ref: SessionRef) -> SessionFormat:
     _load_all()
+    if ref.format == UNKNOWN_FORMAT:
+        raise SessionError(f"{ref.folder}: cannot be looked into; check its permissions")
     if ref.format not in _FORMATS:
         raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
     if not ref.folder.is_dir():

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container
 from pathlib import Path
 
 from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.settings import Settings
+from vislam2tag.survey.files import is_file
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_control_points, read_landmark_file
 from vislam2tag.survey.model import Floor, SessionKey, Site
@@ -28,7 +29,7 @@ def read_site(
     """
     folders, findings = floor_folders(root)
     rows, floor_findings = read_floor_file(root)
-    findings += floor_findings
+    findings += [*floor_findings, *_without_size(folders, rows, floor_findings)]
     floors: list[Floor] = []
     landmarks: list[SurveyedLandmark] = []
     taken: set[tuple[int, str]] = set()
@@ -52,7 +53,7 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
     folders: dict[int, Path] = {}
     findings: list[Finding] = []
-    for folder in sorted(subfolders(root), key=lambda folder: len(folder.name)):
+    for folder in sorted(_listed(root), key=lambda folder: len(folder.name)):
         match = _FLOOR_FOLDER.fullmatch(folder.name)
         if match and int(match.group(1)) not in folders:
             folders[int(match.group(1))] = folder
@@ -64,29 +65,44 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     return dict(sorted(folders.items())), findings
 
 
-def subfolders(folder: Path) -> list[Path]:
-    """List the visible folders in a folder, sorted by name; raises SurveyError where it cannot be listed."""
+def _listed(root: Path) -> list[Path]:
     try:
-        return sorted(entry for entry in folder.iterdir() if not entry.name.startswith(".") and entry.is_dir())
+        return subfolders(root)
     except OSError as error:
-        raise SurveyError(f"{folder}: cannot be listed: {error.strerror}") from error
+        raise SurveyError(f"{root}: cannot be listed: {error.strerror}") from error
 
 
-def session_folders(root: Path) -> Iterator[tuple[SessionKey, Path]]:
-    """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds."""
+def subfolders(folder: Path) -> list[Path]:
+    """List the visible folders in a folder, sorted by name; raises OSError where it cannot be listed."""
+    return sorted(entry for entry in folder.iterdir() if not entry.name.startswith(".") and entry.is_dir())
+
+
+def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Finding]]:
+    """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds.
+
+    A floor's or device's folder that cannot be listed is a finding.
+    """
+    found: list[tuple[SessionKey, Path]] = []
+    findings: list[Finding] = []
+
+    def inside(folder: Path) -> list[Path]:
+        try:
+            return subfolders(folder)
+        except OSError as error:
+            message = f"cannot be looked into ({error.strerror}): nothing in it is processed; check its permissions"
+            name = str(folder.relative_to(root))
+            findings.append(_about_floor("unreadable_folder", name, message, Severity.ERROR))
+            return []
+
     for number, floor_folder in floor_folders(root)[0].items():
-        for device in subfolders(floor_folder):
-            for session in subfolders(device):
-                yield SessionKey(number, device.name, session.name), session
+        for device in inside(floor_folder):
+            found += [(SessionKey(number, device.name, session.name), session) for session in inside(device)]
+    return found, findings
 
 
 def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple[Floor, list[Finding]]:
-    plan = next((folder / name for name in PLAN_NAMES if (folder / name).is_file()), None)
     control_points, findings = read_control_points(root, folder)
-    findings += _plan_findings(folder, plan)
-    if row is None and (root / FLOOR_FILE).is_file():
-        message = f"floor {number} has no usable row; its extent is taken from the data"
-        findings.append(_about_floor("floor_without_size", FLOOR_FILE, message, Severity.WARNING))
+    plan, plan_findings = _plan(folder)
     floor = Floor(
         number=number,
         name=row.name if row and row.name else f"Floor {number}",
@@ -96,7 +112,27 @@ def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple
         plan=plan,
         control_points=control_points,
     )
-    return floor, findings
+    return floor, findings + plan_findings
+
+
+def _without_size(folders: dict[int, Path], rows: Container[int], floor_findings: list[Finding]) -> list[Finding]:
+    """Report floors without a row, unless the whole file is known not to have been read."""
+    if any(finding.kind in ("missing_file", "unreadable_file") for finding in floor_findings):
+        return []
+    message = "floor {} has no usable row; its extent is taken from the data"
+    return [
+        _about_floor("floor_without_size", FLOOR_FILE, message.format(number), Severity.WARNING)
+        for number in folders
+        if number not in rows
+    ]
+
+
+def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
+    try:
+        plan = next((folder / name for name in PLAN_NAMES if is_file(folder / name)), None)
+    except OSError:  # the folder's own finding tells
+        return None, []
+    return plan, _plan_findings(folder, plan)
 
 
 def _plan_findings(folder: Path, plan: Path | None) -> list[Finding]:

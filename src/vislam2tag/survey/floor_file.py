@@ -7,10 +7,11 @@ from pathlib import Path
 
 from vislam2tag.findings import Finding
 from vislam2tag.survey.ids import landmark_id
-from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table
+from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 
 FLOOR_FILE = "floor_dimensions.csv"
 
+_CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
 _MESSAGES = {
     "malformed_lines": (
         "a row needs a whole floor number and a positive width and height in metres; these rows are left out: "
@@ -35,10 +36,12 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
 
     Columns: ``id``, ``width``, ``height`` (metres) and the optional ``elevation`` (metres) and ``name``.
     """
-    path = root / FLOOR_FILE
-    if not path.is_file():
+    try:
+        table = read_site_table(root, root / FLOOR_FILE)
+    except FileNotFoundError:
         return {}, [_unusable("missing_file", "no such file")]
-    table = read_site_table(root, path)
+    except OSError as error:
+        return {}, [unreadable_file(FLOOR_FILE, error, _CONSEQUENCE)]
     if not {"id", "width", "height"} <= set(table.header):
         return {}, [_unusable("malformed_header", "the first line must be: id,width,height")]
     counts = LineCounts.of(FLOOR_FILE)
@@ -57,8 +60,7 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
 
 
 def _unusable(kind: str, problem: str) -> Finding:
-    message = f"{problem}; the floors' extents are unknown and are taken from the data"
-    return Finding(kind=kind, file=FLOOR_FILE, count=1, message=message)
+    return Finding(kind=kind, file=FLOOR_FILE, count=1, message=f"{problem}; {_CONSEQUENCE}")
 
 
 def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:

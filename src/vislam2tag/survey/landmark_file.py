@@ -13,7 +13,14 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.findings import Finding
 from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import ControlPoints
-from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, number_or_none, read_site_table
+from vislam2tag.survey.site_table import (
+    LineCounts,
+    SiteTable,
+    finite_or_none,
+    number_or_none,
+    read_site_table,
+    unreadable_file,
+)
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
@@ -60,9 +67,12 @@ def read_landmark_file(
     """
     path = folder / LANDMARK_FILE
     name = str(path.relative_to(root))
-    if not path.is_file():
+    try:
+        table = read_site_table(root, path)
+    except FileNotFoundError:
         return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
-    table = read_site_table(root, path)
+    except OSError as error:
+        return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
     if not {"x", "y"} <= set(table.header[1:]):
         return [], [_no_landmarks("malformed_header", name, "the first line must be: id,x,y (then optional columns)")]
     return _landmarks_of(table, floor, default_sigma_m, taken)
@@ -157,9 +167,17 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     Only evaluation surveys have the file, so its absence is nothing to report.
     """
     path = folder / CONTROL_POINT_FILE
-    if not path.is_file():
-        return ControlPoints((), np.empty((0, 2))), []
-    table = read_site_table(root, path, has_header=False)
+    none = ControlPoints((), np.empty((0, 2)))
+    try:
+        table = read_site_table(root, path, has_header=False)
+    except FileNotFoundError:
+        return none, []
+    except OSError as error:
+        return none, [unreadable_file(str(path.relative_to(root)), error, "the floor's control points are unknown")]
+    return _control_points_of(table)
+
+
+def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
     counts = LineCounts.of(table.file)
     points: list[tuple[float, float]] = []
     for line, fields in table.rows:

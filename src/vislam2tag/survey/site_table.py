@@ -7,8 +7,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding
+from vislam2tag.findings import Finding, Severity
 
 
 @dataclass(frozen=True)
@@ -30,15 +29,18 @@ class SiteTable:
 
 
 def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteTable:
-    """Read a site file; blank lines are skipped. Raises SurveyError where it cannot be opened."""
-    try:
-        text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
+    """Read a site file; blank lines are skipped. Raises OSError where it cannot be opened."""
+    text = path.read_bytes().decode("utf-8-sig", errors="replace")
     lines = enumerate(text.split("\n"), start=1)
     rows = tuple((number, _fields(line)) for number, line in lines if line.strip())
     header = tuple(name.lower() for name in rows[0][1]) if has_header and rows else ()
     return SiteTable(str(path.relative_to(root)), header, rows[1:] if has_header else rows)
+
+
+def unreadable_file(file: str, error: OSError, consequence: str) -> Finding:
+    """Report a site file that is there but cannot be opened."""
+    message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
+    return Finding(kind="unreadable_file", file=file, count=1, message=message, severity=Severity.ERROR)
 
 
 def _fields(line: str) -> tuple[str, ...]:
