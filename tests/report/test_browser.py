@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from tests.report.factory import make_results, make_survey
+from tests.report.factory import make_result, make_results, make_survey
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
+from vislam2tag.results import Drawing, Polyline, SessionResult, Stretch
 from vislam2tag.settings import Settings
 
 BROWSERS = ("chromium", "/usr/bin/chromium", "google-chrome")
@@ -137,6 +140,64 @@ def test_failed_session_stands_out_and_its_link_leads_there(page: Page) -> None:
     page.locator("a[data-session]").click()
     page.wait_for_function("document.querySelector('tbody.failed').getBoundingClientRect().top < innerHeight")
     assert failed.locator("p.error-box").is_visible()
+
+
+def mapped_at(result: SessionResult, walk: Polyline, runaway: Polyline) -> SessionResult:
+    """Make a session that is mapped along ``walk``, and lost on a stretch that runs away."""
+    lost = [Stretch(status="break", points=runaway)]
+    drawing = Drawing(mapped=[Stretch(status="ok", points=walk)], discarded=lost, raw=runaway, wifi=[])
+    return result.model_copy(update={"drawing": drawing, "visits": []})
+
+
+def axis_ranges(page: Page) -> list[list[float]]:
+    script = "() => { const l = document.getElementById('map-1').layout; return [l.xaxis.range, l.yaxis.range]; }"
+    ranges: list[list[float]] = page.evaluate(script)
+    return ranges
+
+
+@pytest.mark.parametrize(
+    ("walk", "plan_known", "x_range", "y_range"),
+    [
+        ([(20.0, 20.0), (30.0, 30.0)], True, (-1, 85), (-1, 43)),
+        ([(-38.0, 5.0), (-18.0, 5.0), (-18.0, 50.0)], True, (-39, 85), (-1, 51)),
+        ([(20.0, 20.0), (600.0, 20.0), (20.0, -400.0)], True, (-1, 85), (-1, 43)),
+        ([(-2.0, 20.0), (30.0, 30.0)], False, (-3, 77), (8, 33)),
+    ],
+)
+def test_view_holds_what_is_mapped_beside_the_plan(
+    browser: Browser,
+    tmp_path: Path,
+    walk: Polyline,
+    plan_known: bool,
+    x_range: tuple[float, float],
+    y_range: tuple[float, float],
+) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1)
+    if not plan_known:
+        floor = replace(survey.site.floors[0], width_m=None, height_m=None)
+        survey = replace(survey, site=replace(survey.site, floors=(floor,)))
+    results = [mapped_at(make_result(survey.sessions[0]), walk, [(20.0, 20.0), (900.0, -700.0)])]
+    write_report(tmp_path / "report.html", survey, Settings(), results, summarise(results, "local", "0.1.0"))
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.goto((tmp_path / "report.html").as_uri())
+    page.wait_for_selector("#times .barlayer")
+    first = axis_ranges(page)
+    page.mouse.dblclick(*centre(page))
+    page.wait_for_timeout(300)
+    again = axis_ranges(page)
+    page.close()
+    assert again == pytest.approx(np.array(first))
+    for (low, high), expected in zip(first, (x_range, y_range), strict=True):
+        assert low <= expected[0] + 1e-6
+        assert high >= expected[1] - 1e-6
+    wide = [high - low for low, high in first]
+    assert min(w / (high - low) for w, (low, high) in zip(wide, (x_range, y_range), strict=True)) == pytest.approx(1)
+
+
+def centre(page: Page) -> tuple[float, float]:
+    box = page.locator("#map-1 .nsewdrag").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 @pytest.mark.parametrize("width", [390, 1280])

@@ -5,18 +5,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tests.report.factory import HEIGHT_M, WIDTH_M, make_survey
 from vislam2tag.report.figures import TimeBar, floor_figure, time_figure
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.survey.model import ControlPoints, Floor, Survey
+
+PLAN = "data:image/jpeg;base64,"
 
 
-def parsed(survey: Survey, floor: Floor) -> Any:
-    return json.loads(floor_figure(floor, survey.site.landmarks))
+def parsed(survey: Survey, floor: Floor, plan: str | None = None) -> Any:
+    return json.loads(floor_figure(floor, survey.site.landmarks, plan))
 
 
 def test_plan_covers_the_floor_in_metres(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path)
-    layout = parsed(survey, survey.site.floors[0])["layout"]
+    survey = make_survey(tmp_path, plan=False)
+    layout = parsed(survey, survey.site.floors[0], PLAN)["layout"]
     (image,) = layout["images"]
     assert (image["x"], image["y"], image["sizex"], image["sizey"]) == (0, HEIGHT_M, WIDTH_M, HEIGHT_M)
     assert (image["sizing"], image["layer"], image["xref"], image["yref"]) == ("stretch", "below", "x", "y")
@@ -33,11 +37,24 @@ def test_without_a_plan_there_is_a_metric_grid(tmp_path: Path) -> None:
     assert layout["yaxis"]["showgrid"]
 
 
-def test_a_plan_of_unknown_size_is_not_drawn(tmp_path: Path) -> None:
-    survey = make_survey(tmp_path)
-    layout = parsed(survey, replace(survey.site.floors[0], width_m=None))["layout"]
-    assert "images" not in layout
+def test_axes_span_what_was_surveyed_outside_the_plan(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, plan=False)
+    points = ControlPoints(("far",), np.array([(2.0, 70.0)]))
+    survey.site.landmarks.position_bcs[0] = (-38.0, 5.0)
+    floor = replace(survey.site.floors[0], control_points=points)
+    for size, right in ((WIDTH_M, WIDTH_M), (None, 75.0)):
+        layout = parsed(survey, replace(floor, width_m=size))["layout"]
+        assert layout["xaxis"]["range"] == [-39, right + 1]
+        assert layout["yaxis"]["range"] == [-1, 71]
+
+
+def test_axes_of_an_unknown_floor_are_open(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, plan=False)
+    nothing = ControlPoints((), np.zeros((0, 2)))
+    elsewhere = replace(survey.site.floors[0], number=9, width_m=None, height_m=None, control_points=nothing)
+    layout = parsed(survey, elsewhere)["layout"]
     assert "range" not in layout["xaxis"]
+    assert "range" not in layout["yaxis"]
 
 
 def test_landmarks_of_this_floor_by_how_well_they_are_known(tmp_path: Path) -> None:

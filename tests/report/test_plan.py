@@ -10,8 +10,7 @@ from PIL import Image
 from vislam2tag.report.plan import MAX_PIXELS, plan_data_uri
 
 
-def decoded(uri: str | None) -> Image.Image:
-    assert uri is not None
+def decoded(uri: str) -> Image.Image:
     head, data = uri.split(",", 1)
     assert head == "data:image/jpeg;base64"
     return Image.open(io.BytesIO(base64.b64decode(data)))
@@ -38,14 +37,16 @@ def test_transparent_plan_lies_on_white(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"no image", b"\xff\xd8\xff\xe0half a JPEG"])
-def test_unreadable_plan_is_none(tmp_path: Path, content: bytes) -> None:
+def test_unreadable_plan_is_an_error(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "plan.jpg").write_bytes(content)
-    assert plan_data_uri(tmp_path / "plan.jpg") is None
-    assert plan_data_uri(tmp_path / "missing.jpg") is None
+    for name in ("plan.jpg", "missing.jpg"):
+        with pytest.raises(OSError, match="cannot be read as an image"):
+            plan_data_uri(tmp_path / name)
 
 
-def test_cut_off_plan_is_none(tmp_path: Path) -> None:
+def test_cut_off_plan_is_an_error(tmp_path: Path) -> None:
     whole = tmp_path / "whole.png"
     Image.effect_noise((300, 300), 60).save(whole)
     (tmp_path / "half.png").write_bytes(whole.read_bytes()[:20_000])
-    assert plan_data_uri(tmp_path / "half.png") is None
+    with pytest.raises(OSError, match="cannot be read as an image"):
+        plan_data_uri(tmp_path / "half.png")

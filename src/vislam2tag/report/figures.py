@@ -14,7 +14,6 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.report.layers import Trace, plotly_text, session_traces
 from vislam2tag.report.palette import STATUS_STYLES
-from vislam2tag.report.plan import plan_data_uri
 from vislam2tag.survey.model import Floor
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
@@ -34,20 +33,28 @@ class TimeBar:
     failed: bool
 
 
-def floor_figure(floor: Floor, landmarks: Landmarks) -> str:
-    """Return, as JSON, a floor's map in BCS metres with plan, landmarks and control points.
+def floor_figure(floor: Floor, landmarks: Landmarks, plan: str | None) -> str:
+    """Return, as JSON, a floor's map in BCS metres with its plan (a data URI), landmarks and control points.
 
     Its session layers are still empty (:func:`vislam2tag.report.layers.session_traces`); the plan covers width x
-    height of the floor, and a metric grid stands in where there is none.
+    height of the floor, and a metric grid stands in where there is none. The axes span the plan and all that was
+    surveyed, also beside it; the page widens them by what is mapped.
     """
-    image = plan_data_uri(floor.plan) if floor.plan and floor.width_m and floor.height_m else None
     figure = go.Figure(data=[*session_traces(), *_site_traces(floor, landmarks)], layout_template="none")
     figure.update_layout(_layout())
-    figure.update_xaxes(_axis("x / m", floor.width_m, grid=image is None), constrain="domain")
-    figure.update_yaxes(_axis("y / m", floor.height_m, grid=image is None), scaleanchor="x", constrain="domain")
-    if image:
-        figure.add_layout_image(_placed(image, floor))
+    x, y = np.vstack((landmarks.position_bcs[surveyed_on(floor, landmarks)], floor.control_points.position_bcs)).T
+    across, up = _span(floor.width_m, x), _span(floor.height_m, y)
+    figure.update_xaxes(_axis("x / m", across, grid=plan is None), constrain="domain")
+    figure.update_yaxes(_axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
+    if plan:
+        figure.add_layout_image(_placed(plan, floor))
     return _json(figure)
+
+
+def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
+    """Return which landmarks lie on this floor and have a surveyed position."""
+    placed = landmarks.surveyed & np.isfinite(landmarks.position_bcs).all(axis=1)
+    return np.asarray(placed & (landmarks.floor == floor.number))
 
 
 def time_figure(bars: Sequence[TimeBar]) -> str:
@@ -105,7 +112,7 @@ def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
 def _site_traces(floor: Floor, landmarks: Landmarks) -> list[Trace]:
     """Return the floor's landmarks, surveyed or not, and its control points."""
     here = (landmarks.floor == floor.number) & np.isfinite(landmarks.position_bcs).all(axis=1)
-    known = _pick(landmarks, here & landmarks.surveyed)
+    known = _pick(landmarks, surveyed_on(floor, landmarks))
     unknown = _pick(landmarks, here & ~landmarks.surveyed)
     points = floor.control_points
     return [
@@ -148,8 +155,13 @@ def _layout() -> dict[str, Any]:
     }
 
 
-def _axis(title: str, extent_m: float | None, grid: bool) -> dict[str, Any]:
-    span = {} if extent_m is None else {"range": [-_MARGIN_M, extent_m + _MARGIN_M]}
+def _span(extent_m: float | None, values: FloatArray) -> list[float] | None:
+    """Return the range of an axis: the plan's extent and the surveyed values; None where nothing is known."""
+    known = np.append(values, [] if extent_m is None else [0.0, extent_m])
+    return [float(known.min()) - _MARGIN_M, float(known.max()) + _MARGIN_M] if len(known) else None
+
+
+def _axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
     return {
         "title": {"text": title},
         "showgrid": grid,
@@ -158,7 +170,7 @@ def _axis(title: str, extent_m: float | None, grid: bool) -> dict[str, Any]:
         "ticks": "outside",
         "tickcolor": _GRID,
         "automargin": True,
-        **span,
+        **({} if span is None else {"range": span}),
     }
 
 

@@ -16,16 +16,16 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from vislam2tag.core.tracks import Landmarks
 from vislam2tag.errors import OutputError
-from vislam2tag.report.figures import TimeBar, floor_figure, time_figure
+from vislam2tag.report.figures import TimeBar, time_figure
+from vislam2tag.report.floor_view import FloorView
 from vislam2tag.report.layers import session_part
 from vislam2tag.report.palette import STATUS_STYLES, style_of
 from vislam2tag.report.views import Overview, SessionView
 from vislam2tag.report.wording import FILTERS
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.settings import Settings
-from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.survey.model import Survey
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
@@ -54,31 +54,6 @@ def write_report(
         partial.unlink(missing_ok=True)
 
 
-@dataclass(frozen=True)
-class _FloorView:
-    """A floor's map and its sessions, which pass by once."""
-
-    floor: Floor
-    landmarks: Landmarks
-    sessions: Iterator[SessionView]
-
-    @property
-    def title(self) -> str:
-        """The floor's name where it says more than its number."""
-        number = self.floor.number
-        return "" if self.floor.name.casefold() in (str(number), f"floor {number}") else self.floor.name
-
-    @property
-    def figure(self) -> Markup:
-        return _embedded(floor_figure(self.floor, self.landmarks))
-
-    @property
-    def unplaced(self) -> list[str]:
-        """Landmarks of this floor that nobody surveyed."""
-        here = (self.landmarks.floor == self.floor.number) & ~self.landmarks.surveyed
-        return [landmark for landmark, wanted in zip(self.landmarks.ids, here, strict=True) if wanted]
-
-
 @dataclass
 class _Pages:
     """Lets the sessions pass once, floor by floor, and keeps of each only its column of the overview."""
@@ -88,9 +63,9 @@ class _Pages:
     results: Iterable[SessionResult]
     bars: list[TimeBar] = field(default_factory=list)
 
-    def floors(self) -> Iterator[_FloorView]:
+    def floors(self) -> Iterator[FloorView]:
         for number, results in groupby(self.results, key=lambda result: result.floor):
-            yield _FloorView(self.survey.site.floor(number), self.survey.site.landmarks, self._views(results))
+            yield FloorView(self.survey.site.floor(number), self.survey.site.landmarks, self._views(results))
 
     def _views(self, results: Iterable[SessionResult]) -> Iterator[SessionView]:
         longest_s = self.settings.findings.scan_interval_s
@@ -117,6 +92,7 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
         "style_of": style_of,
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
+        "figure": lambda view: _embedded(view.figure),
         "part": lambda view: _embedded(json.dumps(session_part(view.result), separators=(",", ":"))),
         "settings": list(_flat(settings.model_dump(mode="json"))),
         "versions": _versions(summary),

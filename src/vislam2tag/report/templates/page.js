@@ -3,6 +3,7 @@
   const config = {
     displaylogo: false,
     scrollZoom: true,
+    doubleClick: "reset",
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
   };
   const touch = matchMedia("(pointer: coarse)").matches;
@@ -41,6 +42,23 @@
     return {x, y, text};
   }
 
+  // Widen axes that span the site by what is mapped around it, though not by walks that were mapped far away. What was
+  // discarded may run anywhere and counts only where nothing else is known.
+  function widen(axes, parts) {
+    const known = axes.filter((axis) => axis.range).map((axis) => axis.range[1] - axis.range[0]);
+    const reach = Math.max(30, ...known.map((span) => span / 2));
+    const [xs, ys] = [0, 1].map((axis) => parts.flatMap((part) =>
+      ["ok", "uncertain"].flatMap((layer) => (part.layers[layer] || [[], []])[axis])));
+    const near = (axis, value) => !axis.range || (value > axis.range[0] - reach && value < axis.range[1] + reach);
+    const both = xs.map((x, i) => [x, ys[i]])
+      .filter(([x, y]) => x !== null && near(axes[0], x) && near(axes[1], y));
+    axes.forEach((axis, k) => {
+      const [low, high] = both.reduce(([a, b], point) => [Math.min(a, point[k] - 1), Math.max(b, point[k] + 1)],
+        axis.range || [Infinity, -Infinity]);
+      if (low < high) axis.range = [low, high];
+    });
+  }
+
   function drawMap(section) {
     const div = section.querySelector(".map");
     const figure = read(section.querySelector("script.figure"));
@@ -52,6 +70,7 @@
     });
     const full = layers.map((index) => figure.data[index]).map((trace) => ({...trace.line, ...trace.marker}));
     if (touch) figure.layout.dragmode = false;
+    widen([figure.layout.xaxis, figure.layout.yaxis], parts);
     const span = (axis) => (axis.range ? axis.range[1] - axis.range[0] : 1);
     const aspect = span(figure.layout.yaxis) / span(figure.layout.xaxis);
     const map = {div, aspect};

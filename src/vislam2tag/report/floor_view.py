@@ -1,0 +1,76 @@
+"""What the page shows of a floor beside its sessions: the map and what is odd about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import compress
+
+import numpy as np
+
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.report.figures import floor_figure, surveyed_on
+from vislam2tag.report.plan import plan_data_uri
+from vislam2tag.report.views import SessionView
+from vislam2tag.survey.model import Floor
+
+_TOLERANCE_M = 1.0
+"""How far outside the plan a landmark may lie without a word: sheets hang on outer walls."""
+
+
+@dataclass(frozen=True)
+class FloorView:
+    """A floor's map and its sessions, which pass by once."""
+
+    floor: Floor
+    landmarks: Landmarks
+    sessions: Iterator[SessionView]
+
+    @property
+    def title(self) -> str:
+        """The floor's name where it says more than its number."""
+        number = self.floor.number
+        return "" if self.floor.name.casefold() in (str(number), f"floor {number}") else self.floor.name
+
+    @property
+    def figure(self) -> str:
+        """The map as Plotly's JSON, without the sessions."""
+        return floor_figure(self.floor, self.landmarks, self._plan[0])
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on what the map lacks and on what lies beside the plan."""
+        return [note for note in (self._plan[1], self._outside()) if note]
+
+    @property
+    def unplaced(self) -> list[str]:
+        """Landmarks of this floor that nobody surveyed."""
+        here = (self.landmarks.floor == self.floor.number) & ~self.landmarks.surveyed
+        return list(compress(self.landmarks.ids, here))
+
+    @cached_property
+    def _plan(self) -> tuple[str | None, str]:
+        """The plan as a data URI where it can be drawn, else a sentence that says why not."""
+        plan = self.floor.plan
+        if plan is None:
+            return None, "There is no plan of this floor: a grid is drawn instead."
+        if self.floor.width_m is None or self.floor.height_m is None:
+            return None, f"{plan.name} is not drawn, as no file gives the floor's size: a grid is drawn instead."
+        try:
+            return plan_data_uri(plan), ""
+        except OSError as error:
+            return None, f"{plan.name} {error}: a grid is drawn instead."
+
+    def _outside(self) -> str:
+        """Name the surveyed landmarks beside the plan; empty where there is none."""
+        width_m, height_m = self.floor.width_m, self.floor.height_m
+        if width_m is None or height_m is None:
+            return ""
+        beside = np.maximum(-self.landmarks.position_bcs, self.landmarks.position_bcs - (width_m, height_m))
+        wanted = surveyed_on(self.floor, self.landmarks) & (beside > _TOLERANCE_M).any(axis=1)
+        ids = list(compress(self.landmarks.ids, wanted))
+        if not ids:
+            return ""
+        size = f"{width_m:g} m x {height_m:g} m"
+        return f"Surveyed landmarks outside the plan of {size}: {', '.join(ids)}. Check their positions or its size."
