@@ -37,6 +37,8 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
     assert corrected.camera.status.tolist() == np.where(inside, Status.INVALID, Status.OK).tolist()
     assert not inside[corrected.landmarks.frame].any()
     assert len(corrected.landmarks.frame) == np.count_nonzero(~inside[session.landmarks.frame])
+    assert corrected.camera.row.tolist() == session.camera.row.tolist()
+    assert corrected.landmarks.row.tolist() == session.landmarks.row[~inside[session.landmarks.frame]].tolist()
     assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are left out (fell).",)
 
 

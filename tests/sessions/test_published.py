@@ -55,6 +55,18 @@ def test_a_clean_session_is_read_whole_without_findings(tmp_path: Path) -> None:
     ]
 
 
+def test_frames_and_landmark_rows_know_their_lines(tmp_path: Path) -> None:
+    files = clean_files()
+    files["poses.csv"].insert(2, "no pose")
+    files["initPoses.csv"].insert(0, "")
+    session = read_files(tmp_path / "LG" / "walk", files)
+    assert session.camera.row.tolist() == [1, 2, *range(4, FRAMES + 2)]
+    names = [files["initPoses.csv"][row - 1].split(";")[0] for row in session.landmarks.row]
+    assert names == [session.landmarks.ids[i] for i in session.landmarks.landmark]
+    only = session.landmarks.select([1])
+    assert only.row.tolist() == session.landmarks.row[session.landmarks.landmark == 1].tolist()
+
+
 @pytest.mark.parametrize("renamed", [set(PAPER_NAMES), {"poses.csv", "sensors.csv"}], ids=["paper", "mixed"])
 def test_both_sets_of_names_are_found_by_looking(tmp_path: Path, renamed: set[str]) -> None:
     files = {PAPER_NAMES[name] if name in renamed else name: lines for name, lines in clean_files().items()}

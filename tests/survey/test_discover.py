@@ -52,6 +52,17 @@ def test_landmarks_of_all_floors_with_their_default_sigma(tmp_path: Path) -> Non
     assert np.isnan(marks.z_m).all()
 
 
+def test_landmarks_and_control_points_know_their_lines(tmp_path: Path) -> None:
+    changes: dict[str, str | bytes | None] = {
+        "floor_1/marker_dict.csv": "id,x,y\n\n10,1,1\nbad,one,1\n7,2,2\n",
+        "floor_1/refmarker.csv": "1,2\nbad\n3,4\n",
+    }
+    site = open_survey(write_survey(tmp_path, changes)).site
+    assert site.landmarks.source[:2] == ("floor_1/marker_dict.csv:3", "floor_1/marker_dict.csv:5")
+    assert site.landmarks.on_floor(4).source == ("floor_4/marker_dict.csv:2", "floor_4/marker_dict.csv:3")
+    assert site.floors[0].control_points.source == ("floor_1/refmarker.csv:1", "floor_1/refmarker.csv:3")
+
+
 def test_optional_columns_in_any_order(tmp_path: Path) -> None:
     text = "id,sigma_m,y,x,heading_rad,z,floor,heading_sigma_rad\n10.0,0.1,2,1,1.57,1.4,4.0,0.02\n7,,,,,,,\n"
     changes: dict[str, str | bytes | None] = {

@@ -15,6 +15,10 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 
 
+def _no_rows() -> IntArray:
+    return np.empty(0, dtype=np.int64)
+
+
 @dataclass(frozen=True)
 class CameraTrack:
     """Camera poses of a session in file order, ``n`` frames.
@@ -29,6 +33,8 @@ class CameraTrack:
     position_acs: FloatArray
     orientation_acs: FloatArray
     status: StatusArray
+    row: IntArray = field(default_factory=_no_rows)
+    """(n,) 1-based line of the raw file; empty where the frames come from no file."""
 
     @property
     def usable(self) -> BoolArray:
@@ -59,6 +65,8 @@ class LandmarkLog:
     orientation_acs: FloatArray
     lost: BoolArray
     """(k,) mask: the logged position equals the camera's, i.e. the tracker had lost this landmark."""
+    row: IntArray = field(default_factory=_no_rows)
+    """(k,) 1-based line of the raw file; empty where the rows come from no file."""
 
     @cached_property
     def offsets(self) -> IntArray:
@@ -82,6 +90,7 @@ class LandmarkLog:
             position_acs=self.position_acs[keep],
             orientation_acs=self.orientation_acs[keep],
             lost=self.lost[keep],
+            row=self.row[keep] if len(self.row) else self.row,
         )
 
     @property
@@ -106,6 +115,8 @@ class Landmarks:
     z_m: FloatArray
     heading_rad: FloatArray
     heading_sigma_rad: FloatArray
+    source: tuple[str, ...] = ()
+    """(m) file and 1-based line of each, ``floor_1/marker_dict.csv:3``; empty where they come from no file."""
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -123,6 +134,7 @@ class Landmarks:
             z_m=self.z_m[rows],
             heading_rad=self.heading_rad[rows],
             heading_sigma_rad=self.heading_sigma_rad[rows],
+            source=tuple(self.source[i] for i in wanted) if self.source else (),
         )
 
     def on_floor(self, number: int) -> Landmarks:

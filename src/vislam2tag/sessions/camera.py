@@ -28,7 +28,7 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     status = np.where(sound, np.int8(Status.OK), np.int8(Status.INVALID))
     status[duplicate] = Status.DUPLICATE
     status[backward] = Status.INVALID
-    track = CameraTrack(time_ns, position, orientation, status)
+    track = CameraTrack(time_ns, position, orientation, status, line)
     for kind, mask, message in (
         ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts"),
         ("backward_times", backward, _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)),

@@ -134,5 +134,6 @@ def _rows_kept(log: LandmarkLog, rows: IntArray) -> LandmarkLog:
         log.position_acs[rows],
         log.orientation_acs[rows],
         log.lost[rows],
+        log.row[rows] if len(log.row) else log.row,
     )
     return thinned.select(np.unique(thinned.landmark).tolist())

@@ -37,8 +37,8 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
         findings.append(Finding.at_lines("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message))
     frame, position = frame[used], position.take(used, axis=0)
     lost = _same_place(position, camera.position_acs.take(frame, axis=0))
-    log = LandmarkLog(ids, landmark[used], frame, position, orientation.take(used, axis=0), lost)
-    return log, findings + _tracking_lost(log, line[used], file, len(camera.time_ns))
+    log = LandmarkLog(ids, landmark[used], frame, position, orientation.take(used, axis=0), lost, line[used])
+    return log, findings + _tracking_lost(log, file, len(camera.time_ns))
 
 
 def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
@@ -101,7 +101,7 @@ def _narrowest(landmark: IntArray) -> type[np.int16 | np.int64]:
     return np.int16 if landmark.max(initial=0) < np.iinfo(np.int16).max else np.int64
 
 
-def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> list[Finding]:
+def _tracking_lost(log: LandmarkLog, file: str, frames: int) -> list[Finding]:
     """Report the frames at which every landmark logged has the camera's pose."""
     logged = np.bincount(log.frame, minlength=frames)
     lost = np.bincount(log.frame[log.lost], minlength=frames)
@@ -109,7 +109,7 @@ def _tracking_lost(log: LandmarkLog, line: IntArray, file: str, frames: int) -> 
     if not critical.any():
         return []
     first_line = np.full(frames, np.iinfo(np.int64).max)
-    np.minimum.at(first_line, log.frame, line)
+    np.minimum.at(first_line, log.frame, log.row)
     runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
     message = (
         f"tracking was lost {runs} time{'s' if runs > 1 else ''}: at these frames every landmark has the camera's "

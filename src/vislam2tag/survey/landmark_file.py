@@ -53,6 +53,8 @@ class SurveyedLandmark:
     sigma_m: float
     heading_rad: float
     heading_sigma_rad: float
+    source: str
+    """File and 1-based line, ``floor_1/marker_dict.csv:3``."""
 
 
 def read_landmark_file(
@@ -89,7 +91,7 @@ def _landmarks_of(
     found: list[SurveyedLandmark] = []
     for line, fields in table.rows:
         try:
-            landmark = _landmark_of(table, fields, floor, default_sigma_m)
+            landmark = _landmark_of(table, line, fields, floor, default_sigma_m)
         except ValueError:
             counts.add("malformed_lines", line)
             continue
@@ -103,7 +105,9 @@ def _landmarks_of(
     return found, counts.findings(_MESSAGES)
 
 
-def _landmark_of(table: SiteTable, fields: tuple[str, ...], floor: int, default_sigma_m: float) -> SurveyedLandmark:
+def _landmark_of(
+    table: SiteTable, line: int, fields: tuple[str, ...], floor: int, default_sigma_m: float
+) -> SurveyedLandmark:
     """Make a landmark of one row; a coordinate that is written but cannot be one comes out infinite."""
     name = landmark_id(fields[0])
     x, y, z = (_coordinate(table.cell(fields, column)) for column in ("x", "y", "z"))
@@ -123,6 +127,7 @@ def _landmark_of(table: SiteTable, fields: tuple[str, ...], floor: int, default_
         sigma_m=default_sigma_m if sigma is None else sigma,
         heading_rad=math.nan if heading is None else heading,
         heading_sigma_rad=math.nan if heading_sigma is None else heading_sigma,
+        source=table.place(line),
     )
 
 
@@ -158,6 +163,7 @@ def landmarks_from(rows: Sequence[SurveyedLandmark]) -> Landmarks:
         z_m=columns[:, 2].copy(),
         heading_rad=columns[:, 4].copy(),
         heading_sigma_rad=columns[:, 5].copy(),
+        source=tuple(r.source for r in rows),
     )
 
 
@@ -180,6 +186,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
 def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
     counts = LineCounts.of(table.file)
     points: list[tuple[float, float]] = []
+    source: list[str] = []
     for line, fields in table.rows:
         try:
             x, y = (finite_or_none(field) for field in fields[:2])
@@ -189,9 +196,10 @@ def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
             counts.add("malformed_lines", line)
         else:
             points.append((x, y))
+            source.append(table.place(line))
     positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
-    return ControlPoints(ids, positions), counts.findings(
+    return ControlPoints(ids, positions, tuple(source)), counts.findings(
         {
             "malformed_lines": (
                 f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: "

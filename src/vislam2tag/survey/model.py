@@ -39,6 +39,8 @@ class ControlPoints:
 
     ids: tuple[str, ...]
     position_bcs: FloatArray
+    source: tuple[str, ...] = ()
+    """(p) file and 1-based line of each, ``floor_1/refmarker.csv:3``; empty where they come from no file."""
 
 
 @dataclass(frozen=True)

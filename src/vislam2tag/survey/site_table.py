@@ -27,6 +27,10 @@ class SiteTable:
         index = self.header.index(column)
         return fields[index] if index < len(fields) else ""
 
+    def place(self, line: int) -> str:
+        """Name a line of the file, ``floor_1/marker_dict.csv:3``."""
+        return f"{self.file}:{line}"
+
 
 def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteTable:
     """Read a site file; blank lines are skipped. Raises OSError where it cannot be opened."""
