@@ -62,6 +62,13 @@ def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> No
     assert "visits.radius_m" in page
 
 
+def test_a_failure_names_its_session_once(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    key = survey.sessions[0].key
+    page = own_part(written(tmp_path / "out", survey, [failed_result(survey.sessions[0], f"{key}: no frames")]))
+    assert f"{key}</a>: no frames</li>" in page
+
+
 def test_nothing_is_loaded_from_outside(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, plan=False)
     page = own_part(written(tmp_path / "out", survey, make_results(survey)))
