@@ -123,6 +123,11 @@ class Landmarks:
         """Index of each id."""
         return {landmark_id: i for i, landmark_id in enumerate(self.ids)}
 
+    @cached_property
+    def surveyed_ids(self) -> frozenset[str]:
+        """Ids of the landmarks with a known position."""
+        return frozenset(name for name, known in zip(self.ids, self.surveyed, strict=True) if known)
+
     def select(self, wanted: list[int]) -> Landmarks:
         """Keep only the landmarks with these indices, in this order."""
         rows = np.asarray(wanted, dtype=np.int64)

@@ -52,5 +52,4 @@ class Sheet:
 
 def surveyed_part(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:
     """Drop the rows of landmarks without a surveyed position."""
-    surveyed = {landmark_id for landmark_id, known in zip(landmarks.ids, landmarks.surveyed, strict=True) if known}
-    return log.select([i for i, landmark_id in enumerate(log.ids) if landmark_id in surveyed])
+    return log.select([i for i, landmark_id in enumerate(log.ids) if landmark_id in landmarks.surveyed_ids])

@@ -24,7 +24,7 @@ from vislam2tag.report.summary import summarise
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import CORRECTIONS_FILE, read_corrections
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
 SITE_FILES = ("floor_dimensions.csv", CORRECTIONS_FILE, *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")))
@@ -58,12 +58,13 @@ def process(
     selection = selection or Selection()
     strategy_named(settings.strategy, settings)
     survey = open_survey(survey_root, settings.default_landmark_sigma_m)
-    refs = _selected(survey, selection)
-    survey = _with_exclusions(survey)
+    corrections = read_corrections(survey_root)
+    refs = _selected(survey, corrections, selection)
+    survey = _with_exclusions(survey, corrections)
     _refuse_among_sessions(survey, out)
     with claim(out, _run_record(survey.root, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
-        process_all(_jobs(survey, refs, settings, folder), jobs, progress)
+        process_all(_jobs(survey, refs, corrections, settings, folder), jobs, progress)
         return _reduce(survey, refs, settings, folder)
 
 
@@ -74,7 +75,7 @@ def _refuse_among_sessions(survey: Survey, out: Path) -> None:
         raise OutputError(f"{out}: lies among the survey's sessions, which stay as they are; choose another --out")
 
 
-def _selected(survey: Survey, selection: Selection) -> list[SessionRef]:
+def _selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
     """Return the chosen sessions, without those that corrections exclude."""
     for wanted, have, option in (
         (selection.floors, {ref.key.floor for ref in survey.sessions}, "--floor"),
@@ -84,7 +85,6 @@ def _selected(survey: Survey, selection: Selection) -> list[SessionRef]:
         if unknown:
             there = ", ".join(str(value) for value in sorted(have, key=str))
             raise UsageError(f"{option} {unknown[0]}: the survey has no session of it; there are: {there}")
-    corrections = read_corrections(survey.root)
     return [
         ref
         for ref in survey.sessions
@@ -94,9 +94,8 @@ def _selected(survey: Survey, selection: Selection) -> list[SessionRef]:
     ]
 
 
-def _with_exclusions(survey: Survey) -> Survey:
+def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
     """Say in the survey's findings which sessions corrections leave out."""
-    corrections = read_corrections(survey.root)
     excluded = [
         Finding(
             kind="excluded_session",
@@ -134,8 +133,9 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _jobs(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> list[Job]:
-    corrections = read_corrections(survey.root)
+def _jobs(
+    survey: Survey, refs: list[SessionRef], corrections: Corrections, settings: Settings, folder: OutputFolder
+) -> list[Job]:
     landmarks = survey.site.landmarks
     here = {floor: landmarks.on_floor(floor) for floor in {ref.key.floor for ref in refs}}
     return [

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag.errors import SessionError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions.discover import open_survey
-from vislam2tag.sessions.known_landmarks import landmarks_without_position, surveyed_ids
+from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.sessions.registry import read_session
@@ -135,7 +135,7 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
         update={
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
-            "landmarks_surveyed": len(surveyed_ids(session.landmarks, landmarks)),
+            "landmarks_surveyed": len(landmarks.surveyed_ids.intersection(session.landmarks.ids)),
             "findings": (
                 *session.findings,
                 *landmarks_without_position(session.landmarks, landmarks),

@@ -6,15 +6,9 @@ from vislam2tag.core.tracks import LandmarkLog, Landmarks
 from vislam2tag.findings import Finding
 
 
-def surveyed_ids(log: LandmarkLog, landmarks: Landmarks) -> tuple[str, ...]:
-    """Ids logged that have a surveyed position, in order of first sighting."""
-    surveyed = landmarks.surveyed
-    return tuple(name for name in log.ids if name in landmarks.index and surveyed[landmarks.index[name]])
-
-
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
     """Report landmarks that were seen but have no surveyed position (``landmarks``: those of the session's floor)."""
-    missing = [name for name in log.ids if name not in surveyed_ids(log, landmarks)]
+    missing = [name for name in log.ids if name not in landmarks.surveyed_ids]
     if not missing:
         return []
     message = (
