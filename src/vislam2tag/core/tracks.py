@@ -43,6 +43,18 @@ class CameraTrack:
         return mask
 
     @property
+    def duration_s(self) -> float:
+        """Seconds from the first usable frame to the last; 0 where there are none."""
+        time_ns = self.time_ns[self.usable]
+        return float(time_ns[-1] - time_ns[0]) * 1e-9 if len(time_ns) else 0.0
+
+    @property
+    def frame_rate_hz(self) -> float | None:
+        """Usual frame rate, by the median step between usable frames (a hole does not lower it); None below two."""
+        time_ns = self.time_ns[self.usable]
+        return 1e9 / float(np.median(np.diff(time_ns))) if len(time_ns) > 1 else None
+
+    @property
     def plane_acs(self) -> FloatArray:
         """Horizontal camera positions (n, 2), ``(tx, -tz)``, metres."""
         return to_plane(self.position_acs)

@@ -22,12 +22,12 @@ FASTEST_M_PER_S = 6.0
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:
     """Duration, length, frame rate and frames by status, under their names in a session's result."""
     time_ns = camera.time_ns[camera.usable]
-    duration_s = float(time_ns[-1] - time_ns[0]) * 1e-9 if len(time_ns) else 0.0
+    rate_hz = camera.frame_rate_hz
     return {
         "start_ns": int(time_ns[0]) if len(time_ns) else None,
-        "duration_s": round(duration_s, 3),
+        "duration_s": round(camera.duration_s, 3),
         "distance_m": round(distance_m(camera, trajectory), 2),
-        "frame_rate_hz": round(1e9 / float(np.median(np.diff(time_ns))), 3) if len(time_ns) > 1 else None,
+        "frame_rate_hz": None if rate_hz is None else round(rate_hz, 3),
         "frames": frame_counts(trajectory),
         "frame_seconds": frame_seconds(camera, trajectory, max_gap_s),
     }

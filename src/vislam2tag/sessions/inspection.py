@@ -146,15 +146,14 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
 
 
 def _amounts(session: Session) -> dict[str, object]:
-    usable_ns = session.camera.time_ns[session.camera.usable]
-    duration_s = float(usable_ns[-1] - usable_ns[0]) / 1e9 if len(usable_ns) else 0.0
+    rate_hz = session.camera.frame_rate_hz
     wifi = session.tables["wifi"]
     interval_s = median_scan_interval_s(wifi)
     return {
         "frames": len(session.camera.time_ns),
-        "usable_frames": len(usable_ns),
-        "duration_s": round(duration_s, 3),
-        "frame_rate_hz": round((len(usable_ns) - 1) / duration_s, 3) if duration_s > 0 else None,
+        "usable_frames": int(session.camera.usable.sum()),
+        "duration_s": round(session.camera.duration_s, 3),
+        "frame_rate_hz": None if rate_hz is None else round(rate_hz, 3),
         "wifi_scans": wifi["scan"].n_unique(),
         "wifi_rows": wifi.height,
         "scan_interval_s": None if interval_s is None else round(interval_s, 3),
