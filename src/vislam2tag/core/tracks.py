@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
+from vislam2tag.core.faults import Contradiction, TrackerEvent
 
 
 def _no_rows() -> IntArray:
@@ -194,7 +195,8 @@ class Trajectory:
     ``position_bcs`` (n, 3) metres, NaN where there is none (z NaN where no height is known);
     ``orientation_bcs`` (n, 4) quaternion (x, y, z, w), camera to BCS, NaN where unknown;
     ``covariance_bcs`` (n, 2, 2) m^2, NaN where unknown; ``status`` (n,) codes of
-    :class:`~vislam2tag.core.status.Status`: every frame has a position or a cause.
+    :class:`~vislam2tag.core.status.Status`: every frame has a position or a cause. ``floor`` (n,) int is the floor
+    that each frame lies on; empty where all lie on the session's own.
     """
 
     time_ns: IntArray
@@ -203,7 +205,12 @@ class Trajectory:
     covariance_bcs: FloatArray
     status: StatusArray
     segments: tuple[Segment, ...] = ()
-    visits: tuple[Visit, ...] = field(default=())
+    visits: tuple[Visit, ...] = ()
+    floor: IntArray = field(default_factory=_no_rows)
+    events: tuple[TrackerEvent, ...] = ()
+    """Steps of the tracker that are no motion, by frame; only strategies that look for them report any."""
+    contradictions: tuple[Contradiction, ...] = ()
+    """Landmarks that contradict the rest, greatest first."""
 
     @property
     def sigma_m(self) -> FloatArray:

@@ -1,0 +1,49 @@
+"""What went wrong on a walk: events of the tracker, and landmarks that contradict the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class EventKind(StrEnum):
+    """What a step of the tracker was that is no motion of the camera."""
+
+    MAP_UPDATE = "map_update"
+    """Camera and landmarks moved together: the tracker re-expressed its frame. Harmless."""
+    CORRECTION = "correction"
+    """Camera and landmarks moved, but not alike: the tracker corrected its drift."""
+    BREAK = "break"
+    """The camera alone jumped."""
+    RELOCALISATION = "relocalisation"
+    """The camera alone jumped as a known landmark came into view again, or back to where it had been."""
+    LOSS = "loss"
+    """Tracking was lost; ``size_m`` is what the tracker says the camera moved meanwhile."""
+
+
+@dataclass(frozen=True)
+class TrackerEvent:
+    """A step of the tracker that is no motion, between the usable frame before ``frame`` and ``frame``.
+
+    ``size_m`` is the length of the jump in metres, ``turn_rad`` its turn about the vertical (NaN where unknown).
+    """
+
+    kind: EventKind
+    frame: int
+    size_m: float
+    turn_rad: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Contradiction:
+    """A landmark whose surveyed position disagrees with all the others by ``size_m``, expected within ``sigma_m``.
+
+    ``offset_bcs_m`` is from the surveyed position to where the walk puts the landmark, metres in the BCS;
+    ``passes`` counts the passes that say so.
+    """
+
+    landmark: str
+    size_m: float
+    sigma_m: float
+    offset_bcs_m: tuple[float, float]
+    passes: int
