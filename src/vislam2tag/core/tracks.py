@@ -14,6 +14,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.faults import Contradiction, TrackerEvent
+from vislam2tag.core.storeys import PressureLog, Storeys
 
 
 def _no_rows() -> IntArray:
@@ -36,6 +37,8 @@ class CameraTrack:
     status: StatusArray
     row: IntArray = field(default_factory=_no_rows)
     """(n,) 1-based line of the raw file; empty where the frames come from no file."""
+    pressure: PressureLog | None = None
+    """Air pressure on the same clock; None where none was logged."""
 
     @property
     def usable(self) -> BoolArray:
@@ -130,6 +133,8 @@ class Landmarks:
     heading_sigma_rad: FloatArray
     source: tuple[str, ...] = ()
     """(m) file and 1-based line of each, ``floor_1/marker_dict.csv:3``; empty where they come from no file."""
+    storeys: Storeys | None = None
+    """The building's floors as the session sees them; None where nobody asks for heights."""
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -153,6 +158,7 @@ class Landmarks:
             heading_rad=self.heading_rad[rows],
             heading_sigma_rad=self.heading_sigma_rad[rows],
             source=tuple(self.source[i] for i in wanted) if self.source else (),
+            storeys=self.storeys,
         )
 
     def on_floor(self, number: int) -> Landmarks:
