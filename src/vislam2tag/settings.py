@@ -5,9 +5,10 @@ The resolved tree is written beside each result (``run.json``).
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_serializer
 
 
 class _Frozen(BaseModel):
@@ -43,6 +44,16 @@ class LabelSettings(_Frozen):
     rule: LabelRule = LabelRule.INTERPOLATE
     max_gap_s: float = Field(default=1.0, gt=0)
     """No interpolation between frames farther apart than this, seconds."""
+    max_sigma_m: float = Field(default=0.5, gt=0, allow_inf_nan=True)
+    """Frames and readings whose sigma (one standard deviation per axis) is greater are ``uncertain``, metres.
+
+    Infinite: none is.
+    """
+
+    @field_serializer("max_sigma_m", when_used="json")
+    def _as_json(self, value: float) -> float | str:
+        """JSON has no infinity; as an option, ``inf`` is read back."""
+        return value if math.isfinite(value) else "inf"
 
 
 class FindingSettings(_Frozen):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from pathlib import Path
@@ -12,6 +13,7 @@ import vislam2tag as package
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.pipeline.store import claim
+from vislam2tag.settings import Settings
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +63,17 @@ def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Pa
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("options", [["--jobs", "0"], ["--max-gap-s", "nan"], ["--label-rule", "nearest"], ["--lout"]])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--jobs", "0"],
+        ["--max-gap-s", "nan"],
+        ["--max-sigma", "nan"],
+        ["--max-sigma", "0"],
+        ["--label-rule", "nearest"],
+        ["--lout"],
+    ],
+)
 def test_impossible_options_are_2_and_named(survey: Path, tmp_path: Path, options: list[str]) -> None:
     done = vislam2tag("process", survey, "--out", tmp_path / "out", *options)
     assert done.returncode == 2
@@ -135,3 +147,12 @@ def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) ->
         error = the_error(vislam2tag("process", survey, "--out", tmp_path / "out"))
     assert "another run is writing there; wait for it or choose another --out" in error
     assert vislam2tag("process", survey, "--out", tmp_path / "out").returncode == 0
+
+
+@pytest.mark.parametrize("limit", ["0.3", "inf"])
+def test_the_limit_of_uncertainty_is_recorded_as_json(survey: Path, tmp_path: Path, limit: str) -> None:
+    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--max-sigma", limit).returncode == 0
+    for path in ("run.json", "summary.json"):
+        json.loads((tmp_path / "out" / path).read_text(), parse_constant=pytest.fail)
+    run = json.loads((tmp_path / "out/run.json").read_text())
+    assert Settings.model_validate(run["settings"]).labels.max_sigma_m == float(limit)

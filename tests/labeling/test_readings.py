@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -51,3 +53,12 @@ def test_zero_rows_keep_their_types(walk: Trajectory) -> None:
     labelled = label_readings(empty, walk, LabelSettings())
     assert labelled.schema == label_readings(table([350], [False]), walk, LabelSettings()).schema
     assert len(labelled) == 0
+
+
+def test_a_reading_is_uncertain_by_its_own_sigma(walk: Trajectory) -> None:
+    sigma_m = np.linspace(0.0, 1.0, len(walk.time_ns))
+    unsure = replace(walk, covariance_bcs=np.eye(2) * sigma_m[:, None, None] ** 2)
+    labelled = label_readings(table([440, 490, 510, 600], [False] * 4), unsure, LabelSettings(max_sigma_m=0.5))
+    assert labelled["sigma"].to_list() == pytest.approx([0.44, 0.49, 0.51, 0.6])
+    assert labelled["status"].to_list() == ["ok", "ok", "uncertain", "uncertain"]
+    assert labelled["x"].to_list() == pytest.approx([4.4, 4.9, 5.1, 6.0])

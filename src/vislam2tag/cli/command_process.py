@@ -39,6 +39,8 @@ Examples:
 
     vislam2tag process survey --out labels --floor 1 --floor 4 --device LG --strategy local
 
+    vislam2tag process survey --out labels --max-sigma 0.3
+
     vislam2tag process survey --out paper --label-rule next-frame --max-step-m 2
 """
 
@@ -64,6 +66,15 @@ def _process(
     visit_radius_m: Annotated[
         float, typer.Option(min=0.01, help="A landmark is visited within this 3-D distance, metres.")
     ] = DEFAULTS.visits.radius_m,
+    max_sigma: Annotated[
+        float,
+        typer.Option(
+            metavar="METRES",
+            min=0.0001,
+            help="Frames and readings less sure than this (one standard deviation per axis) are marked uncertain and "
+            "keep their position; inf: none.",
+        ),
+    ] = DEFAULTS.labels.max_sigma_m,
     max_step_m: Annotated[
         float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
     ] = DEFAULTS.local.max_step_m,
@@ -73,11 +84,12 @@ def _process(
             strategy=strategy,
             visits=VisitSettings(radius_m=visit_radius_m),
             local=LocalSettings(max_step_m=max_step_m),
-            labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s),
+            labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s, max_sigma_m=max_sigma),
         )
     except ValidationError as error:
         wrong = error.errors()[0]
-        raise UsageError(f"--{str(wrong['loc'][-1]).replace('_', '-')} {wrong['input']}: {wrong['msg']}") from error
+        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
+        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
     selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
     progress = SessionProgress(Console(stderr=True))
     try:

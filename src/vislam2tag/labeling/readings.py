@@ -11,6 +11,7 @@ from vislam2tag.core.arrays import BoolArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.uncertainty import with_uncertain
 from vislam2tag.settings import LabelRule, LabelSettings
 
 _LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
@@ -25,14 +26,16 @@ def label_readings(
     """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
 
     ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
-    order stay. A repeated reading is ``duplicate`` and has no position: the first one counts. Readings in an excluded
-    span (start included, end not; boot-clock ns) are ``invalid`` and have none either.
+    order stay. A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
+    ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
+    boot-clock ns) are ``invalid`` and have none either.
     """
     labels = _labels(table, trajectory, settings)
     repeated = table["repeated"].to_numpy()
     excluded = _within(table["time_ns"].to_numpy(), excluded_ns)
     position = np.where((repeated | excluded)[:, None], np.nan, labels.position_bcs)
-    status = np.where(excluded, np.int8(Status.INVALID), labels.status)
+    status = with_uncertain(labels.status, labels.sigma_m, settings.max_sigma_m)
+    status[excluded] = Status.INVALID
     status[repeated] = Status.DUPLICATE
     return table.drop("repeated").with_columns(
         *(pl.Series(name, values, nan_to_null=True) for name, values in zip("xyz", position.T, strict=True)),

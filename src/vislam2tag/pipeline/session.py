@@ -14,6 +14,7 @@ from vislam2tag import __version__
 from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError
 from vislam2tag.findings import Finding
 from vislam2tag.mapping import strategy_named
@@ -128,8 +129,10 @@ def _process(job: Job) -> SessionResult:
     )
     session, session_uses = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
     strategy = strategy_named(job.settings.strategy, job.settings)
-    trajectory = strategy.map(session.camera, session.landmarks, landmarks)
-    labelled = reading_tables(session, trajectory, job.settings.labels)
+    mapped = strategy.map(session.camera, session.landmarks, landmarks)
+    # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
+    labelled = reading_tables(session, mapped, job.settings.labels)
+    trajectory = mark_uncertain(mapped, job.settings.labels.max_sigma_m)
     _write_table(job, TRAJECTORY, trajectory_table(job.ref.key, trajectory))
     for name, table in labelled.items():
         _write_table(job, name, table)
