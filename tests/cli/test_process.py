@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -156,3 +157,25 @@ def test_the_limit_of_uncertainty_is_recorded_as_json(survey: Path, tmp_path: Pa
         json.loads((tmp_path / "out" / path).read_text(), parse_constant=pytest.fail)
     run = json.loads((tmp_path / "out/run.json").read_text())
     assert Settings.model_validate(run["settings"]).labels.max_sigma_m == float(limit)
+
+
+def test_completed_landmarks_replace_those_of_the_floors_and_are_recorded(survey: Path, tmp_path: Path) -> None:
+    file = tmp_path / "completed.csv"
+    rows = (survey / "floor_0/marker_dict.csv").read_text().splitlines()
+    file.write_text("\n".join([f"{rows[0]},floor", *(f"{row},0" for row in rows[1:])]) + "\n")
+    (bare := shutil.copytree(survey, tmp_path / "survey") / "floor_0/marker_dict.csv").write_text("id,x,y\n")
+    plain = vislam2tag("process", survey, "--out", tmp_path / "plain")
+    done = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out", "--landmarks", file)
+    assert (done.returncode, done.stdout.splitlines()[:3]) == (0, plain.stdout.splitlines()[:3])
+    run = json.loads((tmp_path / "out/run.json").read_text())
+    assert run["landmark_file"] == {"name": "completed.csv", "sha256": hashlib.sha256(file.read_bytes()).hexdigest()}
+    assert json.loads((tmp_path / "plain/run.json").read_text())["landmark_file"] is None
+    again = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out")
+    assert again.returncode == 1
+    assert "the walk cannot be mapped" in (tmp_path / "out/report.html").read_text()
+
+
+def test_a_landmark_file_that_is_not_there_is_2(survey: Path, tmp_path: Path) -> None:
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--landmarks", tmp_path / "gone.csv")
+    assert "gone.csv: cannot be opened (No such file or directory); expected a landmark file" in the_error(done)
+    assert not (tmp_path / "out").exists()

@@ -39,7 +39,7 @@ Examples:
 
     vislam2tag process survey --out labels --floor 1 --floor 4 --device LG --strategy local
 
-    vislam2tag process survey --out labels --max-sigma 0.3
+    vislam2tag process survey --out labels --max-sigma 0.3 --landmarks completed.csv
 
     vislam2tag process survey --out paper --label-rule next-frame --max-step-m 2
 """
@@ -53,6 +53,13 @@ def register(app: typer.Typer) -> None:
 def _process(
     survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    landmarks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
+        ),
+    ] = None,
     strategy: Annotated[
         str, typer.Option(help=f"Mapping strategy: {', '.join(strategy_names())}.")
     ] = DEFAULTS.strategy,
@@ -94,7 +101,9 @@ def _process(
     progress = SessionProgress(Console(stderr=True))
     try:
         with progress:
-            summary = process(survey, out, settings, selection=selection, jobs=jobs, progress=progress.advance)
+            summary = process(
+                survey, out, settings, landmarks=landmarks, selection=selection, jobs=jobs, progress=progress.advance
+            )
     except KeyboardInterrupt:
         typer.echo(
             f"interrupted: {progress.done} sessions are done and kept in {out}; run the same command again to go on",

@@ -44,25 +44,28 @@ def process(
     out: Path,
     settings: Settings | None = None,
     *,
+    landmarks: Path | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
-    With ``jobs`` > 1 sessions run in that many processes (call it from under ``if __name__ == "__main__":``).
-    Raises SurveyError where ``survey_root`` is no survey, UsageError for a selection that matches nothing,
-    OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in ``Summary.failed``.
+    ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
+    run in that many processes (call it from under ``if __name__ == "__main__":``). Raises SurveyError where
+    ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
+    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
+    ``Summary.failed``.
     """
     settings = settings or Settings()
     selection = selection or Selection()
     strategy_named(settings.strategy, settings)
-    survey = open_survey(survey_root, settings.default_landmark_sigma_m)
+    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = _selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
     _refuse_among_sessions(survey, out)
-    with claim(out, _run_record(survey.root, settings, selection)) as folder:
+    with claim(out, _run_record(survey.root, landmarks, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         process_all(_jobs(survey, refs, corrections, settings, folder), jobs, progress)
         return _reduce(survey, refs, settings, folder)
@@ -110,10 +113,11 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
     return replace(survey, findings=(*survey.findings, *excluded))
 
 
-def _run_record(root: Path, settings: Settings, selection: Selection) -> dict[str, object]:
+def _run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
     site_files = sorted(path for pattern in SITE_FILES for path in root.glob(pattern) if path.is_file())
     return {
         "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files},
+        "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
         "settings": settings.model_dump(mode="json"),
         "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
         "versions": {

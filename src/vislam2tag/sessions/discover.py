@@ -15,15 +15,19 @@ from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.slugs import session_slugs
 
 
-def open_survey(root: Path, default_sigma_m: float = Settings().default_landmark_sigma_m) -> Survey:
+def open_survey(
+    root: Path,
+    default_sigma_m: float = Settings().default_landmark_sigma_m,
+    landmark_file: Path | None = None,
+) -> Survey:
     """Look at a survey folder: read the site's files, list the sessions, read none of them.
 
-    ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none. Raises SurveyError
-    where the folder is missing, no folder, cannot be looked into, holds no floor or no session, or
-    ``corrections.toml`` is wrong.
+    ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
+    replaces the floors' own landmark files. Raises SurveyError where the folder is missing, no folder, cannot be
+    looked into, holds no floor or no session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
     """
     try:
-        site, findings = read_site(root, default_sigma_m)
+        site, findings = read_site(root, default_sigma_m, landmark_file)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be looked into: {error}") from error

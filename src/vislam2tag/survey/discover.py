@@ -11,7 +11,12 @@ from vislam2tag.findings import Finding, Severity
 from vislam2tag.settings import Settings
 from vislam2tag.survey.files import is_file
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
-from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_control_points, read_landmark_file
+from vislam2tag.survey.landmark_file import (
+    landmarks_from,
+    read_completed_file,
+    read_control_points,
+    read_landmark_files,
+)
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plan_image import load_plan
 
@@ -20,26 +25,29 @@ _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 
 
 def read_site(
-    root: Path, default_sigma_m: float = Settings().default_landmark_sigma_m
+    root: Path,
+    default_sigma_m: float = Settings().default_landmark_sigma_m,
+    landmark_file: Path | None = None,
 ) -> tuple[Site, tuple[Finding, ...]]:
     """Read floors, landmarks and control points of a survey folder.
 
-    ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none. Missing and damaged
-    site files are findings. Raises SurveyError where the folder is missing, no folder, or holds no floor.
+    ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
+    replaces the floors' own landmark files. Missing and damaged site files are findings. Raises SurveyError where the
+    folder is missing, no folder, or holds no floor, or where ``landmark_file`` cannot be used.
     """
     folders, findings = floor_folders(root)
     rows, floor_findings = read_floor_file(root)
     findings += [*floor_findings, *_without_size(folders, rows, floor_findings)]
     floors: list[Floor] = []
-    landmarks: list[SurveyedLandmark] = []
-    taken: set[tuple[int, str]] = set()
     for number, folder in folders.items():
         floor, floor_findings = _floor(root, folder, number, rows.get(number))
-        found, landmark_findings = read_landmark_file(root, folder, number, default_sigma_m, taken)
         floors.append(floor)
-        landmarks += found
-        findings += floor_findings + landmark_findings
-    return Site(tuple(floors), landmarks_from(landmarks)), tuple(findings)
+        findings += floor_findings
+    if landmark_file is None:
+        landmarks, landmark_findings = read_landmark_files(root, folders, default_sigma_m)
+    else:
+        landmarks, landmark_findings = read_completed_file(landmark_file, folders, default_sigma_m)
+    return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
 
 
 def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:

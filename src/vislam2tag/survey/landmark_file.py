@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding
 from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import ControlPoints
@@ -31,8 +32,8 @@ GREATEST_FLOOR = 999_999
 
 _MESSAGES = {
     "malformed_lines": (
-        "a row needs an id, numbers for x and y (or none for an unsurveyed landmark) and positive sigmas; "
-        "these rows are left out: correct them"
+        "a row needs an id, numbers for x and y (or none for an unsurveyed landmark), positive sigmas and, in a "
+        "file for several floors, a floor; these rows are left out: correct them"
     ),
     "non_finite_values": (
         f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are left out: correct them"
@@ -80,12 +81,50 @@ def read_landmark_file(
     return _landmarks_of(table, floor, default_sigma_m, taken)
 
 
+def read_landmark_files(
+    root: Path, folders: Mapping[int, Path], default_sigma_m: float
+) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    """Read the landmarks of all floor folders, by floor number; what cannot be used is a finding."""
+    landmarks: list[SurveyedLandmark] = []
+    findings: list[Finding] = []
+    taken: set[tuple[int, str]] = set()
+    for number, folder in folders.items():
+        found, problems = read_landmark_file(root, folder, number, default_sigma_m, taken)
+        landmarks += found
+        findings += problems
+    return landmarks, findings
+
+
+def read_completed_file(
+    path: Path, floors: Collection[int], default_sigma_m: float
+) -> tuple[list[SurveyedLandmark], list[Finding]]:
+    """Read one file with the landmarks of all ``floors``, in place of the floors' own; rows that cannot be used are
+    findings.
+
+    Its columns are those of :func:`read_landmark_file`; ``floor`` may be absent only where there is one floor. Raises
+    SurveyError where the file cannot be opened, lacks a column, or has no usable row of any of these floors.
+    """
+    try:
+        table = read_site_table(path.parent, path)
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror}); expected a landmark file") from error
+    if not {"x", "y"} <= set(table.header[1:]):
+        raise SurveyError(f"{path}: the first line must be: id,x,y,floor (then optional columns)")
+    if len(floors) > 1 and "floor" not in table.header[1:]:
+        raise SurveyError(f"{path}: there is no column floor, which a landmark file for several floors needs")
+    found, findings = _landmarks_of(table, next(iter(floors)) if len(floors) == 1 else None, default_sigma_m, set())
+    if not any(landmark.floor in floors for landmark in found):
+        there = ", ".join(str(floor) for floor in sorted(floors))
+        raise SurveyError(f"{path}: holds no usable landmark of the survey's floors ({there})")
+    return found, findings
+
+
 def _no_landmarks(kind: str, file: str, message: str) -> Finding:
     return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped")
 
 
 def _landmarks_of(
-    table: SiteTable, floor: int, default_sigma_m: float, taken: set[tuple[int, str]]
+    table: SiteTable, floor: int | None, default_sigma_m: float, taken: set[tuple[int, str]]
 ) -> tuple[list[SurveyedLandmark], list[Finding]]:
     counts = LineCounts.of(table.file)
     found: list[SurveyedLandmark] = []
@@ -106,7 +145,7 @@ def _landmarks_of(
 
 
 def _landmark_of(
-    table: SiteTable, line: int, fields: tuple[str, ...], floor: int, default_sigma_m: float
+    table: SiteTable, line: int, fields: tuple[str, ...], folder_floor: int | None, default_sigma_m: float
 ) -> SurveyedLandmark:
     """Make a landmark of one row; a coordinate that is written but cannot be one comes out infinite."""
     name = landmark_id(fields[0])
@@ -115,12 +154,13 @@ def _landmark_of(
         finite_or_none(table.cell(fields, column)) for column in ("sigma_m", "heading_rad", "heading_sigma_rad")
     )
     floor_text = table.cell(fields, "floor")
+    floor = _floor_number(floor_text) if floor_text else folder_floor
     bad_sigma = any(value is not None and not 0 < value <= GREATEST_M for value in (sigma, heading_sigma))
-    if not name or math.isnan(x) != math.isnan(y) or bad_sigma:
+    if not name or floor is None or math.isnan(x) != math.isnan(y) or bad_sigma:
         raise ValueError(f"'{name}' is not a usable landmark")
     return SurveyedLandmark(
         landmark=name,
-        floor=_floor_number(floor_text) if floor_text else floor,
+        floor=floor,
         x_m=x,
         y_m=y,
         z_m=z,
