@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.core.faults import EventKind
 from vislam2tag.findings import Finding
 
 Polyline = list[tuple[float, float]]
@@ -33,6 +34,8 @@ class Stretch(_Model):
 
     status: str
     points: Polyline
+    sigma_m: list[float] = []
+    """Sigma at each point, metres; empty where it is not known."""
 
 
 class VisitMark(_Model):
@@ -42,6 +45,83 @@ class VisitMark(_Model):
     time_ns: int
     distance_m: float
     position: tuple[float, float] | None
+
+
+class EventMark(_Model):
+    """A step of the tracker that is no motion; ``position`` is where the camera was then (BCS; None where unmapped)."""
+
+    time_ns: int
+    kind: EventKind
+    size_m: float
+    turn_rad: float | None
+    """Its turn about the vertical; None where it is not known."""
+    position: tuple[float, float] | None
+
+
+class ContradictionMark(_Model):
+    """A landmark that the walk puts elsewhere than the survey does, by all the others."""
+
+    floor: int
+    landmark: str
+    size_m: float
+    sigma_m: float
+    """Standard deviation of that size, were the survey right."""
+    passes: int
+    surveyed_m: tuple[float, float]
+    """Where the survey has it (corrections applied), BCS."""
+    offset_m: tuple[float, float]
+    """From there to where the walk puts it."""
+
+
+class LandmarkContradiction(_Model):
+    """A landmark that contradicts the rest, over all sessions."""
+
+    floor: int
+    landmark: str
+    sessions: int
+    """Sessions that say so."""
+    seen: int
+    """Sessions that logged it."""
+    greatest_m: float
+    surveyed_m: tuple[float, float]
+    offset_m: tuple[float, float]
+    """Mean of the sessions' offsets, BCS."""
+
+
+class SigmaStatistics(_Model):
+    """How sure the positions of frames are (``ok`` and ``uncertain`` ones whose sigma is known)."""
+
+    median_m: float
+    p95_m: float
+    uncertain_share: float
+    """Share of these frames whose status is ``uncertain``, 0 to 1."""
+    frames: dict[int, int]
+    """Number of frames by the bin of their sigma (:mod:`vislam2tag.core.log_bins`)."""
+
+
+class SigmaRow(_Model):
+    """Errors of the labels whose stated sigma falls into one bin."""
+
+    sigma: int | None
+    """Bin of the sigma (:mod:`vislam2tag.core.log_bins`); None where no sigma is stated."""
+    sum_m: float
+    """Sum of the errors, metres."""
+    errors: dict[int, int]
+    """Number of errors by the bin of their length."""
+
+
+class ErrorRecord(_Model):
+    """Labels against a known truth, reduced to counts, which add up over sessions."""
+
+    sources: dict[str, int]
+    """Sessions by where their truth comes from."""
+    points: int
+    """True points, labelled or not."""
+    inside: list[int]
+    """Number of errors by the probability of the smallest stated region that holds them, a percent a bin; only errors
+    of labels that state a covariance."""
+    rows: list[SigmaRow]
+    """By sigma, the least first, None before all."""
 
 
 class ScanStatistics(_Model):
@@ -101,6 +181,12 @@ class SessionResult(_Model):
     visits: list[VisitMark] = []
     landmarks_logged: list[str] = []
     scans: ScanStatistics | None = None
+    events: list[EventMark] = []
+    contradictions: list[ContradictionMark] = []
+    sigma: SigmaStatistics | None = None
+    """None where the strategy states no uncertainty, or nothing is mapped."""
+    errors: ErrorRecord | None = None
+    """None where no truth is known; never used to map."""
     drawing: Drawing = Drawing()
     corrections: list[str] = []
     """Each use of corrections.toml, one sentence each."""
@@ -125,5 +211,11 @@ class Summary(_Model):
     """Total count by kind, about the site's own files, folders and corrections."""
     failures: dict[str, str]
     """Error of each session that could not be read or mapped, by slug."""
+    events: dict[str, int] = {}
+    """Events of the tracker by kind, over all sessions."""
+    contradictions: list[LandmarkContradiction] = []
+    """Landmarks that contradict the rest, those that most sessions say it of first."""
+    sigma: SigmaStatistics | None = None
+    errors: ErrorRecord | None = None
     per_floor: dict[str, dict[str, float]]
     per_device: dict[str, dict[str, float]]

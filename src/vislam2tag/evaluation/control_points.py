@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.truth import MAX_GAP_S
+from vislam2tag.evaluation.residuals import residuals_at_presses
 
 
 def press_errors(trajectory: Trajectory, presses_ns: IntArray, control_points: FloatArray) -> FloatArray:
@@ -17,9 +16,7 @@ def press_errors(trajectory: Trajectory, presses_ns: IntArray, control_points: F
     NaN for presses without a label. The nearest point need not be the one pressed at: large errors come out too
     small where points stand close together. It is the paper's rule.
     """
-    labels = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).position_bcs[:, None, :2]
-    nearest: FloatArray = np.linalg.norm(labels - control_points, axis=2).min(axis=1)
-    return nearest
+    return np.asarray(np.linalg.norm(residuals_at_presses(trajectory, presses_ns, control_points).error_m, axis=1))
 
 
 def walk_error(errors_m: FloatArray) -> float:
