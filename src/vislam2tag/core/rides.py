@@ -1,0 +1,100 @@
+"""Changes of height that the tracker does not see: rides in a lift, and what happens while tracking is lost.
+
+Such a ride shows as a stretch without horizontal motion. Air pressure tells how far it went; without pressure the
+landmarks before and after it do, if they lie on different floors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.storeys import PressureLog
+from vislam2tag.core.vertical import VerticalTrack
+
+STILL_M_PER_S = 0.25
+SHORTEST_S = 2.0
+"""No lift is quicker."""
+PRESSURE_WINDOW_S = 1.0
+PRESSURE_RIDE_M = 1.0
+"""Pressure must say this much more than the tracker, or the stretch is no ride."""
+PRESSURE_SIGMA_M = 0.4
+UNSEEN_SHARE = 0.5
+"""Landmarks on different floors between which the tracker saw less than this share of the rise: the rest is a ride."""
+RIDE_SIGMA_M = 1.0
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Two successive sightings of landmarks on different floors: ``first`` and ``last`` are usable ranks of frames.
+
+    ``rise_m`` is the height of the second landmark over the first by the survey, ``seen_m`` by the tracker.
+    """
+
+    first: int
+    last: int
+    rise_m: float
+    seen_m: float
+
+
+def altitude_m(pressure: PressureLog, time_ns: IntArray) -> FloatArray:
+    """Height (k,) in the standard atmosphere at boot-clock times (k,), averaged over about a second, metres."""
+    height = 44330.77 * (1.0 - (pressure.pressure_hpa / 1013.25) ** 0.190263)
+    rate_hz = 1e9 / max(float(np.median(np.diff(pressure.time_ns))), 1.0) if len(height) > 1 else 1.0
+    smooth = uniform_filter1d(height, max(1, round(PRESSURE_WINDOW_S * rate_hz)), mode="nearest")
+    start = pressure.time_ns[0]
+    return np.asarray(np.interp((time_ns - start) * 1e-9, (pressure.time_ns - start) * 1e-9, smooth))
+
+
+def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: PressureLog) -> VerticalTrack:
+    """Take the height from air pressure over still stretches in which it says that the phone rose or sank.
+
+    ``time_ns`` (f,) are the boot-clock times of the track's frames.
+    """
+    altitude = altitude_m(pressure, time_ns)
+    step, variance = np.zeros(len(time_ns)), np.zeros(len(time_ns))
+    for start, stop in still_stretches(track).tolist():
+        inside = slice(start + 1, stop + 1)
+        missing = np.diff(altitude[start : stop + 1]) - np.diff(track.height_m[start : stop + 1])
+        if abs(missing.sum()) > PRESSURE_RIDE_M:
+            step[inside] = missing
+            variance[inside] = PRESSURE_SIGMA_M**2 / len(missing)
+    return track.raised(step, variance)
+
+
+def with_rides_by_landmarks(track: VerticalTrack, ties: list[Tie]) -> VerticalTrack:
+    """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
+
+    That is the longest still stretch between them; where there is none, all the way between.
+    """
+    step, variance = np.zeros(len(track.frame)), np.zeros(len(track.frame))
+    still = still_stretches(track)
+    for tie in ties:
+        if tie.seen_m * np.sign(tie.rise_m) >= UNSEEN_SHARE * abs(tie.rise_m):
+            continue
+        start, stop = _stillest(still, track.time_s, tie)
+        share = np.diff(track.time_s[start : stop + 1]) / (track.time_s[stop] - track.time_s[start])
+        step[start + 1 : stop + 1] += (tie.rise_m - tie.seen_m) * share
+        variance[start + 1 : stop + 1] += RIDE_SIGMA_M**2 * share
+    return track.raised(step, variance)
+
+
+def still_stretches(track: VerticalTrack) -> IntArray:
+    """Runs (r, 2) of ranks, first and last frame, in which the camera does not move horizontally for a while."""
+    still = np.concatenate(([False], track.speed_m_s < STILL_M_PER_S, [False]))
+    edges = np.flatnonzero(np.diff(still)).reshape(-1, 2) - (0, 1)
+    long = track.time_s[edges[:, 1]] - track.time_s[edges[:, 0]] >= SHORTEST_S
+    return np.asarray(edges[long], dtype=np.int64)
+
+
+def _stillest(still: IntArray, time_s: FloatArray, tie: Tie) -> tuple[int, int]:
+    """First and last rank of the longest still stretch between two sightings; they themselves where there is none."""
+    between = np.column_stack((still[:, 0].clip(tie.first, tie.last), still[:, 1].clip(tie.first, tie.last)))
+    lasting = time_s[between[:, 1]] - time_s[between[:, 0]]
+    if not len(lasting) or lasting.max() < SHORTEST_S:
+        return tie.first, tie.last
+    start, stop = between[int(np.argmax(lasting))].tolist()
+    return start, stop
