@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -106,3 +108,23 @@ def test_a_straight_uniform_walk_is_reproduced_anywhere(steps_ns: list[int], see
     labels = label_by_interpolation(at, walk, 1.0)
     assert (labels.status == Status.OK).all()
     np.testing.assert_allclose(labels.position_bcs, np.column_stack((at * 1.3e-9, at * -0.4e-9, at * 1e-10)), atol=1e-6)
+
+
+def test_height_is_interpolated_and_the_floor_is_the_nearer_frames() -> None:
+    walk = trajectory([0, 1, 2], [0, 0, 0], [Status.OK] * 3)
+    walk.position_bcs[:, 2] = 1.0, 2.0, 4.0
+    walk = replace(walk, floor=np.array([0, 1, 3]))
+    time_ns = (np.array([-1, 0, 0.4, 0.6, 1, 1.75, 9]) * S).astype(np.int64)
+    labels = label_by_interpolation(time_ns, walk, 2.0)
+    assert labels.position_bcs[1:-1, 2] == pytest.approx([1.0, 1.4, 1.6, 2.0, 3.5])
+    assert labels.floor.tolist() == [0, 0, 0, 1, 1, 3, 3]
+    assert label_by_next_frame(time_ns, walk).floor.tolist() == [0, 0, 1, 1, 1, 3, 3]
+
+
+def test_where_the_trajectory_tells_no_floors_labels_do_not() -> None:
+    walk = trajectory([0, 1], [0, 0], [Status.OK] * 2)
+    nobody = trajectory([], [], [])
+    time_ns = np.array([S // 2])
+    for labels in (label_by_interpolation(time_ns, walk, 2.0), label_by_next_frame(time_ns, walk)):
+        assert len(labels.floor) == 0
+    assert len(label_by_interpolation(time_ns, nobody, 2.0).floor) == 0

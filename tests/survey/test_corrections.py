@@ -151,11 +151,14 @@ def test_landmarks_are_moved_and_excluded_on_their_floor(tmp_path: Path) -> None
     assert marks.position_bcs[0].tolist() == [1.0, 1.0]
 
 
-def test_landmarks_of_other_floors_are_left_out() -> None:
+def test_an_entrys_floor_is_the_landmarks(tmp_path: Path) -> None:
     marks = landmarks_at({"10": (1, 1), "7": (2, 2)})
-    marks.floor[1] = 3
-    corrected, uses = corrected_landmarks(marks, Corrections(), KEY)
-    assert (corrected.ids, uses) == (("10",), ())
+    marks.floor[:] = 3
+    text = "[[move_landmark]]\nid = 10\nfloor = {0}\nx = 5\ny = 6\n[[exclude_landmark]]\nid = 7\nfloor = {0}\n"
+    there, uses = corrected_landmarks(marks, corrections_of(tmp_path, text.format(3)), KEY)
+    assert (there.ids, there.position_bcs.tolist(), len(uses)) == (("10",), [[5.0, 6.0]], 1)
+    elsewhere, uses = corrected_landmarks(marks, corrections_of(tmp_path, text.format(KEY.floor)), KEY)
+    assert (elsewhere.ids, uses) == (("10", "7"), ())
 
 
 def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
@@ -164,6 +167,14 @@ def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
     corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY, 0.25)
     assert corrected.surveyed.all()
     assert corrected.covariance_bcs.tolist() == [[[0.0625, 0.0], [0.0, 0.0625]]]
+
+
+def test_entries_for_landmarks_of_a_floor_without_sessions_may_have_an_effect(tmp_path: Path) -> None:
+    marks = landmarks_at({"10": (1, 1)})
+    marks.floor[:] = 3
+    entry = "[[move_landmark]]\nid = 10\nfloor = {}\nx = 5\ny = 6\n"
+    assert unused_corrections(corrections_of(tmp_path, entry.format(3)), [KEY], marks) == []
+    assert len(unused_corrections(corrections_of(tmp_path, entry.format(4)), [KEY], marks)) == 1
 
 
 def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:

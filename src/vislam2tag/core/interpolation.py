@@ -14,12 +14,14 @@ from vislam2tag.core.tracks import Trajectory
 @dataclass(frozen=True)
 class Labels:
     """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres, NaN where there is none; ``sigma_m`` (r,) metres,
-    NaN only where it is not known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`.
+    NaN only where it is not known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`; ``floor`` (r,)
+    that of the nearer frame, empty where the trajectory's is (all on the session's own floor) or there is no frame.
     """
 
     position_bcs: FloatArray
     sigma_m: FloatArray
     status: StatusArray
+    floor: IntArray
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class _Frames:
     position_bcs: FloatArray
     sigma_m: FloatArray
     status: StatusArray
+    floor: IntArray
     holed: StatusArray
     """1 where unusable frames lie between the frame before and this one."""
 
@@ -41,6 +44,7 @@ def _usable_frames(trajectory: Trajectory) -> _Frames:
         trajectory.position_bcs[usable],
         trajectory.sigma_m[usable],
         trajectory.status[usable],
+        trajectory.floor[usable] if len(trajectory.floor) else trajectory.floor,
         (np.diff(usable, prepend=-1) > 1).astype(np.int8),
     )
 
@@ -67,7 +71,8 @@ def label_by_interpolation(time_ns: IntArray, trajectory: Trajectory, max_gap_s:
     labelled = has_position(status)
     position = _blend(frames.position_bcs, before, after, share[:, None])
     sigma = np.where(too_far | outside, np.nan, _blend(frames.sigma_m, before, after, share))
-    return Labels(np.where(labelled[:, None], position, np.nan), sigma, status)
+    floor = _chosen(frames.floor, np.where(share < 0.5, before, after))
+    return Labels(np.where(labelled[:, None], position, np.nan), sigma, status, floor)
 
 
 def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
@@ -83,6 +88,7 @@ def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
         np.where(labelled[:, None], frames.position_bcs[after], np.nan),
         np.where(outside, np.nan, frames.sigma_m[after]),
         status,
+        _chosen(frames.floor, after),
     )
 
 
@@ -96,6 +102,11 @@ def _status_between(frames: _Frames, before: IntArray, after: IntArray) -> Statu
     return np.where(uncertain, np.int8(Status.UNCERTAIN), cause).astype(np.int8)
 
 
+def _chosen(floor: IntArray, frame: IntArray) -> IntArray:
+    """Floor of each of these frames; empty where all lie on the session's own."""
+    return floor[frame] if len(floor) else floor
+
+
 def _blend(values: FloatArray, before: IntArray, after: IntArray, share: FloatArray) -> FloatArray:
     start = values[before]
     blended: FloatArray = start + share * (values[after] - start)
@@ -103,4 +114,5 @@ def _blend(values: FloatArray, before: IntArray, after: IntArray, share: FloatAr
 
 
 def _unlabelled(count: int, cause: Status) -> Labels:
-    return Labels(np.full((count, 3), np.nan), np.full(count, np.nan), np.full(count, cause, dtype=np.int8))
+    cause_of_all = np.full(count, cause, dtype=np.int8)
+    return Labels(np.full((count, 3), np.nan), np.full(count, np.nan), cause_of_all, np.empty(0, dtype=np.int64))

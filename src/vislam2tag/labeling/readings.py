@@ -28,7 +28,7 @@ def label_readings(
     ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
     order stay. A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
     ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
-    boot-clock ns) are ``invalid`` and have none either.
+    boot-clock ns) are ``invalid`` and have none either. Where the trajectory tells floors, ``floor`` is added, too.
     """
     labels = _labels(table, trajectory, settings)
     repeated = table["repeated"].to_numpy()
@@ -37,7 +37,9 @@ def label_readings(
     status = with_uncertain(labels.status, labels.sigma_m, settings.max_sigma_m)
     status[excluded] = Status.INVALID
     status[repeated] = Status.DUPLICATE
+    floor = [pl.Series("floor", labels.floor, dtype=pl.Int32)] if len(labels.floor) else []
     return table.drop("repeated").with_columns(
+        *floor,
         *(pl.Series(name, values, nan_to_null=True) for name, values in zip("xyz", position.T, strict=True)),
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
         status_text(status),

@@ -66,7 +66,7 @@ UNITS = {
 
 
 def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
-    """One row for each frame, in file order; null where a value is not known."""
+    """One row for each frame, in file order; null where a value is not known. Each row has its frame's floor."""
     mapped = has_position(trajectory.status)[:, None]
     position = np.where(mapped, trajectory.position_bcs, np.nan)
     orientation = np.where(mapped, trajectory.orientation_bcs, np.nan)
@@ -79,8 +79,10 @@ def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
         "cov_xy": covariance[:, 0, 1],
         "cov_yy": covariance[:, 1, 1],
     }
+    floor = [pl.Series("floor", trajectory.floor)] if len(trajectory.floor) else []
     frame = pl.DataFrame(
         [
+            *floor,
             pl.Series("time_ns", trajectory.time_ns),
             *(pl.Series(name, values, nan_to_null=True, dtype=pl.Float64) for name, values in columns.items()),
             status_text(trajectory.status),
@@ -101,6 +103,7 @@ def trajectory_of(table: pl.DataFrame) -> Trajectory:
         orientation_bcs=columns("qx", "qy", "qz", "qw"),
         covariance_bcs=columns("cov_xx", "cov_xy", "cov_yy")[:, (0, 1, 1, 2)].reshape(-1, 2, 2),
         status=table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
+        floor=table["floor"].cast(pl.Int64).to_numpy(),
     )
 
 
@@ -125,8 +128,11 @@ def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> No
 
 
 def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:
-    """Put floor, device and session in front, and the columns into their order."""
+    """Put floor (the session's own where rows have none), device and session in front, and the columns into order."""
     values = {"floor": key.floor, "device": key.device, "session": key.session}
-    literals = [pl.lit(values[column], dtype=kind).alias(column) for column, kind in _KEY.items()]
+    firsts = [
+        (pl.col(column) if column in frame.columns else pl.lit(values[column])).cast(kind).alias(column)
+        for column, kind in _KEY.items()
+    ]
     others = [column for column in SCHEMAS.get(name, frame.schema) if column not in _KEY]
-    return frame.select(*literals, *others)
+    return frame.select(*firsts, *others)

@@ -12,6 +12,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.pressure import pressure_log
 from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
 
 _NS = 1_000_000_000
@@ -50,9 +51,11 @@ def _shifted(session: Session, entry: ShiftClock, uses: list[str]) -> Session:
         return replace(session, camera=replace(session.camera, time_ns=shifted_ns))
     if entry.table == "presses":
         return replace(session, presses_ns=shifted_ns)
-    table = session.tables[entry.table]
-    times = pl.Series("time_ns", shifted_ns)
-    return replace(session, tables={**session.tables, entry.table: table.with_columns(times)})
+    table = session.tables[entry.table].with_columns(pl.Series("time_ns", shifted_ns))
+    tables = {**session.tables, entry.table: table}
+    if entry.table != "sensors" or session.camera.pressure is None:
+        return replace(session, tables=tables)
+    return replace(session, tables=tables, camera=replace(session.camera, pressure=pressure_log(table)))
 
 
 def _times_of(session: Session, table: str) -> IntArray:

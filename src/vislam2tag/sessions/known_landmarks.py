@@ -1,18 +1,30 @@
-"""Whether the landmarks a session saw are in the site's landmark file."""
+"""Whether the landmarks a session saw are in the site's landmark files."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from vislam2tag.core.tracks import LandmarkLog, Landmarks
 from vislam2tag.findings import Finding
 
 
-def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
-    """Report landmarks that were seen but have no surveyed position (``landmarks``: those of the session's floor)."""
-    missing = [name for name in log.ids if name not in landmarks.surveyed_ids]
-    if not missing:
-        return []
-    message = (
-        f"landmarks {', '.join(missing)} were seen but have no surveyed position; they are not used: add them to "
-        "marker_dict.csv"
-    )
-    return [Finding(kind="landmark_without_position", file="", count=len(missing), message=message)]
+def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, elsewhere: Sequence[str] = ()) -> list[Finding]:
+    """Report landmarks that were seen but have no surveyed position among ``landmarks``, which the session may use.
+
+    ``elsewhere`` are those that only other floors have, where the session does not seem to have been.
+    """
+    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in elsewhere]
+    findings = []
+    if missing:
+        message = (
+            f"landmarks {', '.join(missing)} were seen but have no surveyed position; they are not used: add them to "
+            "marker_dict.csv"
+        )
+        findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
+    if elsewhere:
+        message = (
+            f"landmark {', '.join(elsewhere)} was seen, which only other floors have; nothing else says that the walk "
+            "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here"
+        )
+        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(elsewhere), message=message))
+    return findings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from vislam2tag.sessions.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.model import FileRecord, Session
+from vislam2tag.sessions.pressure import pressure_log
 from vislam2tag.sessions.raw_table import RawTable, parse_table
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.sensor_table import SENSOR_SCHEMA, sensor_table
@@ -110,7 +111,7 @@ class PublishedFormat:
         presses_ns = _presses(reading, camera)
         return Session(
             key=ref.key,
-            camera=camera,
+            camera=replace(camera, pressure=pressure_log(tables["sensors"])),
             landmarks=landmarks,
             presses_ns=presses_ns,
             tables=tables,

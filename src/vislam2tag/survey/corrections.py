@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -209,20 +210,24 @@ def corrected_landmarks(
     key: SessionKey,
     default_sigma_m: float = Settings().default_landmark_sigma_m,
 ) -> tuple[Landmarks, tuple[str, ...]]:
-    """Landmarks of a session's floor with its corrections applied, and one sentence for each use.
+    """Landmarks that a session may use with its corrections applied, and one sentence for each use.
 
-    Excluded landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its
-    heading.
+    An entry's ``floor`` is the landmark's. Excluded landmarks go. A moved one keeps its sigma (``default_sigma_m`` if
+    it was unsurveyed) and loses its heading.
     """
-    entries = corrections.for_session(key)
-    excluded = {entry.id for entry in entries.exclude_landmark}
-    keep = [i for i, name in enumerate(landmarks.ids) if int(landmarks.floor[i]) == key.floor and name not in excluded]
-    chosen = landmarks.select(keep)
+    places = list(zip(landmarks.ids, landmarks.floor.tolist(), strict=True))
+
+    def concerns(entry: ExcludeLandmark | MoveLandmark, name: str, floor: int) -> bool:
+        return entry.id == name and entry.applies(replace(key, floor=floor))
+
+    gone = {place for place in places for entry in corrections.exclude_landmark if concerns(entry, *place)}
+    chosen = landmarks.select([i for i, place in enumerate(places) if place not in gone])
     uses = []
-    for entry in entries.move_landmark:
-        if entry.id in chosen.index:
-            _move(chosen, chosen.index[entry.id], entry, default_sigma_m)
-            uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
+    for entry in corrections.move_landmark:
+        for index, place in enumerate(zip(chosen.ids, chosen.floor.tolist(), strict=True)):
+            if concerns(entry, *place):
+                _move(chosen, index, entry, default_sigma_m)
+                uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
 
 
@@ -245,7 +250,7 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], lan
     for table in Corrections.model_fields:
         entries: tuple[Entry, ...] = getattr(corrections, table)
         for number, entry in enumerate(entries, start=1):
-            floors = {key.floor for key in keys if entry.applies(key)}
+            floors = {key.floor for key in keys if entry.applies(key)} | _visited_floor(entry, keys, known)
             if not floors:
                 problem = "no session matches"
             elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
@@ -255,3 +260,11 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], lan
             message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
             findings.append(Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message))
     return findings
+
+
+def _visited_floor(entry: Entry, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
+    """The floor of a landmark entry, where sessions of other floors may go there and find that landmark."""
+    if entry.floor is None or not isinstance(entry, ExcludeLandmark | MoveLandmark):
+        return set()
+    possible = (entry.floor, entry.id) in known and any(entry.applies(replace(key, floor=entry.floor)) for key in keys)
+    return {entry.floor} if possible else set()

@@ -1,0 +1,103 @@
+"""Which landmarks a session sees: those of its own floor, or of all floors where it really went to others."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.height import vertical_span_m
+from vislam2tag.core.storeys import Storeys
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.errors import SessionError
+from vislam2tag.survey.model import SessionKey, Site
+
+CLIMB_M = 1.5
+"""One landmark of another floor is believed where the walk went up or down by this; two are believed anyway."""
+SAME_PLACE_M = 1e-3
+
+
+@dataclass(frozen=True)
+class SessionLandmarks:
+    """The landmarks that a session may use, ids unique, with the storeys it may be on.
+
+    ``elsewhere`` are the logged ids that only other floors know and that nothing else speaks for: they are not used.
+    """
+
+    landmarks: Landmarks
+    elsewhere: tuple[str, ...] = ()
+
+
+def known_elsewhere(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
+    """Logged ids that only landmark files of other floors than a session's own have."""
+    here = {name for name, floor in zip(landmarks.ids, landmarks.floor.tolist(), strict=True) if floor == own}
+    return tuple(name for name in logged if name not in here and name in landmarks.index)
+
+
+def considered_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmarks:
+    """All landmarks that matter to a session that logged these ids: its own floor's, or those of all floors.
+
+    Ids may repeat from floor to floor. ``storeys`` are filled accordingly.
+    """
+    landmarks = site.landmarks
+    if known_elsewhere(landmarks, own, logged):
+        numbers = np.unique(np.concatenate((landmarks.floor, [own, *(floor.number for floor in site.floors)])))
+        return replace(landmarks, storeys=_storeys(site, own, numbers.astype(np.int64)))
+    return replace(landmarks.on_floor(own), storeys=_storeys(site, own, np.array([own], dtype=np.int64)))
+
+
+def _storeys(site: Site, own: int, numbers: IntArray) -> Storeys:
+    known = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
+    return Storeys(own, numbers, np.array([known.get(number, np.nan) for number in numbers.tolist()]))
+
+
+def landmarks_of_session(
+    considered: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog
+) -> SessionLandmarks:
+    """Choose among the considered landmarks (see :func:`considered_landmarks`) those that the session may use.
+
+    It went to other floors if it logged two landmarks that only they have, or one and it went up or down by
+    :data:`CLIMB_M`. Raises SessionError where it did and a logged id then lies in two places.
+    """
+    elsewhere = known_elsewhere(considered, key.floor, log.ids)
+    if len(elsewhere) < 2 and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
+        return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
+    _refuse_clashes(considered, key, log.ids)
+    # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
+    order = np.lexsort((considered.floor, considered.floor != key.floor))
+    first = {considered.ids[i]: i for i in reversed(order.tolist())}
+    return SessionLandmarks(considered.select(sorted(first.values())))
+
+
+def _own_floor(considered: Landmarks, own: int) -> Landmarks:
+    """The landmarks and the storey of one floor alone."""
+    storeys = considered.storeys
+    if storeys is not None:
+        here = storeys.number == own
+        storeys = Storeys(own, storeys.number[here], storeys.elevation_m[here])
+    return replace(considered.on_floor(own), storeys=storeys)
+
+
+def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str]) -> None:
+    """Raise SessionError where a logged id lies on two floors at places that are not known to be one."""
+    rows = defaultdict(list)
+    for row, name in enumerate(landmarks.ids):
+        rows[name].append(row)
+    for name in logged:
+        for other in rows[name][1:]:
+            one = rows[name][0]
+            apart = np.abs(landmarks.position_bcs[other] - landmarks.position_bcs[one])
+            if not (apart <= SAME_PLACE_M).all():
+                raise SessionError(
+                    f"{key}: walked over several floors and saw landmark {name}, which two floors have at different "
+                    f"places: floor {landmarks.floor[one]}{_line(landmarks, one)} and floor "
+                    f"{landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another id, or "
+                    "leave it out by [[exclude_landmark]] in corrections.toml"
+                )
+
+
+def _line(landmarks: Landmarks, row: int) -> str:
+    return f" ({landmarks.source[row]})" if landmarks.source else ""
