@@ -28,9 +28,9 @@ def draw(
     mapped = has_position(trajectory.status[frames])
     runs = _runs(trajectory.status[frames])
     spacing = max(SPACING_M, _length(camera.plane_acs[frames]) / MAX_POINTS)
-    positions = trajectory.position_bcs[frames, :2]
+    positions, sigma_m = trajectory.position_bcs[frames, :2], trajectory.sigma_m[frames]
     return Drawing(
-        mapped=[_stretch(Status(status), positions[a:b], spacing) for status, a, b in runs if mapped[a]],
+        mapped=[_stretch(Status(status), positions[a:b], spacing, sigma_m[a:b]) for status, a, b in runs if mapped[a]],
         discarded=[
             _stretch(Status(status), aligned[a : b + 1], spacing)
             for status, a, b in runs
@@ -70,18 +70,26 @@ def _runs(status: StatusArray) -> list[tuple[int, int, int]]:
     return [(int(status[a]), int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
 
 
-def _stretch(status: Status, points: FloatArray, spacing_m: float) -> Stretch:
-    return Stretch(status=STATUS_LABELS[status], points=_polyline(points, spacing_m))
+def _stretch(status: Status, points: FloatArray, spacing_m: float, sigma_m: FloatArray | None = None) -> Stretch:
+    """Thin a run of frames; ``sigma_m`` (n,) is left out where any of it is not known."""
+    kept = _kept(points, spacing_m)
+    sigma = [] if sigma_m is None or np.isnan(sigma_m).any() else np.round(sigma_m[kept], 3).tolist()
+    return Stretch(status=STATUS_LABELS[status], points=_rounded(points[kept]), sigma_m=sigma)
 
 
 def _polyline(points: FloatArray, spacing_m: float) -> Polyline:
-    """Keep about one point each ``spacing_m`` of the way, and both ends."""
-    points = points[(np.abs(points) < MAX_EXTENT_M).all(axis=1)]
-    if len(points) == 0:
-        return []
-    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    return _rounded(points[_kept(points, spacing_m)])
+
+
+def _kept(points: FloatArray, spacing_m: float) -> IntArray:
+    """Keep about one point (n, 2) each ``spacing_m`` of the way, and both ends; return their places."""
+    near: IntArray = np.flatnonzero((np.abs(points) < MAX_EXTENT_M).all(axis=1))
+    if len(near) == 0:
+        return near
+    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points[near], axis=0), axis=1))))
     keep = np.flatnonzero(np.diff(np.floor(way / spacing_m), prepend=-1.0) > 0)
-    return _rounded(points[np.unique(np.append(keep, len(points) - 1))])
+    kept: IntArray = near[np.unique(np.append(keep, len(near) - 1))]
+    return kept
 
 
 def _length(points: FloatArray) -> float:

@@ -19,7 +19,9 @@ from vislam2tag.errors import OutputError, SessionError
 from vislam2tag.findings import Finding
 from vislam2tag.mapping import strategy_named
 from vislam2tag.pipeline import statistics
+from vislam2tag.pipeline.accuracy import error_record, truth_mark
 from vislam2tag.pipeline.drawing import draw
+from vislam2tag.pipeline.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.landmark_findings import landmark_findings
 from vislam2tag.pipeline.store import RESULTS, OutputFolder
 from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
@@ -114,7 +116,8 @@ def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
         "settings": job.settings.model_dump(mode="json"),
         "corrections": job.corrections.for_session(job.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
-        "control_points": len(job.floor.control_points.ids),
+        "control_points": job.floor.control_points.position_bcs.tolist(),
+        "truth": truth_mark(job.ref.folder),
     }
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
@@ -137,6 +140,7 @@ def _process(job: Job) -> SessionResult:
     for name, table in labelled.items():
         _write_table(job, name, table)
     pose_lag_s = _pose_lag(session)
+    errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor.control_points)
     return _result(
         job,
         fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}),
@@ -153,6 +157,8 @@ def _process(job: Job) -> SessionResult:
                 job.settings.visits.radius_m,
                 strategy.needs,
             ),
+            *contradiction_findings(trajectory, landmarks),
+            *truth_findings,
             *_pose_lag_finding(pose_lag_s, job.settings.findings.pose_lag_s),
         ],
         pose_lag_s=pose_lag_s,
@@ -161,6 +167,10 @@ def _process(job: Job) -> SessionResult:
         visits=statistics.visit_marks(trajectory),
         landmarks_logged=list(session.landmarks.ids),
         scans=statistics.scan_statistics(session.tables["wifi"]),
+        events=event_marks(trajectory),
+        contradictions=contradiction_marks(trajectory, landmarks),
+        sigma=statistics.sigma_statistics(trajectory),
+        errors=errors,
         drawing=draw(session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"]),
         corrections=[*landmark_uses, *session_uses],
     )

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from vislam2tag.core import log_bins
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
-from vislam2tag.results import ScanStatistics, VisitMark
+from vislam2tag.results import ScanStatistics, SigmaStatistics, VisitMark
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
 
 WAY_STEP_S = 0.5
@@ -76,6 +77,21 @@ def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
 def _steps(points: FloatArray) -> FloatArray:
     lengths: FloatArray = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return lengths
+
+
+def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
+    """How sure the mapped frames are; None where no sigma is known."""
+    known = has_position(trajectory.status) & np.isfinite(trajectory.sigma_m)
+    sigma_m = trajectory.sigma_m[known]
+    if not len(sigma_m):
+        return None
+    median_m, p95_m = np.quantile(sigma_m, (0.5, 0.95)).tolist()
+    return SigmaStatistics(
+        median_m=round(median_m, 4),
+        p95_m=round(p95_m, 4),
+        uncertain_share=round(float(np.mean(trajectory.status[known] == Status.UNCERTAIN)), 6),
+        frames=log_bins.counts_of(sigma_m),
+    )
 
 
 def status_counts(table: pl.DataFrame) -> dict[str, int]:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from vislam2tag.core import log_bins
 from vislam2tag.core.status import Status
+from vislam2tag.evaluation.reliability import added
 from vislam2tag.findings import Finding
-from vislam2tag.results import SessionResult, Summary
+from vislam2tag.report.contradictions import LandmarkTally
+from vislam2tag.results import ErrorRecord, SessionResult, SigmaStatistics, Summary
 
 _Number = TypeVar("_Number", int, float)
 
@@ -50,6 +53,10 @@ def summarise(
         findings=_sorted(totals.findings),
         site_findings=_sorted(_by_kind(site_findings)),
         failures=totals.failures,
+        events=_sorted(totals.events),
+        contradictions=totals.contradictions.all(),
+        sigma=_sigma(totals),
+        errors=totals.errors,
         per_floor={str(floor): _rounded(sums) for floor, sums in sorted(totals.floors.items())},
         per_device={device: _rounded(sums) for device, sums in sorted(totals.devices.items())},
     )
@@ -75,6 +82,12 @@ class _Totals:
     readings: dict[str, dict[str, int]] = field(default_factory=lambda: defaultdict(_integers))
     findings: dict[str, int] = field(default_factory=_integers)
     failures: dict[str, str] = field(default_factory=dict)
+    events: dict[str, int] = field(default_factory=_integers)
+    contradictions: LandmarkTally = field(default_factory=LandmarkTally)
+    sigma: Counter[int] = field(default_factory=Counter)
+    """Frames by the bin of their sigma."""
+    uncertain: float = 0.0
+    errors: ErrorRecord | None = None
     floors: dict[int, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
     devices: dict[str, dict[str, float]] = field(default_factory=lambda: defaultdict(_floats))
 
@@ -87,11 +100,30 @@ class _Totals:
         for table, counts in result.readings.items():
             _accumulate(self.readings[table], counts)
         _accumulate(self.findings, _by_kind(result.findings))
+        _accumulate(self.events, Counter(event.kind.value for event in result.events))
+        self.contradictions.add(result)
+        if result.sigma is not None:
+            self.sigma.update(result.sigma.frames)
+            self.uncertain += result.sigma.uncertain_share * sum(result.sigma.frames.values())
+        if result.errors is not None:
+            self.errors = result.errors if self.errors is None else added(self.errors, result.errors)
         if result.error is not None:
             self.failures[result.slug] = result.error
         sums = _group_sums(result)
         _accumulate(self.floors[result.floor], sums)
         _accumulate(self.devices[result.device], sums)
+
+
+def _sigma(totals: _Totals) -> SigmaStatistics | None:
+    """How sure the frames of all sessions are, to the width of a bin."""
+    if not totals.sigma:
+        return None
+    return SigmaStatistics(
+        median_m=round(log_bins.quantile_m(totals.sigma, 0.5), 4),
+        p95_m=round(log_bins.quantile_m(totals.sigma, 0.95), 4),
+        uncertain_share=round(totals.uncertain / totals.sigma.total(), 6),
+        frames=dict(sorted(totals.sigma.items())),
+    )
 
 
 def _group_sums(result: SessionResult) -> dict[str, float]:

@@ -1,0 +1,51 @@
+"""A session's labels against what is known of the truth; nothing here is ever used to map."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.errors import SessionError
+from vislam2tag.evaluation.reliability import reduce_errors
+from vislam2tag.evaluation.residuals import residuals_at_presses, residuals_at_truth
+from vislam2tag.evaluation.truth import read_truth
+from vislam2tag.findings import Finding
+from vislam2tag.results import ErrorRecord
+from vislam2tag.survey.model import ControlPoints
+
+TRUTH_FILE = "truth.csv"
+CONTROL_POINTS = "presses at control points"
+
+
+def truth_mark(folder: Path) -> str:
+    """Tell one truth of a session from another: the SHA-256 of its file; empty where none can be read."""
+    try:
+        return hashlib.sha256((folder / TRUTH_FILE).read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+def error_record(
+    folder: Path, trajectory: Trajectory, presses_ns: IntArray, points: ControlPoints
+) -> tuple[ErrorRecord | None, list[Finding]]:
+    """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) next to the floor's control points.
+
+    None where neither is there; a truth file that cannot be read is a finding.
+    """
+    findings = []
+    if truth_mark(folder):
+        try:
+            at_truth = residuals_at_truth(trajectory, read_truth(folder / TRUTH_FILE))
+            return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), []
+        except SessionError as error:
+            findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_cause(error)))
+    if not len(presses_ns) or not len(points.ids):
+        return None, findings
+    at_presses = residuals_at_presses(trajectory, presses_ns, points.position_bcs)
+    return reduce_errors(CONTROL_POINTS, at_presses.error_m, at_presses.covariance_m2), findings
+
+
+def _cause(error: SessionError) -> str:
+    return f"{str(error).partition(': ')[2]}; errors are not known: correct or remove it"
