@@ -103,6 +103,11 @@ def test_an_id_in_two_places_is_an_error_that_names_both() -> None:
     assert "corrections.toml" in message
 
 
+def test_where_nobody_surveyed_the_own_floor_other_floors_ids_say_nothing() -> None:
+    chosen = choose(site_of([row for row in TWO_FLOORS if row[0] == 2]), CLIMB, "acd")
+    assert (chosen.landmarks.ids, chosen.elsewhere) == ((), ())
+
+
 def test_an_id_whose_place_is_not_known_on_one_floor_is_ambiguous_too() -> None:
     rows = [(1, "a", 1.0, 1.0), (2, "a", np.nan, np.nan), (2, "c", 3, 3), (2, "d", 4, 4)]
     with pytest.raises(SessionError, match="landmark a"):

@@ -29,13 +29,31 @@ def test_everything_of_a_survey_is_counted(tmp_path: Path) -> None:
 
 
 def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> None:
-    write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
+    write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n7,,\n"})
     session = inspect_survey(tmp_path).sessions[2]
     assert (session.landmarks_seen, session.landmarks_surveyed) == (("10", "7"), 1)
     finding, presses = session.findings
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
     assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
     assert finding.message.startswith("landmarks 7 were seen")
+
+
+def test_a_landmark_that_only_another_floor_has_is_a_finding(tmp_path: Path) -> None:
+    write_survey(tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n10,9,9\n3,1,1\n"})
+    session = inspect_survey(tmp_path).sessions[2]
+    assert session.landmarks_surveyed == 1
+    assert [finding.kind for finding in session.findings] == ["landmark_of_other_floor", "missing_control_points"]
+
+
+def test_ids_that_clash_over_the_floors_walked_fail_the_session(tmp_path: Path) -> None:
+    write_survey(
+        tmp_path, {"floor_4/marker_dict.csv": "id,x,y\n3,9,9\n", "floor_1/marker_dict.csv": "id,x,y\n10,1,1\n7,2,2\n"}
+    )
+    (tmp_path / "floor_2").mkdir()
+    (tmp_path / "floor_2/marker_dict.csv").write_text("id,x,y\n10,5,5\n")
+    sessions = inspect_survey(tmp_path).sessions
+    assert [session.usable for session in sessions] == [True, True, False]
+    assert "floor 1 (floor_1/marker_dict.csv:2) and floor 2 (floor_2/marker_dict.csv:2)" in str(sessions[2].error)
 
 
 def test_a_locked_session_fails_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

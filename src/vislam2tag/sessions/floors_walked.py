@@ -32,9 +32,12 @@ class SessionLandmarks:
 
 
 def known_elsewhere(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
-    """Logged ids that only landmark files of other floors than a session's own have."""
+    """Logged ids that only landmark files of other floors than a session's own have.
+
+    None where nobody surveyed the own floor: then other floors' ids say nothing.
+    """
     here = {name for name, floor in zip(landmarks.ids, landmarks.floor.tolist(), strict=True) if floor == own}
-    return tuple(name for name in logged if name not in here and name in landmarks.index)
+    return tuple(name for name in logged if name not in here and name in landmarks.index) if here else ()
 
 
 def considered_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmarks:
@@ -65,7 +68,7 @@ def landmarks_of_session(
     elsewhere = known_elsewhere(considered, key.floor, log.ids)
     if len(elsewhere) < 2 and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
         return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
-    _refuse_clashes(considered, key, log.ids)
+    _refuse_clashes(considered, key, log.ids, elsewhere)
     # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
     order = np.lexsort((considered.floor, considered.floor != key.floor))
     first = {considered.ids[i]: i for i in reversed(order.tolist())}
@@ -81,7 +84,7 @@ def _own_floor(considered: Landmarks, own: int) -> Landmarks:
     return replace(considered.on_floor(own), storeys=storeys)
 
 
-def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str]) -> None:
+def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str], elsewhere: Sequence[str]) -> None:
     """Raise SessionError where a logged id lies on two floors at places that are not known to be one."""
     rows = defaultdict(list)
     for row, name in enumerate(landmarks.ids):
@@ -92,10 +95,11 @@ def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str]
             apart = np.abs(landmarks.position_bcs[other] - landmarks.position_bcs[one])
             if not (apart <= SAME_PLACE_M).all():
                 raise SessionError(
-                    f"{key}: walked over several floors and saw landmark {name}, which two floors have at different "
-                    f"places: floor {landmarks.floor[one]}{_line(landmarks, one)} and floor "
-                    f"{landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another id, or "
-                    "leave it out by [[exclude_landmark]] in corrections.toml"
+                    f"{key}: saw landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
+                    f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} "
+                    f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another "
+                    "id or leave it out by [[exclude_landmark]] in corrections.toml; if the walk never left floor "
+                    f"{key.floor}, add landmark {', '.join(elsewhere)} to its marker_dict.csv"
                 )
 
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag.errors import SessionError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions.discover import open_survey
+from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
 from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
@@ -128,17 +129,18 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
         return blank
     try:
         session = read_session(ref, settings.findings)
+        considered = considered_landmarks(survey.site, key.floor, session.landmarks.ids)
+        mine = landmarks_of_session(considered, key, session.camera, session.landmarks)
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
-    landmarks = survey.site.landmarks.on_floor(key.floor)
     return blank.model_copy(
         update={
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
-            "landmarks_surveyed": len(landmarks.surveyed_ids.intersection(session.landmarks.ids)),
+            "landmarks_surveyed": len(mine.landmarks.surveyed_ids.intersection(session.landmarks.ids)),
             "findings": (
                 *session.findings,
-                *landmarks_without_position(session.landmarks, landmarks),
+                *landmarks_without_position(session.landmarks, mine.landmarks, mine.elsewhere),
                 *press_findings(session, survey.site.floor(key.floor)),
             ),
         }
