@@ -8,15 +8,13 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping.pieces import surveyed_part
-from vislam2tag.sessions.known_landmarks import landmarks_without_position
 
 
 def landmark_findings(
     camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float, needs: str
 ) -> list[Finding]:
-    """Landmarks without a position, too high to be visited, or too few for the strategy, which says what it needs."""
+    """Landmarks too high to be visited, or too few for the strategy, which says what it needs."""
     return [
-        *landmarks_without_position(log, landmarks),
         *_too_high(camera, surveyed_part(log, landmarks), trajectory, radius_m),
         *_too_few(camera, trajectory, needs),
     ]

@@ -67,7 +67,8 @@ def process(
     _refuse_among_sessions(survey, out)
     with claim(out, _run_record(survey.root, landmarks, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
-        process_all(_jobs(survey, refs, corrections, settings, folder), jobs, progress)
+        todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
+        process_all(todo, jobs, progress)
         return _reduce(survey, refs, settings, folder)
 
 
@@ -135,16 +136,6 @@ def _sha256(path: Path) -> str | None:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
         return None
-
-
-def _jobs(
-    survey: Survey, refs: list[SessionRef], corrections: Corrections, settings: Settings, folder: OutputFolder
-) -> list[Job]:
-    landmarks = survey.site.landmarks
-    here = {floor: landmarks.on_floor(floor) for floor in {ref.key.floor for ref in refs}}
-    return [
-        Job(ref, survey.site.floor(ref.key.floor), here[ref.key.floor], corrections, settings, folder) for ref in refs
-    ]
 
 
 def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Summary:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,11 +28,13 @@ from vislam2tag.pipeline.store import RESULTS, OutputFolder
 from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
 from vislam2tag.results import FileAccount, SessionResult
 from vislam2tag.sessions import corrected_session, hash_inputs, read_session
+from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
-from vislam2tag.survey.model import Floor, SessionRef
+from vislam2tag.survey.model import Floor, SessionRef, Site
 
 FASTEST_RAD_PER_S = 100.0
 """No gyroscope of a phone measures faster turns; greater values are faults."""
@@ -42,12 +45,21 @@ class Job:
     """All that a worker needs to process one session."""
 
     ref: SessionRef
-    floor: Floor
-    landmarks: Landmarks
-    """Landmarks of the session's floor, before corrections."""
+    site: Site
     corrections: Corrections
     settings: Settings
     out: OutputFolder
+
+    @property
+    def floor(self) -> Floor:
+        """The floor that the session lies under."""
+        return self.site.floor(self.ref.key.floor)
+
+    def landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
+        """All landmarks that matter to the session if it logged these ids, corrected, and each use of a correction."""
+        considered = considered_landmarks(self.site, self.ref.key.floor, logged)
+        sigma_m = self.settings.default_landmark_sigma_m
+        return corrected_landmarks(considered, self.corrections, self.ref.key, sigma_m)
 
 
 @dataclass(frozen=True)
@@ -100,14 +112,14 @@ def _still_holds(job: Job, done: SessionResult) -> bool:
     if not all((job.out.root / name / f"{job.ref.slug}.parquet").is_file() for name in tables):
         return False
     try:
-        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref))
+        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref), job.landmarks(done.landmarks_logged)[0])
     except SessionError:
         return False
 
 
-def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
-    """SHA-256 over everything that the session's outputs follow from."""
-    marks = job.landmarks
+def _fingerprint(job: Job, hashes: dict[str, str], marks: Landmarks) -> str:
+    """SHA-256 over everything that the session's outputs follow from; ``marks``: the landmarks considered."""
+    storeys = marks.storeys
     parts = {
         "version": __version__,
         "key": str(job.ref.key),
@@ -116,6 +128,7 @@ def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
         "settings": job.settings.model_dump(mode="json"),
         "corrections": job.corrections.for_session(job.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
+        "storeys": None if storeys is None else [storeys.number.tolist(), storeys.elevation_m.tolist()],
         "control_points": job.floor.control_points.position_bcs.tolist(),
         "truth": truth_mark(job.ref.folder),
     }
@@ -127,10 +140,10 @@ def _fingerprint(job: Job, hashes: dict[str, str]) -> str:
 
 def _process(job: Job) -> SessionResult:
     """Read, correct, map, label, write the tables and reduce the rest to a result."""
-    landmarks, landmark_uses = corrected_landmarks(
-        job.landmarks, job.corrections, job.ref.key, job.settings.default_landmark_sigma_m
-    )
     session, session_uses = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
+    considered, landmark_uses = job.landmarks(session.landmarks.ids)
+    mine = landmarks_of_session(considered, job.ref.key, session.camera, session.landmarks)
+    landmarks = mine.landmarks
     strategy = strategy_named(job.settings.strategy, job.settings)
     mapped = strategy.map(session.camera, session.landmarks, landmarks)
     # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
@@ -143,12 +156,13 @@ def _process(job: Job) -> SessionResult:
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor.control_points)
     return _result(
         job,
-        fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}),
+        fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}, considered),
         error=_mapping_error(session, trajectory, strategy.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *session.findings,
             *press_findings(session, job.floor),
+            *landmarks_without_position(session.landmarks, landmarks, mine.elsewhere),
             *landmark_findings(
                 session.camera,
                 session.landmarks,
