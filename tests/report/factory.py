@@ -10,20 +10,28 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.faults import EventKind
+from vislam2tag.core.log_bins import counts_of
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.evaluation.reliability import reduce_errors
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.results import (
+    ContradictionMark,
     Drawing,
+    ErrorRecord,
+    EventMark,
     FileAccount,
     Polyline,
     ScanStatistics,
     SessionResult,
+    SigmaStatistics,
     Stretch,
     VisitMark,
 )
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, SessionRef, Site, Survey
 
 WIDTH_M, HEIGHT_M = 84.0, 42.0
+MAPPED = ("ok", "uncertain")
 DEVICES = ("Galaxy", "OnePlus", "Pixel 6")
 START_NS = 88_000_000_000_000
 
@@ -69,7 +77,7 @@ def make_result(ref: SessionRef, seed: int = 0, points: int = 300) -> SessionRes
     random = np.random.default_rng(seed)
     walk = _walk(random, points)
     lost = {"tracking_lost": 8.0 + seed % 5, "break": 6.0 * (seed % 3), "after_last_landmark": 11.0}
-    seconds = {"ok": 170.0 + 5 * (seed % 7), "before_first_landmark": 6.5, **lost}
+    seconds = {"ok": 170.0 + 5 * (seed % 7), "uncertain": 21.0, "before_first_landmark": 6.5, **lost}
     frames = {status: round(30 * value) for status, value in seconds.items()}
     return SessionResult(
         slug=ref.slug,
@@ -95,10 +103,14 @@ def make_result(ref: SessionRef, seed: int = 0, points: int = 300) -> SessionRes
             "wifi": {"ok": 1_800, "tracking_lost": 90, "duplicate": 140, "after_last_landmark": 120},
         },
         visits=_visits(walk),
-        landmarks_logged=["1", "2", "3", "4", "5", "6"],
+        landmarks_logged=[str(1 + index + (ref.key.floor - 1) * len(_SPOTS)) for index in range(6)],
         scans=ScanStatistics(
             scans=61, median_interval_s=3.1 if seed % 4 else 30.2, readings=2_010, repeated=140, access_points=57
         ),
+        events=_events(walk),
+        contradictions=[_contradiction(ref.key.floor)] if seed % 2 == 0 else [],
+        sigma=sigma_statistics(random.lognormal(-1.8, 0.6, 2000)),
+        errors=_errors(random),
         drawing=_drawing(walk, random),
         corrections=["excluded 12.0 s to 15.5 s (corrections.toml, line 4)"] if seed == 1 else [],
     )
@@ -119,6 +131,10 @@ def failed_result(ref: SessionRef, error: str = "poses.csv: empty; expected one 
         "frame_seconds": {},
         "readings": {},
         "visits": [],
+        "events": [],
+        "contradictions": [],
+        "sigma": None,
+        "errors": None,
         "scans": None,
         "drawing": nothing,
     }
@@ -176,14 +192,19 @@ def _line(xy: FloatArray) -> Polyline:
 
 def _drawing(walk: FloatArray, random: np.random.Generator) -> Drawing:
     n = len(walk)
-    cuts = [0, n // 30, n // 3, n // 3 + n // 20, 2 * n // 3, 2 * n // 3 + n // 25, n - n // 15, n]
-    statuses = ["before_first_landmark", "ok", "tracking_lost", "ok", "break", "ok", "after_last_landmark"]
+    cuts = [0, n // 30, n // 3, n // 3 + n // 20, n // 2, 2 * n // 3, 2 * n // 3 + n // 25, n - n // 15, n]
+    statuses = ["before_first_landmark", "ok", "tracking_lost", "ok", "uncertain", "break", "ok", "after_last_landmark"]
+    sigma = 0.1 + 1.2 * np.exp(-(((np.arange(n) / n - 0.6) / 0.08) ** 2))
     drift = np.cumsum(random.normal(0, 0.02, (n, 2)), axis=0) * np.linspace(0, 5, n)[:, None]
     spans = [(status, slice(a, b)) for status, (a, b) in zip(statuses, itertools.pairwise(cuts), strict=True)]
     return Drawing(
-        mapped=[Stretch(status=status, points=_line(walk[span])) for status, span in spans if status == "ok"],
+        mapped=[
+            Stretch(status=status, points=_line(walk[span]), sigma_m=np.round(sigma[span], 3).tolist())
+            for status, span in spans
+            if status in MAPPED
+        ],
         discarded=[
-            Stretch(status=status, points=_line((walk + drift)[span])) for status, span in spans if status != "ok"
+            Stretch(status=status, points=_line((walk + drift)[span])) for status, span in spans if status not in MAPPED
         ],
         raw=_line(walk + drift),
         wifi=_line(walk[n // 20 : -n // 10 : max(n // 60, 1)]),
@@ -201,6 +222,52 @@ def _visits(walk: FloatArray) -> list[VisitMark]:
             VisitMark(landmark=str(index + 1), time_ns=time_ns, distance_m=float(away.min()), position=position)
         )
     return sorted(marks, key=lambda mark: mark.time_ns)
+
+
+def _events(walk: FloatArray) -> list[EventMark]:
+    """One event of each kind; the last one where nothing is mapped."""
+    count = len(EventKind)
+    return [
+        EventMark(
+            time_ns=START_NS + (index + 1) * 9_000_000_000,
+            kind=kind,
+            size_m=0.15 * (index + 1),
+            turn_rad=None if kind is EventKind.LOSS else 0.1 * index,
+            position=None if index == count - 1 else _line(walk[(index + 1) * len(walk) // (count + 2)][None])[0],
+        )
+        for index, kind in enumerate(EventKind)
+    ]
+
+
+def _contradiction(floor: int) -> ContradictionMark:
+    """The third landmark of a floor, two metres to the left of its place."""
+    surveyed = (float(_SPOTS[2][0]), float(_SPOTS[2][1]))
+    landmark = str(3 + (floor - 1) * len(_SPOTS))
+    return ContradictionMark(
+        floor=floor,
+        landmark=landmark,
+        size_m=2.0,
+        sigma_m=0.14,
+        passes=2,
+        surveyed_m=surveyed,
+        offset_m=(-2.0, 0.1),
+    )
+
+
+def sigma_statistics(sigma_m: FloatArray, limit_m: float = 0.5) -> SigmaStatistics:
+    return SigmaStatistics(
+        median_m=float(np.median(sigma_m)),
+        p95_m=float(np.quantile(sigma_m, 0.95)),
+        uncertain_share=float(np.mean(sigma_m > limit_m)),
+        frames=counts_of(sigma_m),
+    )
+
+
+def _errors(random: np.random.Generator) -> ErrorRecord:
+    """Errors of a strategy that is a little too sure."""
+    sigma_m = random.lognormal(-1.8, 0.6, 400)
+    covariance = np.eye(2) * sigma_m[:, None, None] ** 2
+    return reduce_errors("truth.csv", 1.2 * sigma_m[:, None] * random.normal(size=(400, 2)), covariance)
 
 
 def _files(random: np.random.Generator) -> list[FileAccount]:

@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from tests.report.factory import make_result, make_results, make_survey
+from vislam2tag.core.faults import EventKind
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
 from vislam2tag.results import Drawing, Polyline, SessionResult, Stretch
@@ -206,3 +207,51 @@ def test_page_is_no_wider_than_the_window(page: Page, width: int) -> None:
     script = "document.querySelector('#map-1 .main-svg').getBoundingClientRect().width <= innerWidth"
     page.wait_for_function(script)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def trace_of(page: Page, floor: int, layer: str) -> dict[str, list[float | None]]:
+    script = """([floor, layer]) => { const trace = document.getElementById(`map-${floor}`).data
+        .find((trace) => trace.meta === layer); return {x: trace.x, y: trace.y, hovertext: trace.hovertext}; }"""
+    found: dict[str, list[float | None]] = page.evaluate(script, [floor, layer])
+    return found
+
+
+def test_band_reaches_as_far_to_both_sides_as_the_95_percent_region(browser: Browser, tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    walk = Stretch(status="ok", points=[(10.0, 5.0), (20.0, 5.0), (30.0, 5.0)], sigma_m=[0.1, 0.2, 0.4])
+    vague = Stretch(status="uncertain", points=[(30.0, 5.0), (30.0, 15.0)], sigma_m=[0.6, 1.0])
+    silent = Stretch(status="ok", points=[(40.0, 5.0), (50.0, 5.0)])
+    result = make_result(survey.sessions[0]).model_copy(update={"drawing": Drawing(mapped=[walk, vague, silent])})
+    write_report(tmp_path / "report.html", survey, Settings(), [result], summarise([result], "smoother", "1"))
+    page = browser.new_page()
+    page.goto((tmp_path / "report.html").as_uri())
+    page.wait_for_selector("#times .barlayer")
+    band, labelled = trace_of(page, 1, "band"), trace_of(page, 1, "ok")
+    page.close()
+    left, right, close = [5.245, 5.49, 5.98], [4.02, 4.51, 4.755], [5.245]
+    assert band["y"][:7] == pytest.approx([*left, *right, *close])
+    assert band["x"][:7] == pytest.approx([10, 20, 30, 30, 20, 10, 10])
+    assert band["x"][7] is None
+    assert band["x"][8:] == pytest.approx([30 - 1.47, 30 - 2.45, 30 + 2.45, 30 + 1.47, 30 - 1.47])
+    assert band["y"][8:] == pytest.approx([5, 15, 15, 5, 5])
+    assert str(labelled["hovertext"][1]).endswith(", sigma 0.20 m")
+    assert "sigma" not in str(labelled["hovertext"][-1])
+
+
+def test_events_and_contradictions_are_on_the_map(page: Page) -> None:
+    drawn = points_drawn(page, 1)
+    assert [drawn[f"event_{kind.value}"] for kind in EventKind] == [4, 4, 4, 4, 0]
+    assert page.locator("#map-1 .textpoint text", has_text="3: 2.00 m off").count() == 1
+    assert page.locator("#map-2 .textpoint text", has_text="11: 2.00 m off").count() == 1
+    page.select_option("#floor-1 select", index=1)
+    assert points_drawn(page, 1)["event_break"] == 1
+    page.locator("#floor-1 tbody details summary").first.click()
+    assert page.locator("#floor-1 table.events").first.locator("tr").count() == 1 + len(EventKind)
+
+
+def test_reliability_and_coverage_are_drawn(page: Page) -> None:
+    charts = page.locator("#uncertainty .chart")
+    assert charts.count() == 2
+    for index in range(2):
+        assert charts.nth(index).locator(".scatterlayer path.js-line").count() == 2
+    assert "limit 0.5 m" in charts.nth(1).inner_text()

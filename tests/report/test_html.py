@@ -6,17 +6,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from tests.report.factory import failed_result, make_result, make_results, make_survey
+from tests.report.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.errors import OutputError
+from vislam2tag.evaluation.reliability import reduce_errors
 from vislam2tag.findings import Finding
 from vislam2tag.report.html import write_report
-from vislam2tag.report.palette import STATUS_STYLES
+from vislam2tag.report.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.report.summary import summarise
 from vislam2tag.results import Drawing, SessionResult, Stretch
-from vislam2tag.settings import Settings
+from vislam2tag.settings import LabelSettings, Settings
 from vislam2tag.survey.model import SessionKey, Survey
 
 EVIL = "</script><script>alert(1)</script><!--\"'&amp;"
@@ -91,6 +93,7 @@ def evil_results(survey: Survey) -> list[SessionResult]:
         update={
             "visits": [visit.model_copy(update={"landmark": EVIL}) for visit in good.visits],
             "files": [file.model_copy(update={"name": EVIL, "role": EVIL}) for file in good.files],
+            "contradictions": [mark.model_copy(update={"landmark": EVIL}) for mark in good.contradictions],
             "readings": {EVIL: {"ok": 1}},
         }
     )
@@ -108,8 +111,8 @@ def test_text_of_the_users_stays_text(tmp_path: Path) -> None:
     assert "<script>alert" not in page
     assert "<!--" not in page
     data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)
-    assert len(data) == 1 + 2 + 1
-    parts = [json.loads(text) for text in data]
+    assert len(data) == 2 + 1 + 2 + 1
+    parts = [part for part in map(json.loads, data) if "name" in part]
     assert parts[0]["name"] == f"{EVIL} / {EVIL}0"
 
 
@@ -176,3 +179,61 @@ def test_a_session_without_drawing_still_has_its_row(tmp_path: Path) -> None:
     nothing = Drawing(mapped=[Stretch(status="ok", points=[])], discarded=[], raw=[], wifi=[])
     result = make_result(survey.sessions[0]).model_copy(update={"drawing": nothing, "visits": [], "readings": {}})
     assert survey.sessions[0].slug in written(tmp_path / "out", survey, [result])
+
+
+def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path / "survey", plan=False)
+    results = make_results(survey)
+    page = own_part(written(tmp_path / "out", survey, results))
+    summary = summarise(results, "smoother", "1")
+    assert summary.sigma is not None
+    assert f"<b>{summary.sigma.median_m:.2f}\u00a0m</b> median sigma of the frames" in page
+    assert "(sigma above 0.5 m): they keep their position" in page
+    assert "The truth is known at 2\u202f800 points (truth.csv: 7 sessions)" in page
+    assert "of the errors lie inside the stated 68 % region" in page
+    assert page.count('class="plot chart"') == 2
+    assert "2 of 4 sessions that logged it" in page
+    for style in EVENT_STYLES.values():
+        assert style.meaning in page
+        also_a_cause = style.name == "break"
+        assert page.count(f"</i>{style.name}</td>") == 1 + 7 + also_a_cause
+    assert "no-truth" not in page
+
+
+def test_without_truth_the_page_says_so_and_what_to_do(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    page = own_part(
+        written(tmp_path / "out", survey, [make_result(survey.sessions[0]).model_copy(update={"errors": None})])
+    )
+    assert "No truth is known for these walks" in page
+    assert "<code>vislam2tag check SURVEY</code>" in page
+    assert 'class="plot chart"' not in page
+
+
+def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    errors = reduce_errors("truth.csv", np.array([[3.0, 4.0], [0.0, 1.0]]), np.full((2, 2, 2), np.nan))
+    silent: dict[str, object] = {"sigma": None, "errors": errors, "events": [], "contradictions": []}
+    result = make_result(survey.sessions[0]).model_copy(update=silent)
+    page = own_part(written(tmp_path / "out", survey, [result]))
+    assert "The strategy local-corrected states no uncertainty." in page
+    assert "on average <b>3.00\u00a0m</b> off" in page
+    for absent in ('class="plot chart"', "median sigma", "contradict the rest", "Events of the tracker"):
+        assert absent not in page
+
+
+def test_uncertain_time_is_not_lost_time(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    seconds = {"ok": 60.0, "uncertain": 30.0, "gap": 10.0}
+    result = make_result(survey.sessions[0]).model_copy(update={"frame_seconds": seconds})
+    page = own_part(written(tmp_path / "out", survey, [result]))
+    assert "60\u00a0% of the walked time is labelled with a position, 30\u00a0% more with an uncertain one." in page
+    assert "The largest loss: <b>gap</b>, 10.0\u00a0s." in page
+
+
+def test_without_a_limit_nothing_is_uncertain_and_the_page_says_why(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    result = make_result(survey.sessions[0])
+    result = result.model_copy(update={"sigma": sigma_statistics(np.array([0.2, 3.0]), float("inf"))})
+    page = own_part(written(tmp_path / "o", survey, [result], Settings(labels=LabelSettings(max_sigma_m=float("inf")))))
+    assert "None is <i>uncertain</i>: no limit is set." in page

@@ -3,9 +3,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.report.factory import failed_result, make_result, make_survey
+from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.report.layers import RAW, VISITS, WIFI, session_part, session_traces
-from vislam2tag.results import Drawing, SessionResult, Stretch, VisitMark
+from vislam2tag.report.layers import BAND, RAW, VISITS, WIFI, event_layer, session_part, session_traces
+from vislam2tag.results import Drawing, EventMark, SessionResult, Stretch, VisitMark
 
 
 def result_with(tmp_path: Path, **changes: object) -> SessionResult:
@@ -14,8 +15,8 @@ def result_with(tmp_path: Path, **changes: object) -> SessionResult:
 
 def test_there_is_a_trace_for_every_layer(tmp_path: Path) -> None:
     layers = {trace["meta"] for trace in session_traces()}
-    assert layers == {RAW, WIFI, VISITS, *STATUS_LABELS}
-    assert set(session_part(result_with(tmp_path))["layers"]) <= layers
+    assert layers == {BAND, RAW, WIFI, VISITS, *STATUS_LABELS, *map(event_layer, EventKind)}
+    assert set(session_part(result_with(tmp_path))["layers"]) <= layers - {BAND}
 
 
 def test_stretches_of_a_layer_stay_apart(tmp_path: Path) -> None:
@@ -25,12 +26,38 @@ def test_stretches_of_a_layer_stay_apart(tmp_path: Path) -> None:
         raw=[],
         wifi=[(8.0, 9.0)],
     )
-    layers = session_part(result_with(tmp_path, drawing=drawing, visits=[]))["layers"]
+    layers = session_part(result_with(tmp_path, drawing=drawing, visits=[], events=[]))["layers"]
     assert layers == {
-        "ok": [[0.0, 2.0, None, 4.0], [1.0, 3.0, None, 5.0]],
-        "tracking_lost": [[6.0], [7.0]],
-        "wifi": [[8.0], [9.0]],
+        "ok": {"x": [0.0, 2.0, None, 4.0], "y": [1.0, 3.0, None, 5.0]},
+        "tracking_lost": {"x": [6.0], "y": [7.0]},
+        "wifi": {"x": [8.0], "y": [9.0]},
     }
+
+
+def test_sigma_stays_with_its_points(tmp_path: Path) -> None:
+    stretches = [
+        Stretch(status="ok", points=[(0.0, 0.0), (1.0, 0.0)], sigma_m=[0.1, 0.2]),
+        Stretch(status="uncertain", points=[(1.0, 0.0)], sigma_m=[0.6]),
+        Stretch(status="ok", points=[(2.0, 0.0)]),
+    ]
+    drawing = Drawing(mapped=stretches)
+    layers = session_part(result_with(tmp_path, drawing=drawing, visits=[], events=[]))["layers"]
+    assert layers["ok"]["sigma"] == [0.1, 0.2, None, None]
+    assert layers["uncertain"]["sigma"] == [0.6]
+
+
+def test_events_are_drawn_by_kind_where_they_have_a_place(tmp_path: Path) -> None:
+    events = [
+        EventMark(time_ns=5_000_000_000, kind=EventKind.BREAK, size_m=1.234, turn_rad=-0.1, position=(1.0, 2.0)),
+        EventMark(time_ns=6_000_000_000, kind=EventKind.LOSS, size_m=0.5, turn_rad=None, position=None),
+        EventMark(time_ns=7_000_000_000, kind=EventKind.BREAK, size_m=0.5, turn_rad=None, position=(3.0, 4.0)),
+    ]
+    part = session_part(result_with(tmp_path, events=events, start_ns=2_000_000_000, drawing=Drawing(), visits=[]))
+    assert set(part["layers"]) == {"event_break"}
+    columns = part["layers"]["event_break"]
+    assert (columns["x"], columns["y"]) == ([1.0, 3.0], [2.0, 4.0])
+    assert columns["hover"][0].endswith(": break of 1.23 m, turned by -5.7° after 3 s")
+    assert columns["hover"][1].endswith(": break of 0.50 m after 5 s")
 
 
 def test_only_mapped_visits_are_drawn_and_text_is_escaped(tmp_path: Path) -> None:
@@ -41,9 +68,9 @@ def test_only_mapped_visits_are_drawn_and_text_is_escaped(tmp_path: Path) -> Non
     part = session_part(result_with(tmp_path, visits=visits, start_ns=2_000_000_000, device="A&B"))
     assert part["name"].startswith("A&B / ")
     assert part["hover"].startswith("A&amp;B / ")
-    x, y, text = part["layers"][VISITS]
-    assert (x, y) == ([1.0], [2.0])
-    assert text[0].endswith(": landmark &lt;b&gt;7, 0.50 m away after 3 s")
+    columns = part["layers"][VISITS]
+    assert (columns["x"], columns["y"]) == ([1.0], [2.0])
+    assert columns["hover"][0].endswith(": landmark &lt;b&gt;7, 0.50 m away after 3 s")
 
 
 def test_failed_session_draws_nothing(tmp_path: Path) -> None:

@@ -12,8 +12,10 @@ import plotly.graph_objects as go
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.report.arrows import arrows
 from vislam2tag.report.layers import Trace, plotly_text, session_traces
 from vislam2tag.report.palette import STATUS_STYLES
+from vislam2tag.results import LandmarkContradiction
 from vislam2tag.survey.model import Floor
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
@@ -33,22 +35,25 @@ class TimeBar:
     failed: bool
 
 
-def floor_figure(floor: Floor, landmarks: Landmarks, plan: str | None) -> str:
-    """Return, as JSON, a floor's map in BCS metres with its plan (a data URI), landmarks and control points.
+def floor_figure(
+    floor: Floor, landmarks: Landmarks, plan: str | None, contradictions: Sequence[LandmarkContradiction] = ()
+) -> str:
+    """Return, as JSON, a floor's map in BCS metres: plan (a data URI), landmarks, control points, contradictions.
 
     Its session layers are still empty (:func:`vislam2tag.report.layers.session_traces`); the plan covers width x
     height of the floor, and a metric grid stands in where there is none. The axes span the plan and all that was
     surveyed, also beside it; the page widens them by what is mapped.
     """
-    figure = go.Figure(data=[*session_traces(), *_site_traces(floor, landmarks)], layout_template="none")
-    figure.update_layout(_layout())
+    traces = [*session_traces(), *_site_traces(floor, landmarks), *arrows(contradictions)]
+    figure = go.Figure(data=traces, layout_template="none")
+    figure.update_layout(page_layout())
     x, y = np.vstack((landmarks.position_bcs[surveyed_on(floor, landmarks)], floor.control_points.position_bcs)).T
     across, up = _span(floor.width_m, x), _span(floor.height_m, y)
-    figure.update_xaxes(_axis("x / m", across, grid=plan is None), constrain="domain")
-    figure.update_yaxes(_axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
+    figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
+    figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
     if plan:
         figure.add_layout_image(_placed(plan, floor))
-    return _json(figure)
+    return figure_json(figure)
 
 
 def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
@@ -80,12 +85,12 @@ def time_figure(bars: Sequence[TimeBar]) -> str:
             cliponaxis=False,
         )
     names = [plotly_text(bar.name) for bar in bars]
-    figure.update_layout(_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
+    figure.update_layout(page_layout(), barmode="stack", bargap=0.35, hovermode="closest", dragmode=False)
     figure.update_xaxes(tickvals=list(range(len(bars))), ticktext=names, tickangle=-90, range=[-0.6, len(bars) - 0.4])
     figure.update_xaxes(fixedrange=True, automargin=True, showgrid=False, zeroline=False)
     figure.update_yaxes(title="minutes", gridcolor=_GRID, fixedrange=True, rangemode="tozero", automargin=True)
     _name_floors(figure, bars)
-    return _json(figure)
+    return figure_json(figure)
 
 
 def _columns(bars: Sequence[TimeBar], places: Sequence[int], hover: str) -> dict[str, Any]:
@@ -144,7 +149,8 @@ def _named(name: str, ids: Sequence[str], position_bcs: FloatArray, marker: dict
     }
 
 
-def _layout() -> dict[str, Any]:
+def page_layout() -> dict[str, Any]:
+    """Return what the page's figures have in common."""
     return {
         "font": {"family": FONT, "size": 12, "color": "#24292f"},
         "paper_bgcolor": "white",
@@ -161,7 +167,8 @@ def _span(extent_m: float | None, values: FloatArray) -> list[float] | None:
     return [float(known.min()) - _MARGIN_M, float(known.max()) + _MARGIN_M] if len(known) else None
 
 
-def _axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
+def axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
+    """Return an axis with its title, its range (None: as the data ask) and perhaps a grid."""
     return {
         "title": {"text": title},
         "showgrid": grid,
@@ -190,7 +197,8 @@ def _placed(image: str, floor: Floor) -> dict[str, Any]:
     }
 
 
-def _json(figure: go.Figure) -> str:
+def figure_json(figure: go.Figure) -> str:
+    """Write a figure as JSON."""
     # The standard library's encoder, so that the bytes do not depend on what else is installed.
     text: str = figure.to_json(engine="json")
     return text

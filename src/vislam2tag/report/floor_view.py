@@ -13,6 +13,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.report.figures import floor_figure, surveyed_on
 from vislam2tag.report.plan import plan_data_uri
 from vislam2tag.report.views import SessionView
+from vislam2tag.results import LandmarkContradiction
 from vislam2tag.survey.model import Floor
 
 _TOLERANCE_M = 1.0
@@ -26,6 +27,8 @@ class FloorView:
     floor: Floor
     landmarks: Landmarks
     sessions: Iterator[SessionView]
+    contradictions: tuple[LandmarkContradiction, ...] = ()
+    """Landmarks of this floor that contradict the rest."""
 
     @property
     def title(self) -> str:
@@ -36,7 +39,7 @@ class FloorView:
     @property
     def figure(self) -> str:
         """The map as Plotly's JSON, without the sessions."""
-        return floor_figure(self.floor, self.landmarks, self._plan[0])
+        return floor_figure(self.floor, self.landmarks, self._plan[0], self.contradictions)
 
     @property
     def notes(self) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -17,10 +18,12 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from vislam2tag.errors import OutputError
+from vislam2tag.report.arrows import size_m
 from vislam2tag.report.figures import TimeBar, time_figure
 from vislam2tag.report.floor_view import FloorView
 from vislam2tag.report.layers import session_part
 from vislam2tag.report.palette import STATUS_STYLES, style_of
+from vislam2tag.report.uncertainty_view import UncertaintyView, event_style
 from vislam2tag.report.views import Overview, SessionView
 from vislam2tag.report.wording import FILTERS
 from vislam2tag.results import SessionResult, Summary
@@ -61,11 +64,14 @@ class _Pages:
     survey: Survey
     settings: Settings
     results: Iterable[SessionResult]
+    summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
 
     def floors(self) -> Iterator[FloorView]:
         for number, results in groupby(self.results, key=lambda result: result.floor):
-            yield FloorView(self.survey.site.floor(number), self.survey.site.landmarks, self._views(results))
+            site = self.survey.site
+            here = tuple(found for found in self.summary.contradictions if found.floor == number)
+            yield FloorView(site.floor(number), site.landmarks, self._views(results), here)
 
     def _views(self, results: Iterable[SessionResult]) -> Iterator[SessionView]:
         longest_s = self.settings.findings.scan_interval_s
@@ -80,7 +86,7 @@ class _Pages:
 
 
 def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary) -> dict[str, Any]:
-    pages = _Pages(survey, settings, results)
+    pages = _Pages(survey, settings, results, summary)
     assets = resources.files("vislam2tag.report") / "templates"
     return {
         "title": survey.root.resolve().name,
@@ -88,6 +94,11 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
         "names": {ref.slug: str(ref.key) for ref in survey.sessions},
         "summary": summary,
         "overview": Overview(summary),
+        "uncertainty": UncertaintyView(summary, settings.labels.max_sigma_m),
+        "event_style": event_style,
+        "size_m": size_m,
+        "embedded": _embedded,
+        "infinity": math.inf,
         "styles": STATUS_STYLES,
         "style_of": style_of,
         "floors": pages.floors(),

@@ -5,45 +5,65 @@ The page joins the sessions' parts into the floor's traces, so only one session 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Iterator
 from html import escape
 from typing import Any
 
+from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
-from vislam2tag.report.palette import STATUS_STYLES
-from vislam2tag.results import Polyline, SessionResult, Stretch, VisitMark
+from vislam2tag.report.palette import EVENT_STYLES, STATUS_STYLES
+from vislam2tag.results import EventMark, Polyline, SessionResult, Stretch, VisitMark
 
-RAW, WIFI, VISITS = "raw", "wifi", "visits"
-"""Layers beside those named by a status."""
+RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
+"""Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""
 
 Trace = dict[str, Any]
 """A Plotly trace in the form its constructors and its JSON take."""
 
-_POINT_HOVER = "%{text}<br>x %{x:.2f} m, y %{y:.2f} m<extra></extra>"
+Columns = dict[str, list[Any]]
+"""A layer's ``x`` and ``y`` and, where it has them, ``hover`` texts and ``sigma`` in metres; equally long."""
+
+_POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m<extra></extra>"
 
 
 def session_traces() -> list[Trace]:
     """Return the empty traces, bottom to top, that the sessions' parts fill; ``meta`` names the layer."""
     discarded = [label for label in STATUS_STYLES if label not in (Status.OK.label, Status.UNCERTAIN.label)]
     return [
+        _band(),
         _line(RAW, "raw path (aligned)", "#8a8a8a", "solid", width=1),
         *(_status_line(label, width=2.5) for label in discarded),
         _status_line(Status.OK.label, width=2),
-        _status_line(Status.UNCERTAIN.label, width=2),
+        _status_line(Status.UNCERTAIN.label, width=3.5),
         _markers(WIFI, "Wi-Fi scan", {"size": 6, "color": "#009e73", "line": {"width": 1, "color": "white"}}),
         _markers(VISITS, "landmark visit", _ring("#000000")),
+        *(
+            _markers(event_layer(kind), f"tracker: {style.name}", _symbol(style.symbol, style.colour))
+            for kind, style in EVENT_STYLES.items()
+        ),
     ]
 
 
 def session_part(result: SessionResult) -> dict[str, Any]:
-    """Return the coordinates of one session by layer: ``[x, y]`` or ``[x, y, hover text]``, None between stretches."""
+    """Return the columns of one session by layer, None between its stretches; layers without a point are left out."""
     drawing = result.drawing
-    layers: dict[str, list[list[Any]]] = {RAW: _points(drawing.raw), WIFI: _points(drawing.wifi)}
-    for stretch in (*drawing.mapped, *drawing.discarded):
-        _append(layers.setdefault(stretch.status, [[], []]), stretch)
-    layers[VISITS] = _visits(result)
-    drawn = {name: columns for name, columns in layers.items() if columns[0]}
+    stretches = (*drawing.mapped, *drawing.discarded)
+    layers: dict[str, Columns] = {RAW: _points(drawing.raw), WIFI: _points(drawing.wifi)}
+    for status in dict.fromkeys(stretch.status for stretch in stretches):
+        layers[status] = _joined(stretch for stretch in stretches if stretch.status == status)
+    for layer, (x, y), text in _marks(result):
+        columns = layers.setdefault(layer, {"x": [], "y": [], "hover": []})
+        for name, value in (("x", x), ("y", y), ("hover", plotly_text(f"{result.device} / {result.session}: {text}"))):
+            columns[name].append(value)
     name = f"{result.device} / {result.session}"
+    drawn = {layer: columns for layer, columns in layers.items() if columns["x"]}
     return {"name": name, "hover": plotly_text(name), "layers": drawn}
+
+
+def event_layer(kind: EventKind) -> str:
+    """Name the layer of a kind of event (a status may be called alike)."""
+    return f"event_{kind.value}"
 
 
 def plotly_text(text: str) -> str:
@@ -78,31 +98,64 @@ def _markers(layer: str, name: str, marker: dict[str, Any]) -> Trace:
     }
 
 
+def _band() -> Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "fill": "toself",
+        "meta": BAND,
+        "name": "95 % region",
+        "line": {"width": 0},
+        "fillcolor": "rgba(110, 119, 129, 0.22)",
+        "hoverinfo": "skip",
+    }
+
+
+def _symbol(symbol: str, colour: str) -> dict[str, Any]:
+    return {"symbol": symbol, "size": 11, "color": colour, "line": {"width": 2}}
+
+
 def _ring(colour: str) -> dict[str, Any]:
     return {"symbol": "circle-open", "size": 9, "color": colour, "line": {"width": 1.5}}
 
 
-def _points(line: Polyline) -> list[list[Any]]:
-    return [[round(x, 2) for x, _ in line], [round(y, 2) for _, y in line]]
+def _points(line: Polyline) -> Columns:
+    return {"x": [round(x, 2) for x, _ in line], "y": [round(y, 2) for _, y in line]}
 
 
-def _append(columns: list[list[Any]], stretch: Stretch) -> None:
-    """Add a stretch to a layer, apart from the one before."""
-    if not stretch.points:
-        return
-    for column, values in zip(columns, _points(stretch.points), strict=True):
-        if column:
-            column.append(None)
-        column.extend(values)
+def _joined(stretches: Iterable[Stretch]) -> Columns:
+    """Put stretches one after the other, apart."""
+    columns: Columns = {"x": [], "y": [], "sigma": []}
+    for stretch in stretches:
+        if columns["x"] and stretch.points:
+            for column in columns.values():
+                column.append(None)
+        sigma: list[Any] = stretch.sigma_m or [None] * len(stretch.points)
+        for name, values in (_points(stretch.points) | {"sigma": sigma}).items():
+            columns[name].extend(values)
+    if not any(columns["sigma"]):
+        del columns["sigma"]
+    return columns
 
 
-def _visits(result: SessionResult) -> list[list[Any]]:
-    placed = [(visit, visit.position) for visit in result.visits if visit.position is not None]
-    xy = _points([position for _, position in placed])
-    name = f"{result.device} / {result.session}"
-    return [*xy, [plotly_text(f"{name}: {_visit_text(visit, result.start_ns)}") for visit, _ in placed]]
+def _marks(result: SessionResult) -> Iterator[tuple[str, tuple[float, float], str]]:
+    """Yield layer, place and text of each visit and event that has a place."""
+    for visit in result.visits:
+        if visit.position is not None:
+            yield VISITS, visit.position, _visit_text(visit, result.start_ns)
+    for event in result.events:
+        if event.position is not None:
+            yield event_layer(event.kind), event.position, _event_text(event, result.start_ns)
 
 
 def _visit_text(visit: VisitMark, start_ns: int | None) -> str:
-    since = "" if start_ns is None else f" after {(visit.time_ns - start_ns) / 1e9:.0f} s"
-    return f"landmark {visit.landmark}, {visit.distance_m:.2f} m away{since}"
+    return f"landmark {visit.landmark}, {visit.distance_m:.2f} m away{_since(visit.time_ns, start_ns)}"
+
+
+def _event_text(event: EventMark, start_ns: int | None) -> str:
+    turn = "" if event.turn_rad is None else f", turned by {math.degrees(event.turn_rad):.1f}°"
+    return f"{EVENT_STYLES[event.kind].name} of {event.size_m:.2f} m{turn}{_since(event.time_ns, start_ns)}"
+
+
+def _since(time_ns: int, start_ns: int | None) -> str:
+    return "" if start_ns is None else f" after {(time_ns - start_ns) / 1e9:.0f} s"

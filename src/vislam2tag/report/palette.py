@@ -1,9 +1,13 @@
-"""What each status means to a reader and how it is drawn (colours after Okabe and Ito, safe for the colour-blind)."""
+"""What statuses and events mean to a reader, and how they are drawn.
+
+The colours are those of Okabe and Ito, which the colour-blind can tell apart.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
 
 
@@ -99,6 +103,46 @@ STATUS_STYLES: dict[str, StatusStyle] = {
     )
 }
 """Style of each status, by label, in the order of every chart and list."""
+
+
+@dataclass(frozen=True)
+class EventStyle:
+    """Name, one-sentence meaning, marker symbol and colour of a kind of tracker event."""
+
+    name: str
+    meaning: str
+    symbol: str
+    colour: str
+
+
+EVENT_STYLES: dict[EventKind, EventStyle] = {
+    EventKind.MAP_UPDATE: EventStyle(
+        "map update",
+        "Camera and landmarks moved together: the tracker re-expressed its map. Harmless.",
+        "diamond-open",
+        "#6e7781",
+    ),
+    EventKind.CORRECTION: EventStyle(
+        "correction",
+        "Camera and landmarks moved, but not alike: the tracker corrected its drift.",
+        "triangle-up-open",
+        "#009e73",
+    ),
+    EventKind.BREAK: EventStyle("break", "The recorded camera jumped, and nothing else did.", "x-thin-open", "#d55e00"),
+    EventKind.RELOCALISATION: EventStyle(
+        "relocalisation",
+        "The recorded camera jumped as the tracker recognised where it was.",
+        "star-open",
+        "#cc79a7",
+    ),
+    EventKind.LOSS: EventStyle(
+        "loss",
+        "Tracking was lost for a while; the size is what the tracker says was moved.",
+        "square-x-open",
+        "#d55e00",
+    ),
+}
+"""Style of each kind of event, in the order of every list."""
 
 
 def style_of(label: str) -> StatusStyle:

@@ -12,7 +12,7 @@ from vislam2tag.report.palette import STATUS_STYLES, StatusStyle
 from vislam2tag.report.summary import labelled_share
 from vislam2tag.results import SessionResult, Summary
 
-_NOT_LOST = (Status.OK.label, Status.DUPLICATE.label)
+_NOT_LOST = (Status.OK.label, Status.UNCERTAIN.label, Status.DUPLICATE.label)
 _SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
@@ -61,12 +61,12 @@ class SessionView:
 
     @cached_property
     def lost(self) -> list[StatusTime]:
-        """Time without a label, the longest first."""
+        """Time without a position, the longest first."""
         return lost_times(self.result.frame_seconds)
 
     @property
     def lost_s(self) -> float:
-        """Seconds without a label."""
+        """Seconds without a position."""
         return sum(time.seconds for time in self.lost)
 
     @cached_property
@@ -103,6 +103,12 @@ class Overview:
         return next((time.share for time in status_times(self.summary.frame_seconds) if time.style.label == "ok"), None)
 
     @property
+    def uncertain_time(self) -> float:
+        """Share of the walked time with an uncertain position, 0 to 1."""
+        shares = {time.style.label: time.share for time in status_times(self.summary.frame_seconds)}
+        return shares.get(Status.UNCERTAIN.label, 0.0)
+
+    @property
     def shares(self) -> dict[str, float | None]:
         """Share labelled of the frames and of each table, 0 to 1."""
         tables = {table: labelled_share(counts) for table, counts in self.summary.readings.items()}
@@ -116,7 +122,7 @@ class Overview:
 
     @property
     def lost(self) -> list[StatusTime]:
-        """Time without a label over all sessions, the longest first."""
+        """Time without a position over all sessions, the longest first."""
         return lost_times(self.summary.frame_seconds)
 
     @property
@@ -136,6 +142,6 @@ def status_times(seconds: dict[str, float]) -> list[StatusTime]:
 
 
 def lost_times(seconds: dict[str, float]) -> list[StatusTime]:
-    """Return the time without a label by cause, the longest first."""
+    """Return the time without a position by cause, the longest first."""
     lost = [time for time in status_times(seconds) if time.style.label not in _NOT_LOST]
     return sorted(lost, key=lambda time: -time.seconds)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 MISSING = "–"
 """What stands where a value is not known."""
 
@@ -42,6 +44,11 @@ def number(value: float | None, decimals: int, unit: str = "") -> str:
     return MISSING if value is None else _unbroken(f"{value:.{decimals}f} {unit}".rstrip())
 
 
+def degrees(radians: float | None) -> str:
+    """Write an angle given in radians in degrees."""
+    return MISSING if radians is None else _unbroken(f"{math.degrees(radians):.1f} °")
+
+
 def count(value: int) -> str:
     """Write a count with narrow spaces between thousands."""
     return f"{value:,}".replace(",", "\u202f")
@@ -66,6 +73,7 @@ FILTERS = {
     "duration": duration,
     "distance": distance,
     "number": number,
+    "degrees": degrees,
     "count": count,
     "size": size,
     "words": words,

@@ -9,6 +9,7 @@
   const touch = matchMedia("(pointer: coarse)").matches;
   const read = (element) => JSON.parse(element.textContent);
   const maps = [];
+  const REGION_95 = 2.45; // radius in sigmas (chi-squared, 2 degrees of freedom)
 
   // The floor's size on the page: as wide as it can be, as high as the plan asks, never higher than the window.
   function mapLayout(map, width) {
@@ -28,18 +29,49 @@
 
   // One trace a layer: the coordinates of the wanted sessions one after the other, nulls between them.
   function joined(layer, parts) {
-    const x = [], y = [], text = [];
+    if (layer === "band") return band(parts);
+    const x = [], y = [], hovertext = [];
     for (const part of parts) {
       const columns = part.layers[layer];
       if (!columns) continue;
-      if (x.length) { x.push(null); y.push(null); text.push(""); }
-      for (let i = 0; i < columns[0].length; i++) {
-        x.push(columns[0][i]);
-        y.push(columns[1][i]);
-        text.push(columns[2] ? columns[2][i] : part.hover);
-      }
+      if (x.length) { x.push(null); y.push(null); hovertext.push(""); }
+      x.push(...columns.x);
+      y.push(...columns.y);
+      columns.x.forEach((_, i) => hovertext.push(columns.hover ? columns.hover[i]
+        : part.hover + (columns.sigma && columns.sigma[i] !== null ? `, sigma ${columns.sigma[i].toFixed(2)} m` : "")));
     }
-    return {x, y, text};
+    return {x, y, hovertext};
+  }
+
+  // The paths of the wanted sessions, widened to both sides by the radius of their 95 % region: a polygon a stretch.
+  function band(parts) {
+    const x = [], y = [];
+    const stretches = parts.flatMap((part) => ["ok", "uncertain"].flatMap((layer) => stretchesOf(part.layers[layer])));
+    for (const stretch of stretches) {
+      const left = [], right = [];
+      let across = [0, 0];
+      stretch.forEach(([px, py, sigma], i) => {
+        const [ax, ay] = stretch[Math.max(i - 1, 0)], [bx, by] = stretch[Math.min(i + 1, stretch.length - 1)];
+        const length = Math.hypot(bx - ax, by - ay);
+        if (length > 0) across = [(ay - by) / length, (bx - ax) / length];
+        const radius = REGION_95 * sigma;
+        left.push([px + radius * across[0], py + radius * across[1]]);
+        right.unshift([px - radius * across[0], py - radius * across[1]]);
+      });
+      if (x.length) { x.push(null); y.push(null); }
+      for (const [px, py] of [...left, ...right, left[0]]) { x.push(px); y.push(py); }
+    }
+    return {x, y, hovertext: ""};
+  }
+
+  function stretchesOf(columns) {
+    const stretches = [[]];
+    if (!columns || !columns.sigma) return [];
+    columns.x.forEach((x, i) => {
+      if (columns.sigma[i] === null) stretches.push([]);
+      else stretches.at(-1).push([x, columns.y[i], columns.sigma[i]]);
+    });
+    return stretches.filter((stretch) => stretch.length > 1);
   }
 
   // Widen axes that span the site by what is mapped around it, though not by walks that were mapped far away. What was
@@ -47,8 +79,8 @@
   function widen(axes, parts) {
     const known = axes.filter((axis) => axis.range).map((axis) => axis.range[1] - axis.range[0]);
     const reach = Math.max(30, ...known.map((span) => span / 2));
-    const [xs, ys] = [0, 1].map((axis) => parts.flatMap((part) =>
-      ["ok", "uncertain"].flatMap((layer) => (part.layers[layer] || [[], []])[axis])));
+    const [xs, ys] = ["x", "y"].map((axis) => parts.flatMap((part) =>
+      ["ok", "uncertain"].flatMap((layer) => (part.layers[layer] || {x: [], y: []})[axis])));
     const near = (axis, value) => !axis.range || (value > axis.range[0] - reach && value < axis.range[1] + reach);
     const both = xs.map((x, i) => [x, ys[i]])
       .filter(([x, y]) => x !== null && near(axes[0], x) && near(axes[1], y));
@@ -96,7 +128,7 @@
       Plotly.restyle(div, {
         x: columns.map((column) => column.x),
         y: columns.map((column) => column.y),
-        text: columns.map((column) => column.text),
+        hovertext: columns.map((column) => column.hovertext),
         ...scaled(wanted),
       }, layers);
     });
@@ -117,7 +149,16 @@
     figure.layout.margin = {l: 48, r: 8, t: 64, b: 40};
     Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
     div.on("plotly_click", (event) => reveal(event.points[0].customdata));
-    maps.push({div, times: true});
+    maps.push({div, share: 1});
+  }
+
+  function drawChart(div) {
+    const figure = read(div.nextElementSibling);
+    figure.layout.height = 380;
+    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"});
+    figure.layout.margin = {l: 56, r: 12, t: 44, b: 48};
+    Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
+    maps.push({div, share: 0.5});
   }
 
   // Open the details of a session and go there.
@@ -142,12 +183,13 @@
 
   function resize(width) {
     for (const map of maps) {
-      if (map.times) Plotly.relayout(map.div, {width: width || map.div.clientWidth});
+      if (map.share) Plotly.relayout(map.div, {width: width ? map.share * width : map.div.clientWidth});
       else fit(map, width);
     }
   }
 
   document.querySelectorAll("section.floor").forEach(drawMap);
+  document.querySelectorAll("div.chart").forEach(drawChart);
   drawTimes();
   document.querySelectorAll("th button").forEach((button) =>
     button.addEventListener("click", () => sortBy(button.closest("th"))));
