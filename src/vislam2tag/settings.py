@@ -38,6 +38,13 @@ class LocalSettings(_Frozen):
     """``local-corrected`` discards a segment with a longer step between neighbouring mapped frames, metres."""
 
 
+class SmootherSettings(_Frozen):
+    """The smoother; its noise levels are estimated for each session, its assumptions stand in ``core.noise``."""
+
+    sighting_range_m: float = Field(default=6.0, gt=0)
+    """A landmark whose logged pose changes counts as seen within this horizontal distance, metres."""
+
+
 class LabelSettings(_Frozen):
     """How time-stamped readings are labelled."""
 
@@ -73,6 +80,7 @@ class Settings(_Frozen):
     strategy: str = "local-corrected"
     visits: VisitSettings = VisitSettings()
     local: LocalSettings = LocalSettings()
+    smoother: SmootherSettings = SmootherSettings()
     labels: LabelSettings = LabelSettings()
     findings: FindingSettings = FindingSettings()
     default_landmark_sigma_m: float = Field(default=0.02, gt=0)

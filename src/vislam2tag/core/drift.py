@@ -1,0 +1,74 @@
+"""How far a tracker may have drifted between two frames: covariances of its drift, from sums along the path.
+
+State at a frame, in the BCS, relative to a reference path: ``(x, y)`` position error in metres, relative scale error,
+heading error in rad. From frame a to b a heading error turns the way between them, and a drift of the heading at a
+frame in between turns the rest of the way, ``X = path[b] - path[frame]``. So the covariance of the drift from a to b is
+made of sums of the step's variance times 1, ``X`` and ``X X^T`` - all from running sums, for any number of pairs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+
+STATES = 4
+
+
+class Kind(Enum):
+    """What drifts."""
+
+    POSITION = "position"
+    HEADING = "heading"
+    SCALE = "scale"
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Running sums along a path of one kind of drift; make it by :meth:`along`."""
+
+    kind: Kind
+    path: ComplexArray
+    sums: FloatArray
+    """(n, 6): variance, times x, times y, times xx, xy, yy of the path after each step."""
+
+    @classmethod
+    def along(cls, kind: Kind, path: ComplexArray, variance: FloatArray) -> Drift:
+        """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
+        centred = path - path.mean()
+        x, y = centred.real[1:], centred.imag[1:]
+        terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
+        return cls(kind, centred, np.concatenate((np.zeros((1, 6)), np.cumsum(terms, axis=1).T)))
+
+    def between(self, a: IntArray, b: IntArray) -> FloatArray:
+        """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
+        total, sx, sy, sxx, sxy, syy = (self.sums[b] - self.sums[a]).T
+        drift = np.zeros((len(a), STATES, STATES))
+        if self.kind is Kind.POSITION:
+            drift[:, 0, 0] = drift[:, 1, 1] = total
+            return drift
+        x, y = self.path.real[b], self.path.imag[b]
+        mean_x, mean_y = x * total - sx, y * total - sy
+        xx = np.maximum(x * x * total - 2 * x * sx + sxx, 0)
+        yy = np.maximum(y * y * total - 2 * y * sy + syy, 0)
+        xy = x * y * total - x * sy - y * sx + sxy
+        if self.kind is Kind.HEADING:
+            xx, yy, xy, mean_x, mean_y = yy, xx, -xy, -mean_y, mean_x
+        row = 3 if self.kind is Kind.HEADING else 2
+        drift[:, 0, 0], drift[:, 1, 1], drift[:, row, row] = xx, yy, total
+        drift[:, 0, 1] = drift[:, 1, 0] = xy
+        drift[:, 0, row] = drift[:, row, 0] = mean_x
+        drift[:, 1, row] = drift[:, row, 1] = mean_y
+        return drift
+
+
+def transitions(path: ComplexArray, a: IntArray, b: IntArray) -> FloatArray:
+    """Matrices (k, 4, 4) that carry a state at frames ``a`` to frames ``b`` without any drift."""
+    way = path[b] - path[a]
+    carry = np.tile(np.eye(STATES), (len(a), 1, 1))
+    carry[:, 0, 2], carry[:, 1, 2] = way.real, way.imag
+    carry[:, 0, 3], carry[:, 1, 3] = -way.imag, way.real
+    return carry

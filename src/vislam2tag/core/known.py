@@ -1,0 +1,58 @@
+"""What is known of the landmarks that a session logged, in the order of its log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.tracks import Landmarks
+
+
+@dataclass(frozen=True)
+class KnownLandmarks:
+    """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN where not surveyed; ``covariance`` (m, 2, 2);
+    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed.
+    """
+
+    position: ComplexArray
+    covariance: FloatArray
+    heading_rad: FloatArray
+    heading_sigma_rad: FloatArray
+
+    @classmethod
+    def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> KnownLandmarks:
+        """Look the ids of a log up; those that the landmarks do not have are not surveyed."""
+        known = cls.nothing(len(ids))
+        here = [i for i, name in enumerate(ids) if name in landmarks.surveyed_ids]
+        rows = [landmarks.index[ids[i]] for i in here]
+        known.position[here] = as_complex(landmarks.position_bcs[rows])
+        known.covariance[here] = landmarks.covariance_bcs[rows]
+        headed = np.isfinite(landmarks.heading_rad[rows]) & np.isfinite(landmarks.heading_sigma_rad[rows])
+        known.heading_rad[here] = np.where(headed, landmarks.heading_rad[rows], np.nan)
+        known.heading_sigma_rad[here] = np.where(headed, landmarks.heading_sigma_rad[rows], np.nan)
+        return known
+
+    @classmethod
+    def nothing(cls, count: int) -> KnownLandmarks:
+        """Landmarks of which none is surveyed."""
+        unknown = np.full(count, np.nan)
+        return cls(unknown + 0j, np.full((count, 2, 2), np.nan), unknown.copy(), unknown.copy())
+
+    @property
+    def surveyed(self) -> BoolArray:
+        """Mask (m,) of the landmarks with a position."""
+        return np.asarray(np.isfinite(self.position))
+
+    def without(self, landmark: int) -> KnownLandmarks:
+        """Forget what is known of one landmark."""
+        one = np.arange(len(self.position)) == landmark
+        return replace(
+            self,
+            position=np.where(one, np.nan, self.position),
+            covariance=np.where(one[:, None, None], np.nan, self.covariance),
+            heading_rad=np.where(one, np.nan, self.heading_rad),
+            heading_sigma_rad=np.where(one, np.nan, self.heading_sigma_rad),
+        )

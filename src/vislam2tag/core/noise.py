@@ -1,0 +1,66 @@
+"""How noisy a tracker is: what is estimated for each session, what is assumed before, and how heavy the tails are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Source(Enum):
+    """Where the drift of a stretch comes from."""
+
+    POSITION = "position"
+    HEADING = "heading"
+    SCALE = "scale"
+    JUMP = "jump"
+    """Steps that are no motion: what is not known of where they led."""
+    JUMP_TURN = "jump_turn"
+    """... and of how they turned."""
+
+
+ESTIMATED = (Source.POSITION, Source.HEADING, Source.SCALE)
+"""Sources whose level is estimated; the level of jumps is given with each jump."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of one session.
+
+    ``position_m``, ``heading_rad`` and ``scale`` are random walks per square root of a metre walked; ``sighting_m`` is
+    the error per axis that one pass of a landmark has at 1 m distance, ``sheet_rad`` that of its logged heading.
+    """
+
+    position_m: float = 0.016
+    heading_rad: float = 0.003
+    scale: float = 0.002
+    sighting_m: float = 0.09
+    sheet_rad: float = 0.03
+
+    def level(self, source: Source) -> float:
+        """Standard deviation that scales the drift of this source."""
+        levels = {
+            Source.POSITION: self.position_m,
+            Source.HEADING: self.heading_rad,
+            Source.SCALE: self.scale,
+        }
+        return levels.get(source, 1.0)
+
+
+USUAL = Noise()
+"""What is assumed before anything is seen: typical of phones (docs/smoother.md)."""
+PRIOR_WEIGHT = 5.0
+"""The usual noise counts as much as this many observed numbers."""
+SCALE_SIGMA = 0.02
+"""A tracker's metre is a metre within this share."""
+
+TAIL = {
+    Source.POSITION: 4.0,
+    Source.HEADING: 4.0,
+    Source.SCALE: 20.0,
+    Source.JUMP: 2.0,
+    Source.JUMP_TURN: 2.0,
+}
+"""Degrees of freedom of Student's t for the drift of a stretch: the fewer, the more often far worse than usual."""
+SIGHTING_TAIL = 3.0
+SHEET_TAIL = 3.0
+LANDMARK_TAIL = 2.0

@@ -1,0 +1,100 @@
+"""Passes of landmarks: what the tracker saw of a sheet while the camera went by, condensed to one observation.
+
+Only fresh sightings count: rows in which the logged pose just changed, near enough, and not because the tracker rewrote
+its map. Hundreds of neighbouring frames share their error, so a pass counts once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.odometry import MOVED_M, Odometry, sheet_heading
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+
+PAUSE_S = 2.0
+"""A landmark not seen for longer than this is passed anew."""
+LEVEL = 0.5
+"""A sheet whose X axis is shorter than this in the plane lies flat: it has no heading."""
+
+
+@dataclass(frozen=True)
+class Passes:
+    """``p`` passes sorted by step index; positions relative to the camera, in the continuous frame.
+
+    ``at`` (p,) index into the odometry's frames of the nearest approach; ``landmark`` (p,) index into the log's ids;
+    ``offset`` (p,) complex, metres, from the camera then to the landmark; ``heading`` (p,) complex, unit, the sheet's
+    X axis (0 where none is logged); ``distance_m`` (p,) of the nearest approach; ``spread_m`` (p,) root mean square
+    scatter per axis of the sightings; ``count`` (p,) sightings.
+    """
+
+    at: IntArray
+    landmark: IntArray
+    offset: ComplexArray
+    heading: ComplexArray
+    distance_m: FloatArray
+    spread_m: FloatArray
+    count: IntArray
+
+    def select(self, keep: BoolArray) -> Passes:
+        """Keep only the passes of a mask (p,)."""
+        return Passes(*(getattr(self, name)[keep] for name in self.__dataclass_fields__))
+
+
+def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
+    """Condense the fresh sightings within ``range_m`` (horizontal, metres) to passes."""
+    rank = np.full(len(camera.time_ns), -1, dtype=np.int64)
+    rank[odometry.frame] = np.arange(len(odometry.frame))
+    rows = _fresh_rows(log, rank, odometry)
+    at = rank[log.frame[rows]]
+    away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
+    distance = np.abs(away)
+    near = distance < range_m
+    rows, at, away, distance = rows[near], at[near], away[near], distance[near]
+    landmark = log.landmark[rows]
+    broken = np.concatenate(([0], np.cumsum(odometry.jump_m2 > 0)))[at]
+    starts = np.flatnonzero(
+        np.concatenate(
+            (
+                [True] * (len(rows) > 0),
+                (np.diff(landmark) != 0) | (np.diff(odometry.time_s[at]) > PAUSE_S) | (np.diff(broken) != 0),
+            )
+        )
+    )
+    number = np.diff(np.append(starts, len(rows)))
+    group = np.repeat(np.arange(len(starts)), number)
+    weight = 1 / (0.25 + distance**2)
+    place = odometry.path[at] + odometry.turn[at] * away
+    mean = _mean(place, weight, group, len(starts))
+    nearest = np.lexsort((distance, group))[starts] if len(starts) else starts
+    spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, len(starts)).real / 2)
+    heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, len(starts))
+    order = np.argsort(at[nearest], kind="stable")
+    return Passes(
+        at=at[nearest][order],
+        landmark=landmark[starts][order],
+        offset=(mean - odometry.path[at[nearest]])[order],
+        heading=np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)[order],
+        distance_m=distance[nearest][order],
+        spread_m=spread[order],
+        count=number[order],
+    )
+
+
+def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArray:
+    """Rows in which a landmark was seen: first ones, and those whose position changed without a rewritten map."""
+    held = np.flatnonzero(~log.lost)
+    plane = as_complex(log.plane_acs[held])
+    first = np.concatenate(([True] * (len(held) > 0), np.diff(log.landmark[held]) != 0))
+    changed = np.concatenate(([True] * (len(held) > 0), np.abs(np.diff(plane)) > MOVED_M))
+    rewritten = odometry.rewritten[rank[log.frame[held]]]
+    return held[first | (changed & ~rewritten)]
+
+
+def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:
+    total = np.bincount(group, weight, count)
+    real, imag = (np.bincount(group, weight * part, count) for part in (values.real, values.imag))
+    return np.asarray((real + 1j * imag) / total)

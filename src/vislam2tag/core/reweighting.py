@@ -1,0 +1,167 @@
+"""Noise levels and weights from a solution: one round of expectation maximisation with Student's t tails.
+
+Residuals of a smoothed walk are too small: what they could still be, given all observations, has to be added. With it
+the mean square of each noise is what maximises the likelihood (Dempster, Laird and Rubin 1977; for Student's t: Lange,
+Little and Taylor 1989), and estimating noise levels from the walk itself does not shrink them to nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.chain import Solution
+from vislam2tag.core.equations import (
+    Weights,
+    heading_residual,
+    position_residual,
+    sighting_variance,
+    stretch_parts,
+)
+from vislam2tag.core.known import KnownLandmarks
+from vislam2tag.core.model import LEAST_DRIFT, Model
+from vislam2tag.core.noise import (
+    ESTIMATED,
+    LANDMARK_TAIL,
+    PRIOR_WEIGHT,
+    SHEET_TAIL,
+    SIGHTING_TAIL,
+    TAIL,
+    USUAL,
+    Source,
+)
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Expected sums of squares in units of the unit-level covariances.
+
+    ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
+    squared Mahalanobis distance from the survey, 0 where not surveyed.
+    """
+
+    stretch: dict[Source, FloatArray]
+    sighting: FloatArray
+    sheet: FloatArray
+    landmark: FloatArray
+
+
+def expected_squares(model: Model, known: KnownLandmarks, weights: Weights, solution: Solution) -> Squares:
+    """Squares of all noises, expected given the observations."""
+    return Squares(
+        _drift_squares(model, weights, solution),
+        _sighting_squares(model, known, solution),
+        _sheet_squares(model, known, solution),
+        _landmark_squares(known, solution),
+    )
+
+
+def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, FloatArray]:
+    parts = stretch_parts(model, weights)
+    total = sum(parts.values()) + LEAST_DRIFT
+    worth = np.linalg.inv(total)
+    state, covariance = solution.state, solution.covariance
+    miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
+    cross = model.carry @ solution.next_covariance
+    spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
+    spread -= cross + cross.transpose(0, 2, 1)
+    surprise = worth @ (miss[:, :, None] * miss[:, None, :] + spread - total) @ worth
+    return {
+        source: weights.noise.level(source) ** 2
+        * weights.stretch[source]
+        * np.maximum(model.ranks[source] + np.einsum("kij,kji->k", surprise, part), 0)
+        for source, part in parts.items()
+    }
+
+
+def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -> FloatArray:
+    landmark = model.walked.passes.landmark
+    column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
+    state = solution.state[1:-1]
+    miss = position_residual(model, known) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
+    seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
+    own = np.diag(solution.border_covariance)[column].sum(axis=1)
+    shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
+    return np.asarray(np.sum(miss**2, axis=1) + seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared))
+
+
+def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> FloatArray:
+    column = 2 * len(known.position) + model.walked.passes.landmark
+    miss = heading_residual(model, known) - solution.state[1:-1, 3] + solution.border[column]
+    shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
+    spread = solution.covariance[1:-1, 3, 3] + np.diag(solution.border_covariance)[column] - 2 * shared
+    return np.where(model.headed, miss**2 + spread, 0.0)
+
+
+def _landmark_squares(known: KnownLandmarks, solution: Solution) -> FloatArray:
+    rows = np.flatnonzero(known.surveyed)
+    column = np.stack((2 * rows, 2 * rows + 1), axis=1)
+    error = solution.border[column]
+    spread = solution.border_covariance[column[:, :, None], column[:, None, :]]
+    worth = np.linalg.inv(known.covariance[rows])
+    squares = np.zeros(len(known.position))
+    squares[rows] = np.einsum("mij,mji->m", worth, error[:, :, None] * error[:, None, :] + spread)
+    return squares
+
+
+def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
+    """Noise levels and weights that fit the expected squares best, pulled gently to the usual noise."""
+    noise, passes = weights.noise, model.walked.passes
+    levels = {}
+    for source in ESTIMATED:
+        whole = float(np.sum(squares.stretch[source] / weights.stretch[source]))
+        levels[source] = _level(USUAL.level(source), whole, int(model.ranks[source].sum()))
+    usual = sighting_variance(model, noise)
+    growth = (1 + passes.distance_m**2) / 2
+    share = noise.sighting_m**2 * growth / usual
+    sighted = float(np.sum(squares.sighting * share / (growth * weights.sighting)))
+    sheets = float(np.sum(squares.sheet / weights.sheet))
+    better = replace(
+        noise,
+        position_m=levels[Source.POSITION],
+        heading_rad=levels[Source.HEADING],
+        scale=noise.scale if model.rough else levels[Source.SCALE],
+        sighting_m=_level(USUAL.sighting_m, sighted, 2 * len(growth)),
+        sheet_rad=_level(USUAL.sheet_rad, sheets, int(model.headed.sum())),
+    )
+    stretch = {
+        source: _factor(squares.stretch[source] / better.level(source) ** 2, model.ranks[source], TAIL[source])
+        for source in Source
+    }
+    return Weights(
+        better,
+        stretch,
+        _factor(squares.sighting / sighting_variance(model, better), 2, SIGHTING_TAIL),
+        _factor(squares.sheet / better.sheet_rad**2, 1, SHEET_TAIL),
+        _factor(squares.landmark, 2, LANDMARK_TAIL),
+    )
+
+
+def _level(usual: float, squares: float, numbers: int) -> float:
+    return float(np.sqrt((PRIOR_WEIGHT * usual**2 + squares) / (PRIOR_WEIGHT + numbers)))
+
+
+def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatArray:
+    """Factor of the variance, given the expected square in units of it and how many numbers it is made of."""
+    return np.asarray((tail + squares) / (tail + numbers))
+
+
+def expected_variances(model: Model, weights: Weights) -> Weights:
+    """Weights for covariances: the mean of each variance where :func:`reweighted` gives the inverse mean precision."""
+    return replace(
+        weights,
+        stretch={
+            source: np.asarray(factor * _mean_over_mode(TAIL[source] + model.ranks[source]))
+            for source, factor in weights.stretch.items()
+        },
+        sighting=weights.sighting * _mean_over_mode(SIGHTING_TAIL + 2),
+        sheet=weights.sheet * _mean_over_mode(SHEET_TAIL + 1),
+    )
+
+
+def _mean_over_mode(freedom: npt.ArrayLike) -> FloatArray:
+    freedom = np.asarray(freedom, dtype=np.float64)
+    return np.asarray(freedom / np.maximum(freedom - 2, 1))
