@@ -31,8 +31,9 @@ STOREY_M = 3.5
 STOREY_SIGMA_M = 1.0
 """Height of a storey where elevations are unknown; used to tell floors apart, never to tell heights."""
 SIGHTING_SIGMA_M = 0.1
-SIGHTING_REACH_M = 4.0
-"""A landmark whose pose changes while the camera is farther away was not seen but moved along with the map."""
+SIGHTING_REACH_M = 2.5
+OUT_OF_SIGHT_M = 6.0
+"""A landmark farther off is not seen: when it moves, the tracker moved its map, and with it what is near."""
 BLOCK_S = 1.0
 """Sightings of a landmark within this time count once."""
 PINNED_M = 1e-3
@@ -127,17 +128,30 @@ def _index(storeys: Storeys, floor: IntArray) -> IntArray:
 
 
 def _sightings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, track: VerticalTrack) -> _Sightings:
-    """Fresh sightings: rows at which a landmark's pose has just changed, near the camera, tracking not lost."""
+    """Fresh sightings (:func:`_fresh_rows`) of landmarks of known floor, reduced to one for each block of time."""
     known = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
-    changed = np.ones(len(log.frame), dtype=bool)
-    changed[1:] = np.any(np.diff(log.position_acs, axis=0) != 0, axis=1) | (np.diff(log.landmark) != 0)
-    rows = np.flatnonzero(changed & ~log.lost)
+    rows = _fresh_rows(camera, log)
     rows = rows[known[log.landmark[rows]] >= 0]
-    apart = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
-    rows = rows[apart < SIGHTING_REACH_M]
     rank = usable_rank(camera)[log.frame[rows]]
     height = log.position_acs[rows, 1] + track.shift_m[rank]
     return _in_blocks(known[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
+
+
+def _fresh_rows(camera: CameraTrack, log: LandmarkLog) -> IntArray:
+    """Rows at which a landmark's pose has just changed, near the camera, and not because the tracker moved its map.
+
+    Where landmarks out of sight move at all frames, as those of some trackers may, that tells nothing.
+    """
+    rows = np.flatnonzero(~log.lost)
+    same = np.all(np.diff(log.position_acs[rows], axis=0, prepend=np.nan) == 0, axis=1)
+    first = np.diff(log.landmark[rows], prepend=-1) != 0
+    rows, first = rows[first | ~same], first[first | ~same]
+    apart = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
+    map_moved = np.zeros(len(camera.time_ns), dtype=bool)
+    map_moved[log.frame[rows[(apart > OUT_OF_SIGHT_M) & ~first]]] = True
+    near: IntArray = rows[apart < SIGHTING_REACH_M]
+    seen: IntArray = near[~map_moved[log.frame[near]]]
+    return seen if len(seen) else near
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:

@@ -1,7 +1,7 @@
 """Changes of height that the tracker does not see: rides in a lift, and what happens while tracking is lost.
 
-Such a ride shows as a stretch without horizontal motion. Air pressure tells how far it went; without pressure the
-landmarks before and after it do, if they lie on different floors.
+Air pressure tells of them outright. Without it a ride shows as a stretch without horizontal motion, and the landmarks
+before and after tell how far it went, if they lie on different floors.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ STILL_M_PER_S = 0.25
 SHORTEST_S = 2.0
 """No lift is quicker."""
 PRESSURE_WINDOW_S = 1.0
-PRESSURE_RIDE_M = 1.0
-"""Pressure must say this much more than the tracker, or the stretch is no ride."""
+RIDE_WINDOW_S = 10.0
+PRESSURE_RIDE_M = 1.5
+"""Pressure must tell of this much more rise than the tracker within the window; less may be doors and ventilation."""
 PRESSURE_SIGMA_M = 0.4
 UNSEEN_SHARE = 0.5
 """Landmarks on different floors between which the tracker saw less than this share of the rise: the rest is a ride."""
@@ -50,18 +51,18 @@ def altitude_m(pressure: PressureLog, time_ns: IntArray) -> FloatArray:
 
 
 def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: PressureLog) -> VerticalTrack:
-    """Take the height from air pressure over still stretches in which it says that the phone rose or sank.
+    """Take the height from air pressure where it tells that the phone rose or sank and the tracker does not.
 
     ``time_ns`` (f,) are the boot-clock times of the track's frames.
     """
-    altitude = altitude_m(pressure, time_ns)
-    step, variance = np.zeros(len(time_ns)), np.zeros(len(time_ns))
-    for start, stop in still_stretches(track).tolist():
-        inside = slice(start + 1, stop + 1)
-        missing = np.diff(altitude[start : stop + 1]) - np.diff(track.height_m[start : stop + 1])
-        if abs(missing.sum()) > PRESSURE_RIDE_M:
-            step[inside] = missing
-            variance[inside] = PRESSURE_SIGMA_M**2 / len(missing)
+    unseen = altitude_m(pressure, time_ns) - track.height_m
+    ends = [np.interp(track.time_s + side * RIDE_WINDOW_S / 2, track.time_s, unseen) for side in (-1, 1)]
+    riding = np.abs(ends[1] - ends[0]) > PRESSURE_RIDE_M
+    step = np.where(riding, np.diff(unseen, prepend=unseen[0]), 0.0)
+    # Each ride adds the variance once, spread over its frames.
+    ride = np.cumsum(np.diff(riding, prepend=False) & riding)
+    frames = np.bincount(ride[riding], minlength=ride.max() + 1)
+    variance = np.where(riding, PRESSURE_SIGMA_M**2 / np.maximum(frames[ride], 1), 0.0)
     return track.raised(step, variance)
 
 

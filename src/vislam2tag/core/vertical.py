@@ -18,6 +18,9 @@ ODD_STEP_M = 0.03
 JUMP_M = 0.1
 JUMP_M_PER_S = 1.5
 """Nobody changes height faster than this (plus :data:`JUMP_M`): such a step is a jump of the tracker."""
+WALK_M = 0.3
+WALK_M_PER_S = 3.0
+"""Nor does anybody walk faster than this (plus :data:`WALK_M`)."""
 LARGEST_JUMP_M = 2.0
 """A jump frees the height by its own size, at most by this (standard deviation, metres)."""
 DRIFT_M = 0.015
@@ -133,7 +136,9 @@ def _loss_variance(camera: CameraTrack, log: LandmarkLog, elapsed: FloatArray) -
 
 
 def _speed(time_s: FloatArray, plane: FloatArray) -> FloatArray:
-    """Horizontal speed (f,): the way between half a second before and after, m/s."""
-    before, after = time_s - 0.5, time_s + 0.5
-    way = [np.interp(after, time_s, plane[:, axis]) - np.interp(before, time_s, plane[:, axis]) for axis in (0, 1)]
+    """Horizontal speed (f,): the way between half a second before and after, jumps left out, m/s."""
+    step = np.diff(plane, axis=0, prepend=plane[:1])
+    step[np.linalg.norm(step, axis=1) > WALK_M + WALK_M_PER_S * np.diff(time_s, prepend=time_s[0])] = 0.0
+    before, after, walk = time_s - 0.5, time_s + 0.5, np.cumsum(step, axis=0)
+    way = [np.interp(after, time_s, walk[:, axis]) - np.interp(before, time_s, walk[:, axis]) for axis in (0, 1)]
     return np.asarray(np.hypot(*way))
