@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
+from vislam2tag.core.status import Status
 from vislam2tag.errors import UsageError
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import Selection, process
@@ -167,4 +168,7 @@ def _print_summary(summary: Summary, out: Path) -> None:
 
 def _share(counts: dict[str, int]) -> str:
     share = labelled_share(counts)
-    return "none" if share is None else f"{100 * share:.1f} %"
+    if share is None:
+        return "none"
+    uncertain = counts.get(Status.UNCERTAIN.label, 0)
+    return f"{100 * share:.1f} %" + (f" ({uncertain} uncertain)" if uncertain else "")

@@ -137,7 +137,7 @@ EVENT_STYLES: dict[EventKind, EventStyle] = {
     ),
     EventKind.LOSS: EventStyle(
         "loss",
-        "Tracking was lost for a while; the size is what the tracker says was moved.",
+        "Tracking was lost for a while; the size is how far the tracker says the camera went.",
         "square-x-open",
         "#d55e00",
     ),
