@@ -8,6 +8,7 @@ import os
 import shutil
 from pathlib import Path
 
+import polars as pl
 import pytest
 
 import vislam2tag as package
@@ -179,3 +180,15 @@ def test_a_landmark_file_that_is_not_there_is_2(survey: Path, tmp_path: Path) ->
     done = vislam2tag("process", survey, "--out", tmp_path / "out", "--landmarks", tmp_path / "gone.csv")
     assert "gone.csv: cannot be opened (No such file or directory); expected a landmark file" in the_error(done)
     assert not (tmp_path / "out").exists()
+
+
+def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_path: Path) -> None:
+    options = ["--strategy", "smoother", "--max-sigma", "0.001"]
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", *options)
+    assert (done.returncode, done.stderr) == (0, "")
+    frames = pl.read_parquet(tmp_path / "out/trajectory/*.parquet")
+    uncertain = frames.filter(pl.col("status") == "uncertain")
+    assert len(uncertain) > 0.9 * len(frames)
+    assert uncertain["x"].null_count() == uncertain["sigma"].null_count() == 0
+    assert f"frames labelled: 0.0 % ({len(uncertain)} uncertain)" in done.stdout
+    assert "more with an uncertain one" in (tmp_path / "out/report.html").read_text()
