@@ -28,12 +28,29 @@ def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys
     assert len(list(tmp_path.rglob("CameraPose.csv"))) == 1
 
 
+def test_writes_walks_over_floors_with_pressure_and_columns(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    size = ["--floors", "2", "--devices", "1", "--sessions", "1", "--minutes", "2", "--seed", "2"]
+    wanted = ["--climb", "stairs", "--pressure", "--column", "elevation", "--column", "z", "--column", "heading"]
+    assert run(monkeypatch, str(tmp_path / "out"), *size, *wanted) == 0
+    description = json.loads((tmp_path / "out" / "simulation.json").read_text())
+    assert (description["columns"], description["pressure"]) == (["elevation", "heading", "z"], True)
+    assert [session["climb"] for session in description["sessions"]] == ["stairs", "stairs"]
+    header = (tmp_path / "out" / "floor_1" / "marker_dict.csv").read_text().splitlines()[0]
+    assert header == "id,x,y,z,heading_rad,heading_sigma_rad"
+    truth = next((tmp_path / "out" / "floor_0").rglob("truth.csv")).read_text().splitlines()
+    assert {line.rsplit(",", 1)[1] for line in truth[1:]} == {"0", "1"}
+    sensors = next((tmp_path / "out" / "floor_0").rglob("sensors.csv")).read_text()
+    assert sensors.count("; PRESSURE; ") > 1000
+
+
 def test_usage_errors_end_with_2(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run(monkeypatch, str(tmp_path / "out"), "--trap", "pitfall") == 2
     assert "no such trap: pitfall" in capsys.readouterr().err
     assert run(monkeypatch, str(tmp_path / "out"), "--minutes", "inf") == 2
+    assert run(monkeypatch, str(tmp_path / "out"), *SMALL, "--climb", "lift") == 2
+    assert "--floors 2 or more" in capsys.readouterr().err
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     assert run(monkeypatch, str(tmp_path / "full"), *SMALL) == 2

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from tests.simulation.hand_made import START_NS, make_test_walk
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuLog, ImuSettings, simulate_imu
+from vislam2tag.simulation.imu import GRAVITY_M_S2, INERTIAL_TYPES, SENSOR_TYPES, ImuLog, ImuSettings, simulate_imu
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.sampling import orientation_at, position_at
 from vislam2tag.simulation.settings import BuildingSettings, WalkSettings
@@ -48,7 +48,7 @@ def real_walk() -> TrueWalk:
 def test_rates_order_and_unused_values() -> None:
     log = simulated(make_test_walk(20.0), ImuSettings())
     assert (np.diff(log.time_ns) >= 0).all()
-    for name in SENSOR_TYPES:
+    for name in INERTIAL_TYPES:
         time_ns, values = of_type(log, name)
         assert len(time_ns) == pytest.approx(20 * 50, abs=3)
         assert (np.diff(time_ns) > 0).all()

@@ -7,6 +7,7 @@ import pytest
 
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import severity_level
+from vislam2tag.simulation.tour import Climb
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
 
 
@@ -30,6 +31,15 @@ def test_station_landmarks_stand_in_one_corridor() -> None:
     ten, nine = (floor.landmark_position[floor.landmark_ids.index(name)] for name in ("10", "9"))
     assert abs(ten[1] - nine[1]) < 2.3
     assert abs(ten[0] - nine[0]) > 10
+
+
+def test_walks_that_climb_need_another_floor() -> None:
+    with pytest.raises(ValueError, match="two floors"):
+        regular_survey(1, floors=(0,), climb=Climb.STAIRS)
+    scenario = regular_survey(1, floors=(0, 1), climb=Climb.STAIRS)
+    assert {session.climb for session in scenario.sessions} == {Climb.STAIRS}
+    ids = [name for floor in scenario.building.floors for name in floor.landmark_ids]
+    assert len(set(ids)) == len(ids)
 
 
 def test_sessions_of_a_device_share_one_boot_clock() -> None:

@@ -8,11 +8,11 @@ import polars as pl
 import pytest
 
 from tests.simulation.worlds import sessions_of
-from vislam2tag.simulation.imu import SENSOR_TYPES
+from vislam2tag.simulation.imu import INERTIAL_TYPES
 from vislam2tag.simulation.sampling import position_at
 from vislam2tag.simulation.session import DecimalMarks, SimulatedSession
 from vislam2tag.simulation.table_traps import TABLE_TRAPS
-from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text
+from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text
 
 NUMBER = rb"-?\d+,\d{6}"
 LINE = {
@@ -46,7 +46,7 @@ def test_rows_and_times(session: SimulatedSession) -> None:
     frames = [int(row[1]) for row in rows["landmarks"]]
     assert frames == sorted(frames)
     assert len(rows["landmarks"]) == len(session.tracker.landmarks.frame)
-    assert {row[1].decode() for row in rows["sensors"]} == set(SENSOR_TYPES)
+    assert {row[1].decode() for row in rows["sensors"]} == set(INERTIAL_TYPES)
     microseconds = np.array([int(row[1]) for row in rows["wifi"]])
     assert (microseconds * 1000 > session.walk.time_ns[0]).all()
     assert (microseconds * 1000 < session.walk.time_ns[-1]).all()
@@ -98,18 +98,6 @@ def test_station_times_are_on_its_wall_clock() -> None:
     offset_ns = wall_ns - tracked.station.time_ns
     assert np.abs(offset_ns - tracked.station_offset_ns).max() < 1e6
     assert str(table["time"][0])[:10] == "2022-01-14"
-
-
-def test_site_files(session: SimulatedSession) -> None:
-    files = site_text(session.building, control_points=True)
-    assert set(files) == {"floor_dimensions.csv", "floor_0/marker_dict.csv", "floor_0/refmarker.csv"}
-    assert files["floor_dimensions.csv"] == b"id,width,height\n0,60.0,32.0\n"
-    markers = pl.read_csv(files["floor_0/marker_dict.csv"])
-    assert markers.columns == ["id", "x", "y"]
-    assert np.allclose(markers.select("x", "y").to_numpy(), session.floor.landmark_position[:, :2], atol=1e-4)
-    points = pl.read_csv(files["floor_0/refmarker.csv"], has_header=False).to_numpy()
-    assert np.allclose(points, session.floor.control_points, atol=1e-4)
-    assert "floor_0/refmarker.csv" not in site_text(session.building, control_points=False)
 
 
 def test_names_differ_only_where_the_paper_says_so() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -10,10 +11,13 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from vislam2tag.errors import UsageError
 from vislam2tag.simulation.devices import Locale, device_names
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.site_files import SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.simulation.tour import Climb
 from vislam2tag.simulation.traps import TRAP_FINDINGS, check_traps
 
 
@@ -55,6 +59,8 @@ Examples:
     vislam2tag simulate paper --like paper
 
     vislam2tag simulate faulty --severity none --trap stale_wifi --trap frame_gap
+
+    vislam2tag simulate storeys --floors 3 --climb mixed --pressure --column elevation --column z
 """
 
 
@@ -74,15 +80,26 @@ def _simulate(
     seed: Annotated[int, typer.Option(help="One seed, same bytes.")] = 0,
     locale: Annotated[Locale, typer.Option(help="Decimal comma, point, or each phone its own.")] = Locale.MIXED,
     trap: Annotated[list[str] | None, typer.Option(help="A trap of the raw layout; may be given again.")] = None,
+    climb: Annotated[
+        Climb | None,
+        typer.Option(help="Walks go on to other floors and back this way; landmark ids then differ between floors."),
+    ] = None,
+    pressure: Annotated[bool, typer.Option("--pressure", help="The phones log air pressure, too.")] = False,
+    column: Annotated[
+        list[SiteColumn] | None,
+        typer.Option(help="An optional column of the site's files; may be given again."),
+    ] = None,
     names: Annotated[FileNames, typer.Option(help="File names as published or as in the paper.")] = FileNames.PUBLISHED,
     like: Annotated[
         Likeness | None,
         typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
     ] = None,
 ) -> None:
-    options = WritingOptions(locale, names is FileNames.PAPER, check_traps(trap or ()))
+    options = WritingOptions(locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()))
+    if climb is not None and (like is not None or floors < 2):
+        raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like")
     if like is Likeness.PAPER:
-        scenario = paper_evaluation(seed, severity.value)
+        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure)
     else:
         scenario = regular_survey(
             seed,
@@ -92,6 +109,8 @@ def _simulate(
             sessions,
             minutes * 60,
             BuildingSettings(landmarks=landmarks),
+            climb=climb,
+            pressure=pressure,
         )
     _run_with_progress(scenario, out, options)
 

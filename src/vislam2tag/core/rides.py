@@ -26,6 +26,8 @@ PRESSURE_SIGMA_M = 0.4
 UNSEEN_SHARE = 0.5
 """Landmarks on different floors between which the tracker saw less than this share of the rise: the rest is a ride."""
 RIDE_SIGMA_M = 1.0
+LIFT_M_PER_S = 0.8
+"""Usual mean speed of a lift."""
 
 
 @dataclass(frozen=True)
@@ -69,17 +71,21 @@ def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: Pr
 def with_rides_by_landmarks(track: VerticalTrack, ties: list[Tie]) -> VerticalTrack:
     """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
 
-    That is the longest still stretch between them; where there is none, all the way between.
+    That is the longest still stretch between them (its middle, as long as a lift takes); where there is none, all the
+    way between.
     """
     step, variance = np.zeros(len(track.frame)), np.zeros(len(track.frame))
     still = still_stretches(track)
     for tie in ties:
         if tie.seen_m * np.sign(tie.rise_m) >= UNSEEN_SHARE * abs(tie.rise_m):
             continue
-        start, stop = _stillest(still, track.time_s, tie)
-        share = np.diff(track.time_s[start : stop + 1]) / (track.time_s[stop] - track.time_s[start])
-        step[start + 1 : stop + 1] += (tie.rise_m - tie.seen_m) * share
-        variance[start + 1 : stop + 1] += RIDE_SIGMA_M**2 * share
+        start_s, stop_s = track.time_s[list(_stillest(still, track.time_s, tie))]
+        missing = tie.rise_m - tie.seen_m
+        spare_s = max(0.0, stop_s - start_s - abs(missing) / LIFT_M_PER_S)
+        share = ((track.time_s - start_s - spare_s / 2) / (stop_s - start_s - spare_s)).clip(0, 1)
+        step += missing * np.diff(share, prepend=0.0)
+        lasting = ((track.time_s - start_s) / (stop_s - start_s)).clip(0, 1)
+        variance += RIDE_SIGMA_M**2 * np.diff(lasting, prepend=0.0)
     return track.raised(step, variance)
 
 

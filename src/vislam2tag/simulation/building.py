@@ -24,6 +24,8 @@ CORNER_M = 1.4
 def make_building(settings: BuildingSettings, seed: int) -> SimulatedBuilding:
     """Generate a building; each floor has its own random numbers, so adding one leaves the others as they are."""
     floors = tuple(_make_floor(settings, number, stream(seed, "floor", number)) for number in settings.floors)
+    if settings.distinct_ids:
+        floors = tuple(_with_own_ids(floor, rank) for rank, floor in enumerate(floors))
     parts = [_access_points(settings, floor, stream(seed, "access-points", floor.number)) for floor in floors]
     return SimulatedBuilding(
         floors=floors,
@@ -58,6 +60,11 @@ def _make_floor(settings: BuildingSettings, number: int, rng: np.random.Generato
         landmark_heading_rad=heading,
         control_points=_control_points(corridors, settings.control_point_spacing_m, rng),
     )
+
+
+def _with_own_ids(floor: SimulatedFloor, rank: int) -> SimulatedFloor:
+    """Number the landmarks of each floor on from another hundred: 1, 2, ..., then 101, 102, ..."""
+    return replace(floor, landmark_ids=tuple(str(100 * rank + int(name)) for name in floor.landmark_ids))
 
 
 def _landmark_places(

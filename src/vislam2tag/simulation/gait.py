@@ -17,6 +17,13 @@ STEP_HZ = 1.9
 BOB_M = 0.015
 """Amplitude of the vertical bobbing at 1 m/s (3 cm from top to bottom)."""
 SWAY_M = 0.012
+STAIRS_SLOPE = 0.1
+STAIRS_SPEED = 0.6
+"""Factor of the horizontal speed on stairs."""
+LIFT_M_PER_S = 0.7
+"""Mean speed of a lift."""
+DOORS_S = 7.0
+"""Standing in the lift while it stands, too."""
 PITCH_RAD = -0.3
 """The phone's camera looks down a little while walking."""
 
@@ -50,7 +57,14 @@ def _speed_on_path(path: Path, along: FloatArray, settings: WalkSettings, rng: n
         for sample in path.landmark_sample.tolist():
             near = slice(max(sample - 100, 0), sample + 101)
             speed[near] *= 1 - 0.55 * np.exp(-0.5 * ((along[near] - along[sample]) / 0.5) ** 2)
+    if len(path.rise_m):
+        speed[np.abs(np.gradient(path.rise_m, along)) > STAIRS_SLOPE] *= STAIRS_SPEED
     return np.asarray(speed.clip(0.2))
+
+
+def lift_seconds(rise_m: FloatArray) -> FloatArray:
+    """How long lifts take to rise (or sink) so far, doors excepted."""
+    return np.asarray(np.abs(rise_m) / LIFT_M_PER_S)
 
 
 def _dwell(time: FloatArray, path: Path, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
@@ -61,6 +75,7 @@ def _dwell(time: FloatArray, path: Path, settings: WalkSettings, rng: np.random.
     np.add.at(held, at, np.concatenate(([1.5], rng.uniform(1.0, 5.0, pauses))))
     if settings.look and len(path.landmark_sample):
         np.add.at(held, path.landmark_sample, rng.uniform(0.0, 0.6, len(path.landmark_sample)))
+    np.add.at(held, path.lift_sample, lift_seconds(path.lift_rise_m) + DOORS_S)
     stood: FloatArray = np.cumsum(held)
     return stood
 

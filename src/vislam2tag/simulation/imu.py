@@ -14,7 +14,8 @@ from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.sampling import blend_at, continuous_signs, orientation_at
 from vislam2tag.simulation.settings import stream
 
-SENSOR_TYPES = ("ACC", "GYRO", "GYRO_UN", "MAG", "MAG_UN", "ROT", "GAME_ROT")
+INERTIAL_TYPES = ("ACC", "GYRO", "GYRO_UN", "MAG", "MAG_UN", "ROT", "GAME_ROT")
+SENSOR_TYPES = (*INERTIAL_TYPES, "PRESSURE")
 GRAVITY_M_S2 = 9.80665
 VALUES = 6
 """Value columns of the raw layout; unused ones are 0."""
@@ -61,7 +62,7 @@ def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.rando
     ACC m/s^2 (specific force, gravity included), GYRO rad/s, MAG microtesla, all in the body frame; ``*_UN`` with
     bias in v4-v6; ROT and GAME_ROT unit quaternions x, y, z, w (body to east-north-up, body to an arbitrary heading).
     """
-    times = [_sample_times_ns(walk, settings, rng) for _ in SENSOR_TYPES]
+    times = [_sample_times_ns(walk, settings, rng) for _ in INERTIAL_TYPES]
     acc, gyro, gyro_un, mag, mag_un, rot, game = times
     gyro_bias = rng.normal(0, settings.gyro_bias_rad_s, 3)
     mag_bias = rng.normal(0, settings.mag_bias_ut, 3)
@@ -76,7 +77,7 @@ def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.rando
         _padded(_game_rotation_vector(walk, game, settings, rng)),
     ]
     time_ns = np.concatenate(times)
-    sensor = np.repeat(np.arange(len(SENSOR_TYPES)), [len(part) for part in times])
+    sensor = np.repeat(np.arange(len(INERTIAL_TYPES)), [len(part) for part in times])
     order = np.argsort(time_ns, kind="stable")
     return ImuLog(time_ns[order], sensor[order], np.concatenate(values)[order])
 

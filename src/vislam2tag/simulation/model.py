@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
@@ -74,6 +76,12 @@ class TrueWalk:
     """Index of each landmark deliberately passed, in order."""
     blocked_ns: IntArray
     """(b, 2) start and end of each time somebody blocks the camera's view."""
+    floor_at: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """(n,) floor of each sample, by its height; empty where all lie on ``floor``, above which heights always count."""
+    unseen_m: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(n,) height gained in lifts up to each sample, of which no camera sees anything; empty where there are none."""
+    rides_ns: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    """(r, 2) start and end of each ride in a lift."""
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,8 @@ class Frames:
     speed: FloatArray
     blocked: BoolArray
     """(f,) somebody is in the camera's view."""
+    unseen: FloatArray
+    """(f,) part of the height that was gained in lifts, metres."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,7 @@ def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) 
         looking=_camera_axis(orientation),
         speed=blend_at(walk, walk.speed[:, None], exposure_ns)[:, 0],
         blocked=inside.any(axis=1),
+        unseen=blend_at(walk, walk.unseen_m[:, None], exposure_ns)[:, 0] if len(walk.unseen_m) else np.zeros(count),
     )
 
 
@@ -90,7 +93,8 @@ def dead_reckon(frames: Frames, settings: TrackerSettings, rng: np.random.Genera
     slip = effort * settings.position_drift_m * np.sqrt(walked)
     noise = rng.standard_normal((3, count)) * slip
     plane = np.cumsum(factor * step + noise[0] + 1j * noise[1])
-    return Odometry(plane, factor, frames.height - frames.height[0] + 0.3 * np.cumsum(noise[2]))
+    seen = frames.height - frames.unseen
+    return Odometry(plane, factor, seen - seen[0] + 0.3 * np.cumsum(noise[2]))
 
 
 def _wander(count: int, forget: float, rng: np.random.Generator) -> FloatArray:

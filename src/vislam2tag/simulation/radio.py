@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.simulation.fields import SmoothFields, make_fields
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
-from vislam2tag.simulation.sampling import position_at
+from vislam2tag.simulation.sampling import floor_at, position_at
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.sight import count_crossings
 
@@ -129,12 +129,32 @@ def simulate_wifi(
     access_point = np.tile(np.arange(points), scans)
     position = position_at(walk, time_us.ravel() * 1000)
     faintest = receiver.sensitivity_dbm - receiver.offset_db
-    mean = mean_rss_dbm(environment, walk.floor, position, access_point, faintest - 5).reshape(scans, points)
+    mean = _mean_over_floors(environment, walk, time_us.ravel() * 1000, position, access_point, faintest - 5)
+    mean = mean.reshape(scans, points)
     fading = rng.normal(0, environment.settings.fading_sigma_db, mean.shape)
     rss = np.clip(mean + receiver.offset_db + fading, _SMALLEST_RSS_DBM, _GREATEST_RSS_DBM).round().astype(np.int64)
     missed = rng.random(rss.shape) < environment.settings.miss_share
     heard = (rss >= receiver.sensitivity_dbm) & ~missed
     return _in_file_order(heard, time_us, rss, environment.settings.stale_share, rng)
+
+
+def _mean_over_floors(
+    environment: RadioEnvironment,
+    walk: TrueWalk,
+    time_ns: IntArray,
+    position: FloatArray,
+    access_point: IntArray,
+    faintest_dbm: float,
+) -> FloatArray:
+    """Mean RSSI (k,) at positions (k, 3), z above the walk's own floor, each by the walls of the floor it lies on."""
+    elevation = {floor.number: floor.elevation_m for floor in environment.building.floors}
+    floors = floor_at(walk, time_ns)
+    mean = np.empty(len(position))
+    for floor in np.unique(floors).tolist():
+        here = floors == floor
+        place = position[here] + np.array((0.0, 0.0, elevation[walk.floor] - elevation[floor]))
+        mean[here] = mean_rss_dbm(environment, floor, place, access_point[here], faintest_dbm)
+    return mean
 
 
 def _reading_times_us(environment: RadioEnvironment, walk: TrueWalk, rng: np.random.Generator) -> IntArray:

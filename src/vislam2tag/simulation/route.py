@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -32,32 +32,85 @@ class Path:
     point: IntArray
     """Index of each control point passed over, in order."""
     point_sample: IntArray
+    rise_m: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(p,) height climbed by stairs up to each sample; empty where there are none."""
+    lift_sample: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    """Where a lift is taken, in order."""
+    lift_rise_m: FloatArray = field(default_factory=lambda: np.empty(0))
+    """How far each lift goes up."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Straight legs and what lies beside them; everything by arc length from the start, metres."""
+
+    corners: FloatArray
+    """(r, 2) ends of the legs."""
+    landmark: IntArray
+    landmark_s: FloatArray
+    point: IntArray
+    point_s: FloatArray
+    room_s: FloatArray
+    """Where rooms are entered."""
+
+    @property
+    def along(self) -> FloatArray:
+        """Arc length (r,) of each corner."""
+        legs = np.linalg.norm(np.diff(self.corners, axis=0), axis=1)
+        along: FloatArray = np.concatenate(([0.0], np.cumsum(legs)))
+        return along
 
 
 def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
     """Lay a path of at least ``length_m`` over the floor's graph, past landmarks and control points."""
-    route = _shuttle(floor, length_m) if settings.straight_corridor else _wander(floor, length_m, settings, rng)
+    route = _shuttle(floor, length_m) if settings.straight_corridor else wander(floor, length_m, settings, rng)
+    return lay_path(course_on(floor, route), floor.landmark_position[:, :2], settings, rng)
+
+
+def course_on(floor: SimulatedFloor, route: IntArray) -> Course:
+    """Make the course along a route (r,) of a floor's nodes."""
     corners = floor.nodes[route]
     along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))))
-    centre_s = np.arange(0.0, along[-1], STEP_M)
-    centre = np.column_stack([np.interp(centre_s, along, corners[:, k]) for k in (0, 1)])
-    centre = gaussian_filter1d(centre, CORNER_M / STEP_M, axis=0, mode="nearest")
     landmarks, landmark_s = _met(floor, floor.landmark_position[:, :2], route, along, 2.0)
     points, point_s = _met(floor, floor.control_points, route, along, 0.4)
-    landmark_sample = (landmark_s / STEP_M).astype(np.int64).clip(0, len(centre) - 1)
+    entered = along[np.isin(route, list(room_nodes(floor)))]
+    return Course(corners, landmarks, landmark_s, points, point_s, entered)
+
+
+def lay_path(course: Course, sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
+    """Lay the smooth path that a person takes along a course; ``sheets`` (m, 2) are the landmarks it may pass."""
+    centre_s = np.arange(0.0, course.along[-1], STEP_M)
+    centre = np.column_stack([np.interp(centre_s, course.along, course.corners[:, k]) for k in (0, 1)])
+    centre = gaussian_filter1d(centre, CORNER_M / STEP_M, axis=0, mode="nearest")
+    landmark_sample = sample_at(course.landmark_s, len(centre))
     normal = _normals(centre)
-    offset = _sway(centre_s, settings, rng) * _door_squeeze(floor, route, along, centre_s)
-    offset = _approach(offset, floor, centre, normal, landmarks, landmark_sample, rng)
+    offset = _sway(centre_s, settings, rng) * _door_squeeze(course.room_s, centre_s)
+    offset = _approach(offset, sheets[course.landmark], centre, normal, landmark_sample, rng)
     path = gaussian_filter1d(centre + offset[:, None] * normal, 0.2 / STEP_M, axis=0, mode="nearest")
-    point_sample = (point_s / STEP_M).astype(np.int64).clip(0, len(centre) - 1)
-    return Path(path, landmarks, landmark_sample, points, point_sample)
+    return Path(path, course.landmark, landmark_sample, course.point, sample_at(course.point_s, len(centre)))
 
 
-def _wander(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> IntArray:
-    """Walk the corridors, least used ones first, and now and then into a room; (r,) node indices."""
+def sample_at(arc_m: FloatArray, samples: int) -> IntArray:
+    """Sample of a path of so many samples at each arc length."""
+    sample: IntArray = (arc_m / STEP_M).astype(np.int64).clip(0, samples - 1)
+    return sample
+
+
+def wander(
+    floor: SimulatedFloor,
+    length_m: float,
+    settings: WalkSettings,
+    rng: np.random.Generator,
+    start: int | None = None,
+) -> IntArray:
+    """Walk the corridors, least used ones first, and now and then into a room; (r,) node indices.
+
+    Starts at the node ``start``, or anywhere.
+    """
     neighbours, rooms = _neighbours(floor), room_nodes(floor)
     used: dict[tuple[int, int], int] = {}
-    route = [int(rng.choice([i for i in range(len(neighbours)) if i not in rooms]))]
+    anywhere = [i for i in range(len(neighbours)) if i not in rooms]
+    route = [int(rng.choice(anywhere)) if start is None else start]
     left, before = length_m, -1
     while left > 0:
         here = route[-1]
@@ -153,9 +206,8 @@ def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> 
     return wander
 
 
-def _door_squeeze(floor: SimulatedFloor, route: IntArray, along: FloatArray, arc: FloatArray) -> FloatArray:
+def _door_squeeze(entered: FloatArray, arc: FloatArray) -> FloatArray:
     """Factor (p,) that leads through the middle of doors: 0 on the way into and out of rooms."""
-    entered = along[np.isin(route, list(room_nodes(floor)))]
     marks = np.concatenate(([-np.inf], entered, [np.inf]))
     right = np.searchsorted(marks, arc)
     nearest = np.minimum(arc - marks[right - 1], marks[right] - arc)
@@ -165,18 +217,17 @@ def _door_squeeze(floor: SimulatedFloor, route: IntArray, along: FloatArray, arc
 
 def _approach(
     offset: FloatArray,
-    floor: SimulatedFloor,
+    sheets: FloatArray,
     centre: FloatArray,
     normal: FloatArray,
-    landmarks: IntArray,
     samples: IntArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Bend the path towards each landmark passed, to an arm's length off its sheet."""
+    """Bend the path towards each sheet passed (k, 2), to an arm's length off it."""
     bent = offset.copy()
     reach = round(3.0 / STEP_M)
-    for landmark, sample in zip(landmarks.tolist(), samples.tolist(), strict=True):
-        lateral = float((floor.landmark_position[landmark, :2] - centre[sample]) @ normal[sample])
+    for sheet, sample in zip(sheets, samples.tolist(), strict=True):
+        lateral = float((sheet - centre[sample]) @ normal[sample])
         aim = np.sign(lateral) * max(abs(lateral) - rng.uniform(*PASS_M), 0.0)
         span = slice(max(sample - reach, 0), min(sample + reach + 1, len(bent)))
         weight = np.exp(-0.5 * ((np.arange(span.start, span.stop) - sample) * STEP_M / 0.8) ** 2)

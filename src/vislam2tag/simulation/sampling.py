@@ -28,6 +28,15 @@ def continuous_signs(orientation: FloatArray) -> FloatArray:
     return np.where(turned == 1, -1.0, 1.0)
 
 
+def floor_at(walk: TrueWalk, time_ns: IntArray) -> IntArray:
+    """Number of the floor (k,) at boot-clock times (k,): that of the nearest sample."""
+    if not len(walk.floor_at):
+        return np.full(len(time_ns), walk.floor, dtype=np.int64)
+    place = np.rint((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9)).astype(np.int64)
+    floor: IntArray = walk.floor_at[place.clip(0, len(walk.floor_at) - 1)]
+    return floor
+
+
 def blend_at(walk: TrueWalk, samples: FloatArray, time_ns: IntArray) -> FloatArray:
     """Interpolate values (n, d), one a walk sample, at boot-clock times (k,)."""
     place = np.clip((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9), 0, len(walk.time_ns) - 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -19,6 +19,7 @@ from vislam2tag.simulation.settings import (
     stream,
     walk_settings,
 )
+from vislam2tag.simulation.tour import Climb
 from vislam2tag.survey.model import SessionKey
 
 GOLDEN = (5**0.5 - 1) / 2
@@ -57,6 +58,8 @@ class PlannedSession:
     """Whether the walker presses at control points."""
     total_station: bool
     """Whether a total station tracks the phone."""
+    climb: Climb | None = None
+    """How the walk goes to other floors; None where it stays on its own."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,8 @@ class Scenario:
     severity: float
     building: SimulatedBuilding
     sessions: tuple[PlannedSession, ...]
+    pressure: bool = False
+    """Whether the phones log air pressure."""
 
 
 def regular_survey(
@@ -78,12 +83,18 @@ def regular_survey(
     duration_s: float = 180.0,
     building: BuildingSettings | None = None,
     walk: WalkSettings | None = None,
+    climb: Climb | None = None,
+    pressure: bool = False,
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
 
-    Adding floors, devices or sessions leaves the others as they are. Raises ValueError for a severity below zero.
+    With ``climb`` each walk starts on its floor and goes on to others, and no landmark id is used on two floors;
+    adding floors changes such walks. Otherwise adding floors, devices or sessions leaves the others as they are. Raises
+    ValueError for a severity below zero, or where there is no other floor to climb to.
     """
     level = severity_level(severity)
+    if climb is not None and len(floors) < 2:
+        raise ValueError("walks that change floors need two floors at least")
     planned = []
     for floor in floors:
         for device in devices:
@@ -93,9 +104,12 @@ def regular_survey(
                 walker = walk if walk is not None else _provoked(WalkStyle.SURVEY, quantile * min(level, 1.0))
                 start = datetime(2021, 12, 20, 9) + timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
                 key = SessionKey(floor, device, start.isoformat())
-                planned.append(_planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY))
+                session = _planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY)
+                planned.append(replace(session, climb=climb))
     furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
-    return Scenario(seed, level, make_building(furnished, seed), tuple(planned))
+    if climb is not None:
+        furnished = furnished.model_copy(update={"distinct_ids": True})
+    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure)
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:

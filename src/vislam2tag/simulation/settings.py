@@ -59,6 +59,8 @@ class BuildingSettings(_Frozen):
     control_point_spacing_m: float = Field(default=6.0, ge=2)
     access_points: int = Field(default=14, ge=1)
     """Access points on each floor."""
+    distinct_ids: bool = False
+    """Whether no landmark id is used on two floors."""
 
     @model_validator(mode="after")
     def _corridors_fit(self) -> Self:

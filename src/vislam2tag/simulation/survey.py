@@ -12,6 +12,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.errors import OutputError
+from vislam2tag.simulation.barometer import with_pressure
 from vislam2tag.simulation.building import STATION_LANDMARKS
 from vislam2tag.simulation.devices import Locale, make_device
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu
@@ -22,6 +23,7 @@ from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_ra
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.session import SimulatedSession
 from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.site_files import SiteColumn, site_text
 from vislam2tag.simulation.station import (
     StationSettings,
     StationSetup,
@@ -31,7 +33,7 @@ from vislam2tag.simulation.station import (
 )
 from vislam2tag.simulation.traps import check_traps, left_out, trap_tables, trap_text
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
-from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, site_text, station_table
+from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
 from vislam2tag.survey.model import SessionKey
 
 STALE_SHARE = 0.04
@@ -50,6 +52,8 @@ class WritingOptions:
     """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
     traps: frozenset[str] = frozenset()
     """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+    columns: frozenset[SiteColumn] = frozenset()
+    """Optional columns of the site's files."""
 
 
 def simulate(
@@ -89,13 +93,17 @@ def simulate_session(
     walk, tracker = walk_and_track(scenario, planned)
     rng = stream(seed, "sensors", planned.key)
     presses_ns = simulate_presses(walk, device.hand, rng) if planned.presses else np.empty(0, dtype=np.int64)
+    wifi = simulate_wifi(environment, walk, device.receiver, rng)
+    imu = simulate_imu(walk, ImuSettings(), seed, rng)
+    if scenario.pressure:
+        imu = with_pressure(imu, walk, floor.elevation_m, stream(seed, "pressure", planned.key))
     session = SimulatedSession(
         building=scenario.building,
         floor=floor,
         walk=walk,
         tracker=tracker,
-        wifi=simulate_wifi(environment, walk, device.receiver, rng),
-        imu=simulate_imu(walk, ImuSettings(), seed, rng),
+        wifi=wifi,
+        imu=imu,
         presses_ns=presses_ns,
         marks=device.marks,
     )
@@ -125,7 +133,8 @@ def _check_empty(out: Path) -> None:
 def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     """Write the files of the building, ``simulation.json`` and, where one is used, the station's own shots."""
     building = scenario.building
-    files = site_text(building, any(planned.presses for planned in scenario.sessions))
+    presses = any(planned.presses for planned in scenario.sessions)
+    files = site_text(building, presses, options.columns, scenario.seed)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
         files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
@@ -154,6 +163,8 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         "locale": options.locale,
         "names": "paper" if options.paper_names else "published",
         "traps": sorted(options.traps),
+        **({"columns": sorted(options.columns)} if options.columns else {}),
+        **({"pressure": True} if scenario.pressure else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }
     return (json.dumps(content, indent=2) + "\n").encode()
@@ -165,7 +176,7 @@ def _resolved(planned: PlannedSession) -> dict[str, object]:
         "fault_quantile": planned.fault_quantile,
         "walk": planned.walk.model_dump(mode="json"),
         "tracker": planned.tracker.model_dump(mode="json"),
-    }
+    } | ({} if planned.climb is None else {"climb": planned.climb.value})
 
 
 def _write_session(session: SimulatedSession, key: SessionKey, out: Path, options: WritingOptions) -> None:

@@ -6,12 +6,15 @@ tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.ndimage import binary_dilation
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.simulation.climbing_faults import vertical_errors, with_rides
 from vislam2tag.simulation.faults import FaultPlan, plan_faults
 from vislam2tag.simulation.mapper import MapLog, Mapper
 from vislam2tag.simulation.model import SimulatedFloor, TrackerEvent, TrackerLog, TrueWalk
@@ -37,10 +40,18 @@ def track(
     frames = expose(walk, settings, rng)
     odometry = dead_reckon(frames, settings, rng)
     faults = plan_faults(frames, settings, quantile, rng)
+    if len(walk.floor_at):
+        faults = with_rides(faults, walk, frames, settings, rng)
     lost = faults.lost_frames(len(frames.plane))
     sightings = sight(frames, floor, lost, settings, rng)
     faults = faults.postponed(_about(np.asarray(sightings.seen.any(axis=1)), round(settings.frame_rate_hz)))
+    together = np.zeros(len(frames.plane))
+    if len(walk.floor_at):
+        errors = vertical_errors(faults, frames, settings, rng)
+        odometry, together = replace(odometry, height=odometry.height + errors.camera_m), errors.map_m
     mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), odometry, faults)
+    mapped = replace(mapped, height=mapped.height + together[:, None])
+    odometry = replace(odometry, height=odometry.height + together)
     position, orientation = _camera_poses(frames, odometry, mapped, settings, rng)
     held = _last_tracked(lost)
     position, orientation = position[held], orientation[held]

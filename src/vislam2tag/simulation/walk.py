@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -10,6 +12,7 @@ from vislam2tag.simulation.gait import RATE_HZ, look_weight, on_path, phone_orie
 from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.route import STEP_M, Path, make_path
 from vislam2tag.simulation.settings import WalkSettings
+from vislam2tag.simulation.tour import Tour, floor_of, lifts_ridden, make_tour, stairs_climbed
 
 START_NS = 40_000_000_000_000
 """Boot-clock time of a walk's start where none is given."""
@@ -18,13 +21,22 @@ PRESS_REACH_M = 0.8
 
 
 def make_walk(
-    floor: SimulatedFloor, duration_s: float, settings: WalkSettings, rng: np.random.Generator, start_ns: int = START_NS
+    floor: SimulatedFloor,
+    duration_s: float,
+    settings: WalkSettings,
+    rng: np.random.Generator,
+    start_ns: int = START_NS,
+    tour: Tour | None = None,
 ) -> TrueWalk:
-    """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz from ``start_ns`` on."""
+    """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz from ``start_ns`` on.
+
+    On a ``tour`` the walk goes over all its floors; ``floor`` is then the first with all landmarks on it
+    (:func:`~vislam2tag.simulation.tour.seen_from_first`).
+    """
     samples = round(duration_s * RATE_HZ) + 1
     runs = _runs(duration_s, settings, rng)
     longest = duration_s * settings.speed_m_s * 1.9 + float((runs[:, 1] - runs[:, 0]).sum())
-    path = make_path(floor, longest, settings, rng)
+    path = make_path(floor, longest, settings, rng) if tour is None else make_tour(tour, longest, settings, rng)
     travelled = walk_along(path, samples, settings, runs, rng)
     plane, heading = on_path(path, travelled)
     speed = np.linalg.norm(np.gradient(plane, 1 / RATE_HZ, axis=0), axis=1)
@@ -35,7 +47,7 @@ def make_walk(
     carried = np.column_stack((plane, np.full(samples, rng.normal(1.37, 0.03))))
     time_ns = start_ns + np.arange(samples, dtype=np.int64) * round(1e9 / RATE_HZ)
     presses, points = _presses(floor, path, travelled, plane) if settings.control_points else (passes[:0], passes[:0])
-    return TrueWalk(
+    walk = TrueWalk(
         floor=floor.number,
         rate_hz=RATE_HZ,
         time_ns=time_ns,
@@ -46,6 +58,20 @@ def make_walk(
         pressed_point=points,
         landmarks_passed=passed,
         blocked_ns=time_ns[_blocked(samples, settings.people, rng)],
+    )
+    return walk if tour is None else _with_climbs(walk, tour, path, travelled)
+
+
+def _with_climbs(walk: TrueWalk, tour: Tour, path: Path, travelled: FloatArray) -> TrueWalk:
+    """Lift a walk by the stairs and lifts on its way."""
+    ridden, rides = lifts_ridden(path, travelled)
+    rise = stairs_climbed(path, travelled) + ridden
+    return replace(
+        walk,
+        position=walk.position + np.column_stack((np.zeros((len(rise), 2)), rise)),
+        floor_at=floor_of(tour, rise),
+        unseen_m=ridden,
+        rides_ns=walk.time_ns[rides],
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.tour import seen_from_first, tour_from
 from vislam2tag.simulation.tracker import track
 from vislam2tag.simulation.walk import make_walk
 
@@ -19,13 +20,16 @@ def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:
 
 def walk_and_track(scenario: Scenario, planned: PlannedSession) -> tuple[TrueWalk, TrackerLog]:
     """Simulate one session's walk and tracker, from random numbers of its own."""
-    floor = simulated_floor(scenario, planned.key.floor)
+    number = planned.key.floor
+    tour = None if planned.climb is None else tour_from(scenario.building, number, planned.climb)
+    floor = simulated_floor(scenario, number) if tour is None else seen_from_first(tour)
     walk = make_walk(
         floor,
         planned.duration_s,
         planned.walk,
         stream(scenario.seed, "walk", planned.key),
         planned.start_ns,
+        tour,
     )
     log = track(walk, floor, planned.tracker, stream(scenario.seed, "tracker", planned.key), planned.fault_quantile)
     return walk, log

@@ -10,9 +10,9 @@ import polars as pl
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.simulation.imu import SENSOR_TYPES, ImuLog
-from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog
+from vislam2tag.simulation.model import SimulatedBuilding, TrackerLog
 from vislam2tag.simulation.radio import WifiLog
-from vislam2tag.simulation.sampling import position_at
+from vislam2tag.simulation.sampling import floor_at, position_at
 from vislam2tag.simulation.session import SimulatedSession
 
 PUBLISHED_NAMES = {
@@ -65,22 +65,9 @@ def station_table(wall_time_ns: IntArray, position: FloatArray) -> bytes:
     return _text(frame.with_columns(wall_time), separator=";", precision=4, header=True)
 
 
-def site_text(building: SimulatedBuilding, control_points: bool) -> dict[str, bytes]:
-    """Text of the site's own files by path relative to the survey, the plan images excepted."""
-    extents = "".join(f"{floor.number},{floor.width_m},{floor.height_m}\n" for floor in building.floors)
-    files = {"floor_dimensions.csv": f"id,width,height\n{extents}".encode()}
-    for floor in building.floors:
-        files[f"floor_{floor.number}/marker_dict.csv"] = _marker_dict(floor)
-        if control_points:
-            points = {"x": floor.control_points[:, 0], "y": floor.control_points[:, 1]}
-            files[f"floor_{floor.number}/refmarker.csv"] = _text(pl.DataFrame(points), precision=4)
-    return files
-
-
-def _marker_dict(floor: SimulatedFloor) -> bytes:
-    place = floor.landmark_position
-    frame = pl.DataFrame({"id": floor.landmark_ids, "x": place[:, 0], "y": place[:, 1]})
-    return _text(frame, precision=4, header=True)
+def comma_separated(frame: pl.DataFrame, header: bool) -> bytes:
+    """Text of a table of the site: commas, points, four decimals."""
+    return _text(frame, precision=4, header=header)
 
 
 def _poses(tracker: TrackerLog, mark: str) -> bytes:
@@ -126,7 +113,7 @@ def _truth(session: SimulatedSession) -> bytes:
     position = position_at(session.walk, time_ns)
     columns = {"time_ns": time_ns, "x": position[:, 0], "y": position[:, 1]}
     frame = pl.DataFrame(columns | {"z": position[:, 2] + session.floor.elevation_m})
-    return _text(frame.with_columns(floor=pl.lit(session.floor.number)), precision=4, header=True)
+    return _text(frame.with_columns(floor=floor_at(session.walk, time_ns)), precision=4, header=True)
 
 
 def _chosen(names: Sequence[str], index: IntArray) -> pl.Series:
