@@ -57,12 +57,9 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
     landmark = log.landmark[rows]
     broken = np.concatenate(([0], np.cumsum(odometry.jump_m2 > 0)))[at]
     starts = np.flatnonzero(
-        np.concatenate(
-            (
-                [True] * (len(rows) > 0),
-                (np.diff(landmark) != 0) | (np.diff(odometry.time_s[at]) > PAUSE_S) | (np.diff(broken) != 0),
-            )
-        )
+        (np.diff(landmark, prepend=-1) != 0)
+        | (np.diff(odometry.time_s[at], prepend=-np.inf) > PAUSE_S)
+        | (np.diff(broken, prepend=-1) != 0)
     )
     number = np.diff(np.append(starts, len(rows)))
     group = np.repeat(np.arange(len(starts)), number)
@@ -72,6 +69,7 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
     nearest = np.lexsort((distance, group))[starts] if len(starts) else starts
     spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, len(starts)).real / 2)
     heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, len(starts))
+    heading *= _orientation_is_estimated(log)
     order = np.argsort(at[nearest], kind="stable")
     return Passes(
         at=at[nearest][order],
@@ -88,10 +86,18 @@ def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArra
     """Rows in which a landmark was seen: first ones, and those whose position changed without a rewritten map."""
     held = np.flatnonzero(~log.lost)
     plane = as_complex(log.plane_acs[held])
-    first = np.concatenate(([True] * (len(held) > 0), np.diff(log.landmark[held]) != 0))
-    changed = np.concatenate(([True] * (len(held) > 0), np.abs(np.diff(plane)) > MOVED_M))
+    first = np.diff(log.landmark[held], prepend=-1) != 0
+    changed = np.abs(np.diff(plane, prepend=np.inf)) > MOVED_M
     rewritten = odometry.rewritten[rank[log.frame[held]]]
     return held[first | (changed & ~rewritten)]
+
+
+def _orientation_is_estimated(log: LandmarkLog) -> bool:
+    """Whether logged orientations say anything: some logs hold a constant for sheets that hang or move otherwise."""
+    held = ~log.lost
+    position, orientation = log.position_acs[held], log.orientation_acs[held]
+    constant = bool(np.all(orientation == orientation[:1]))
+    return not (constant and np.any(np.abs(position - position[:1]) > MOVED_M))
 
 
 def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:
