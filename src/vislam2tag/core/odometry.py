@@ -68,6 +68,8 @@ class Odometry:
     jump_rad2: FloatArray
     rewritten: BoolArray
     """(n,) frames at which the tracker rewrote its map: a landmark that moved then was not seen then."""
+    jumped: BoolArray
+    """(n - 1,) steps over which nothing connects: breaks, corrections, losses."""
     events: tuple[TrackerEvent, ...]
 
 
@@ -129,6 +131,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         jump_m2=jump_m2,
         jump_rad2=jump_rad2,
         rewritten=np.concatenate(([False], moves.moved)),
+        jumped=jump | lost[1:] | frozen[1:],
         events=tuple(sorted((*events, *losses), key=lambda event: event.frame)),
     )
 

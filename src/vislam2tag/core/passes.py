@@ -17,6 +17,8 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 
 PAUSE_S = 2.0
 """A landmark not seen for longer than this is passed anew."""
+NEAR_M = 0.5
+"""Sightings count the more the nearer, but nearer than this no more."""
 LEVEL = 0.5
 """A sheet whose X axis is shorter than this in the plane lies flat: it has no heading."""
 
@@ -45,7 +47,10 @@ class Passes:
 
 
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
-    """Condense the fresh sightings within ``range_m`` (horizontal, metres) to passes."""
+    """Condense the fresh sightings within ``range_m`` (horizontal, metres) to passes.
+
+    Where the tracker jumps amid a pass, only the sightings on the nearest one's side of the jump count.
+    """
     rank = np.full(len(camera.time_ns), -1, dtype=np.int64)
     rank[odometry.frame] = np.arange(len(odometry.frame))
     rows = _fresh_rows(log, rank, odometry)
@@ -54,32 +59,34 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
     distance = np.abs(away)
     near = distance < range_m
     rows, at, away, distance = rows[near], at[near], away[near], distance[near]
-    landmark = log.landmark[rows]
-    broken = np.concatenate(([0], np.cumsum(odometry.jump_m2 > 0)))[at]
-    starts = np.flatnonzero(
-        (np.diff(landmark, prepend=-1) != 0)
-        | (np.diff(odometry.time_s[at], prepend=-np.inf) > PAUSE_S)
-        | (np.diff(broken, prepend=-1) != 0)
-    )
-    number = np.diff(np.append(starts, len(rows)))
-    group = np.repeat(np.arange(len(starts)), number)
-    weight = 1 / (0.25 + distance**2)
+    group, count = _groups(log.landmark[rows], odometry.time_s[at])
+    starts = np.searchsorted(group, np.arange(count))
+    nearest = np.lexsort((distance, group))[starts]
+    piece = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
+    together = piece == piece[nearest][group]
+    weight = together / (NEAR_M**2 + distance**2)
     place = odometry.path[at] + odometry.turn[at] * away
-    mean = _mean(place, weight, group, len(starts))
-    nearest = np.lexsort((distance, group))[starts] if len(starts) else starts
-    spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, len(starts)).real / 2)
-    heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, len(starts))
+    mean = _mean(place, weight, group, count)
+    spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, count).real / 2)
+    heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, count)
     heading *= _orientation_is_estimated(log)
     order = np.argsort(at[nearest], kind="stable")
     return Passes(
         at=at[nearest][order],
-        landmark=landmark[starts][order],
+        landmark=log.landmark[rows[starts]][order],
         offset=(mean - odometry.path[at[nearest]])[order],
         heading=np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)[order],
         distance_m=distance[nearest][order],
         spread_m=spread[order],
-        count=number[order],
+        count=np.bincount(group, together, count).astype(np.int64)[order],
     )
+
+
+def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:
+    """Number the passes (r,) of sightings sorted by landmark and time, and count them."""
+    new = (np.diff(landmark) != 0) | (np.diff(time_s) > PAUSE_S)
+    group = np.concatenate((np.zeros(min(len(landmark), 1), dtype=np.int64), np.cumsum(new)))
+    return group, int(group[-1]) + 1 if len(group) else 0
 
 
 def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArray:
