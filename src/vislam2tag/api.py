@@ -10,6 +10,7 @@ Lower-level pieces (readers, strategies, labels) are plain functions over frozen
 
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
@@ -48,6 +49,7 @@ __all__ = [
     "VisitSettings",
     "Vislam2tagError",
     "label_readings",
+    "mark_uncertain",
     "open_survey",
     "paper_evaluation",
     "process",

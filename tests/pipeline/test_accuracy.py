@@ -10,7 +10,8 @@ import pytest
 
 from tests.evaluation.maps import straight_walk
 from tests.surveys import bytes_of
-from vislam2tag.pipeline.accuracy import CONTROL_POINTS, TRUTH_FILE, error_record
+from vislam2tag.evaluation.residuals import CONTROL_POINTS
+from vislam2tag.pipeline.accuracy import TRUTH_FILE, error_record
 from vislam2tag.pipeline.run import Selection, process
 from vislam2tag.survey.model import ControlPoints
 

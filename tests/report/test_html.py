@@ -13,6 +13,7 @@ from tests.report.factory import failed_result, make_result, make_results, make_
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.errors import OutputError
 from vislam2tag.evaluation.reliability import reduce_errors
+from vislam2tag.evaluation.residuals import CONTROL_POINTS
 from vislam2tag.findings import Finding
 from vislam2tag.report.html import write_report
 from vislam2tag.report.palette import EVENT_STYLES, STATUS_STYLES
@@ -193,6 +194,7 @@ def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -
     assert "of the errors lie inside the stated 68 % region" in page
     assert page.count('class="plot chart"') == 2
     assert "2 of 4 sessions that logged it" in page
+    assert page.count('<td class="head">Error</td>') == page.count('<td class="head">Sigma</td>') == 7
     for style in EVENT_STYLES.values():
         assert style.meaning in page
         also_a_cause = style.name == "break"
@@ -220,6 +222,16 @@ def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) 
     assert "on average <b>3.00\u00a0m</b> off" in page
     for absent in ('class="plot chart"', "median sigma", "contradict the rest", "Events of the tracker"):
         assert absent not in page
+
+
+def test_errors_at_control_points_are_told_to_be_small(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
+    for source, told in ((CONTROL_POINTS, True), ("truth.csv", False)):
+        errors = reduce_errors(source, np.ones((5, 2)), np.repeat(np.eye(2)[None], 5, axis=0))
+        result = make_result(survey.sessions[0]).model_copy(update={"errors": errors})
+        page = own_part(written(tmp_path / source, survey, [result]))
+        assert f"({source}: 1 session)" in page
+        assert ("the nearest control point" in page) is told
 
 
 def test_uncertain_time_is_not_lost_time(tmp_path: Path) -> None:

@@ -12,6 +12,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
 
+CONTROL_POINTS = "presses at control points"
+"""What results call the truth of :func:`residuals_at_presses`."""
+
 
 @dataclass(frozen=True)
 class Residuals:

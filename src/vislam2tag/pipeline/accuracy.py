@@ -9,14 +9,13 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.residuals import residuals_at_presses, residuals_at_truth
+from vislam2tag.evaluation.residuals import CONTROL_POINTS, residuals_at_presses, residuals_at_truth
 from vislam2tag.evaluation.truth import read_truth
 from vislam2tag.findings import Finding
 from vislam2tag.results import ErrorRecord
 from vislam2tag.survey.model import ControlPoints
 
 TRUTH_FILE = "truth.csv"
-CONTROL_POINTS = "presses at control points"
 
 
 def truth_mark(folder: Path) -> str:

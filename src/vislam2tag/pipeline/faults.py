@@ -54,9 +54,10 @@ def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:
     row = landmarks.index[found.landmark]
     x, y = landmarks.position_bcs[row]
     file, _, line = (landmarks.source[row] if landmarks.source else "").rpartition(":")
+    passes = f"{found.passes} pass{'' if found.passes == 1 else 'es'}"
     message = (
         f"landmark {found.landmark} contradicts the others by {found.size_m:.2f} m (one standard deviation is "
-        f"{found.sigma_m:.2f} m; {found.passes} passes): surveyed at ({x:.2f}, {y:.2f}), the walk puts it at "
+        f"{found.sigma_m:.2f} m; {passes}): surveyed at ({x:.2f}, {y:.2f}), the walk puts it at "
         f"({x + found.offset_bcs_m[0]:.2f}, {y + found.offset_bcs_m[1]:.2f}); measure it again and correct its row, or "
         "say in corrections.toml where it hung"
     )

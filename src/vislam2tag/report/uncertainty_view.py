@@ -7,6 +7,7 @@ from functools import cached_property
 
 from vislam2tag.core.faults import EventKind
 from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, coverage_curve, reliability_curve
+from vislam2tag.evaluation.residuals import CONTROL_POINTS
 from vislam2tag.report.palette import EVENT_STYLES, EventStyle
 from vislam2tag.report.uncertainty_figures import coverage_figure, reliability_figure
 from vislam2tag.results import Summary
@@ -41,6 +42,11 @@ class UncertaintyView:
             title = "Coverage and accuracy: what a limit on sigma costs and brings"
             figures.append((title, coverage_figure(self.coverage, self.limit_m)))
         return figures
+
+    @property
+    def at_nearest_points(self) -> bool:
+        """Whether errors are, at least in part, distances to the nearest control point."""
+        return self.summary.errors is not None and CONTROL_POINTS in self.summary.errors.sources
 
     @property
     def inside(self) -> list[tuple[int, float]]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from vislam2tag.core.status import Status
+from vislam2tag.evaluation.reliability import CoverageCurve, coverage_curve
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.report.figures import TimeBar
 from vislam2tag.report.palette import STATUS_STYLES, StatusStyle
@@ -78,6 +79,11 @@ class SessionView:
     def worst(self) -> str:
         """Severity of the gravest finding; empty where there is none."""
         return self.findings[0].severity.value if self.findings else ""
+
+    @cached_property
+    def accuracy(self) -> CoverageCurve | None:
+        """Errors at the true points, all labels last; None where no truth is known or nothing is labelled."""
+        return coverage_curve(self.result.errors) if self.result.errors else None
 
     @property
     def bar(self) -> TimeBar:
