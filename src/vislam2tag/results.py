@@ -45,6 +45,8 @@ class VisitMark(_Model):
     time_ns: int
     distance_m: float
     position: tuple[float, float] | None
+    floor: int | None = None
+    """Where that was another floor than the session's own."""
 
 
 class EventMark(_Model):
@@ -56,6 +58,8 @@ class EventMark(_Model):
     turn_rad: float | None
     """Its turn about the vertical; None where it is not known."""
     position: tuple[float, float] | None
+    floor: int | None = None
+    """Where that was another floor than the session's own."""
 
 
 class ContradictionMark(_Model):
@@ -188,6 +192,9 @@ class SessionResult(_Model):
     errors: ErrorRecord | None = None
     """None where no truth is known; never used to map."""
     drawing: Drawing = Drawing()
+    """What lies on the session's own floor."""
+    elsewhere: dict[int, Drawing] = {}
+    """What lies on each other floor that the walk led to."""
     corrections: list[str] = []
     """Each use of corrections.toml, one sentence each."""
 

@@ -249,3 +249,19 @@ def test_without_a_limit_nothing_is_uncertain_and_the_page_says_why(tmp_path: Pa
     result = result.model_copy(update={"sigma": sigma_statistics(np.array([0.2, 3.0]), float("inf"))})
     page = own_part(written(tmp_path / "o", survey, [result], Settings(labels=LabelSettings(max_sigma_m=float("inf")))))
     assert "None is <i>uncertain</i>: no limit is set." in page
+
+
+def test_a_floor_that_walks_only_led_to_has_its_map(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path / "survey", plan=False)
+    other = Drawing(mapped=[Stretch(status="ok", points=[(5.0, 6.0)])])
+    results = [
+        result.model_copy(update={"elsewhere": {2: other}}) for result in make_results(survey) if result.floor == 1
+    ]
+    page = written(tmp_path, survey, results)
+    assert page.count('class="part" data-floor="2"') == len(results)
+    assert '<section class="floor" id="floor-2">' in page
+    assert "No session starts here; walks from other floors led here." in page
+    assert 'Floors walked</td><td class="text">1, 2</td>' in page
+    assert '<section class="floor" id="floor-2">' not in written(
+        tmp_path, survey, [result.model_copy(update={"elsewhere": {}}) for result in results]
+    )

@@ -73,5 +73,21 @@ def test_only_mapped_visits_are_drawn_and_text_is_escaped(tmp_path: Path) -> Non
     assert columns["hover"][0].endswith(": landmark &lt;b&gt;7, 0.50 m away after 3 s")
 
 
+def test_each_floor_has_its_own_share_of_a_walk(tmp_path: Path) -> None:
+    own = Drawing(mapped=[Stretch(status="ok", points=[(0.0, 1.0)])], raw=[(0.0, 1.0)])
+    other = Drawing(mapped=[Stretch(status="ok", points=[(5.0, 6.0)])])
+    visits = [
+        VisitMark(landmark="7", time_ns=0, distance_m=0.5, position=(1.0, 2.0)),
+        VisitMark(landmark="107", time_ns=0, distance_m=0.5, position=(3.0, 4.0), floor=2),
+    ]
+    result = result_with(tmp_path, drawing=own, elsewhere={2: other}, visits=visits, events=[])
+    here, there = session_part(result), session_part(result, 2)
+    assert here["layers"].keys() == {"ok", RAW, VISITS}
+    assert there["layers"].keys() == {"ok", VISITS}
+    assert (here["layers"][VISITS]["x"], there["layers"][VISITS]["x"]) == ([1.0], [3.0])
+    assert there["layers"]["ok"]["y"] == [6.0]
+    assert here["name"] == there["name"]
+
+
 def test_failed_session_draws_nothing(tmp_path: Path) -> None:
     assert session_part(failed_result(make_survey(tmp_path, plan=False).sessions[0]))["layers"] == {}

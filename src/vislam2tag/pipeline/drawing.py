@@ -20,25 +20,42 @@ MAX_EXTENT_M = 2000.0
 
 
 def draw(
-    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, wifi: pl.DataFrame
-) -> Drawing:
-    """Reduce a mapped session to what the report draws; all in BCS metres."""
+    own: int,
+    camera: CameraTrack,
+    log: LandmarkLog,
+    landmarks: Landmarks,
+    trajectory: Trajectory,
+    wifi: pl.DataFrame,
+) -> dict[int, Drawing]:
+    """Reduce a mapped session to what the report draws on each floor, ``own`` among them; all in BCS metres.
+
+    ``wifi`` is the labelled table. The raw path is drawn on the own floor alone.
+    """
     frames = np.flatnonzero(camera.usable)
+    floor = trajectory.floor[frames] if len(trajectory.floor) else np.full(len(frames), own)
     aligned = _aligned(camera, log, landmarks, trajectory, frames)
     mapped = has_position(trajectory.status[frames])
-    runs = _runs(trajectory.status[frames])
+    runs = _runs(trajectory.status[frames], floor)
     spacing = max(SPACING_M, _length(camera.plane_acs[frames]) / MAX_POINTS)
     positions, sigma_m = trajectory.position_bcs[frames, :2], trajectory.sigma_m[frames]
-    return Drawing(
-        mapped=[_stretch(Status(status), positions[a:b], spacing, sigma_m[a:b]) for status, a, b in runs if mapped[a]],
-        discarded=[
-            _stretch(Status(status), aligned[a : b + 1], spacing)
-            for status, a, b in runs
-            if not mapped[a] and len(aligned)
-        ],
-        raw=_polyline(aligned, spacing),
-        wifi=_scan_positions(wifi),
-    )
+    scans = _scan_positions(wifi)
+    return {
+        number: Drawing(
+            mapped=[
+                _stretch(Status(status), positions[a:b], spacing, sigma_m[a:b])
+                for status, a, b in runs
+                if mapped[a] and floor[a] == number
+            ],
+            discarded=[
+                _stretch(Status(status), aligned[a : b + 1], spacing)
+                for status, a, b in runs
+                if not mapped[a] and floor[a] == number and len(aligned)
+            ],
+            raw=_polyline(aligned, spacing) if number == own else [],
+            wifi=scans.get(number, []),
+        )
+        for number in sorted({own, *floor.tolist()})
+    }
 
 
 def _aligned(
@@ -61,11 +78,11 @@ def _aligned(
         return np.zeros((0, 2))
 
 
-def _runs(status: StatusArray) -> list[tuple[int, int, int]]:
-    """Runs of equal status as (status, start, stop)."""
+def _runs(status: StatusArray, floor: IntArray) -> list[tuple[int, int, int]]:
+    """Runs of equal status on one floor as (status, start, stop)."""
     if len(status) == 0:
         return []
-    edges = np.flatnonzero(np.diff(status) != 0) + 1
+    edges = np.flatnonzero((np.diff(status) != 0) | (np.diff(floor) != 0)) + 1
     starts, stops = np.concatenate(([0], edges)), np.concatenate((edges, [len(status)]))
     return [(int(status[a]), int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
 
@@ -100,7 +117,9 @@ def _rounded(points: FloatArray) -> Polyline:
     return [(x, y) for x, y in np.round(points, 2).tolist()]
 
 
-def _scan_positions(wifi: pl.DataFrame) -> Polyline:
-    """Mean labelled position of each scan."""
-    means = wifi.drop_nulls("x").group_by("scan").agg(pl.col("x", "y").mean()).sort("scan")
-    return _rounded(means.select("x", "y").to_numpy()[:: max(1, len(means) // MAX_POINTS)])
+def _scan_positions(wifi: pl.DataFrame) -> dict[int, Polyline]:
+    """Mean labelled position of each scan, by the floor on which it began."""
+    labelled = wifi.drop_nulls("x").group_by("scan").agg(pl.col("x", "y").mean(), pl.col("floor").first())
+    means = labelled.sort("scan")[:: max(1, len(labelled) // MAX_POINTS)]
+    floors = means["floor"].unique().to_list()
+    return {floor: _rounded(means.filter(floor=floor).select("x", "y").to_numpy()) for floor in floors}

@@ -8,11 +8,12 @@ from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.findings import Finding
+from vislam2tag.pipeline.statistics import other_floor
 from vislam2tag.results import ContradictionMark, EventMark
 
 
-def event_marks(trajectory: Trajectory) -> list[EventMark]:
-    """Each event with its time and where the camera was after it."""
+def event_marks(trajectory: Trajectory, own: int) -> list[EventMark]:
+    """Each event with its time and where the camera was after it; ``own`` is the session's floor."""
     mapped = has_position(trajectory.status)
     return [
         EventMark(
@@ -21,6 +22,7 @@ def event_marks(trajectory: Trajectory) -> list[EventMark]:
             size_m=round(event.size_m, 3),
             turn_rad=None if math.isnan(event.turn_rad) else round(event.turn_rad, 4),
             position=_pair(*trajectory.position_bcs[event.frame, :2]) if mapped[event.frame] else None,
+            floor=other_floor(trajectory, event.frame, own),
         )
         for event in trajectory.events
     ]

@@ -153,6 +153,7 @@ def _process(job: Job) -> SessionResult:
     for name, table in labelled.items():
         _write_table(job, name, table)
     pose_lag_s = _pose_lag(session)
+    drawings = draw(job.floor.number, session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"])
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor.control_points)
     return _result(
         job,
@@ -178,14 +179,15 @@ def _process(job: Job) -> SessionResult:
         pose_lag_s=pose_lag_s,
         **statistics.walk_statistics(session.camera, trajectory, job.settings.labels.max_gap_s),
         readings={name: statistics.status_counts(table) for name, table in labelled.items()},
-        visits=statistics.visit_marks(trajectory),
+        visits=statistics.visit_marks(trajectory, job.floor.number),
         landmarks_logged=list(session.landmarks.ids),
         scans=statistics.scan_statistics(session.tables["wifi"]),
-        events=event_marks(trajectory),
+        events=event_marks(trajectory, job.floor.number),
         contradictions=contradiction_marks(trajectory, landmarks),
         sigma=statistics.sigma_statistics(trajectory),
         errors=errors,
-        drawing=draw(session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"]),
+        drawing=drawings.pop(job.floor.number),
+        elsewhere=drawings,
         corrections=[*landmark_uses, *session_uses],
     )
 

@@ -114,8 +114,14 @@ def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
     )
 
 
-def visit_marks(trajectory: Trajectory) -> list[VisitMark]:
-    """Each visit with where the camera was then."""
+def other_floor(trajectory: Trajectory, frame: int, own: int) -> int | None:
+    """Floor of a frame where it is not the session's own."""
+    floor = int(trajectory.floor[frame]) if len(trajectory.floor) else own
+    return None if floor == own else floor
+
+
+def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
+    """Each visit with where the camera was then; ``own`` is the session's floor."""
     mapped = has_position(trajectory.status)
     return [
         VisitMark(
@@ -123,6 +129,7 @@ def visit_marks(trajectory: Trajectory) -> list[VisitMark]:
             time_ns=int(trajectory.time_ns[visit.frame]),
             distance_m=round(visit.distance_m, 3),
             position=_pair(trajectory.position_bcs[visit.frame]) if mapped[visit.frame] else None,
+            floor=other_floor(trajectory, visit.frame, own),
         )
         for visit in trajectory.visits
     ]

@@ -26,7 +26,8 @@ class FloorView:
 
     floor: Floor
     landmarks: Landmarks
-    sessions: Iterator[SessionView]
+    sessions: Iterator[SessionView] | None
+    """None where no session lies under this floor, though walks led to it."""
     contradictions: tuple[LandmarkContradiction, ...] = ()
     """Landmarks of this floor that contradict the rest."""
 
@@ -44,7 +45,8 @@ class FloorView:
     @property
     def notes(self) -> list[str]:
         """Sentences on what the map lacks and on what lies beside the plan."""
-        return [note for note in (self._plan[1], self._outside()) if note]
+        visited = "No session starts here; walks from other floors led here." if self.sessions is None else ""
+        return [note for note in (visited, self._plan[1], self._outside()) if note]
 
     @property
     def unplaced(self) -> list[str]:

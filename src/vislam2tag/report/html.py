@@ -66,12 +66,21 @@ class _Pages:
     results: Iterable[SessionResult]
     summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
+    walked: set[int] = field(default_factory=set)
+    """Floors to which walks led that lie under another one."""
 
     def floors(self) -> Iterator[FloorView]:
+        shown = set()
         for number, results in groupby(self.results, key=lambda result: result.floor):
-            site = self.survey.site
-            here = tuple(found for found in self.summary.contradictions if found.floor == number)
-            yield FloorView(site.floor(number), site.landmarks, self._views(results), here)
+            shown.add(number)
+            yield self._floor(number, self._views(results))
+        for number in sorted(self.walked - shown):
+            yield self._floor(number, None)
+
+    def _floor(self, number: int, sessions: Iterator[SessionView] | None) -> FloorView:
+        site = self.survey.site
+        here = tuple(found for found in self.summary.contradictions if found.floor == number)
+        return FloorView(site.floor(number), site.landmarks, sessions, here)
 
     def _views(self, results: Iterable[SessionResult]) -> Iterator[SessionView]:
         longest_s = self.settings.findings.scan_interval_s
@@ -79,6 +88,7 @@ class _Pages:
             interval_s = result.scans.median_interval_s if result.scans else None
             view = SessionView(result, throttled=interval_s is not None and interval_s > longest_s)
             self.bars.append(view.bar)
+            self.walked |= result.elsewhere.keys() & {floor.number for floor in self.survey.site.floors}
             yield view
 
     def time_figure(self) -> Markup:
@@ -104,7 +114,7 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
         "figure": lambda view: _embedded(view.figure),
-        "part": lambda view: _embedded(json.dumps(session_part(view.result), separators=(",", ":"))),
+        "part": lambda view, floor=None: _embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
         "settings": list(_flat(settings.model_dump(mode="json"))),
         "versions": _versions(summary),
         "css": Markup((assets / "page.css").read_text("utf-8")),

@@ -45,14 +45,17 @@ def session_traces() -> list[Trace]:
     ]
 
 
-def session_part(result: SessionResult) -> dict[str, Any]:
-    """Return the columns of one session by layer, None between its stretches; layers without a point are left out."""
-    drawing = result.drawing
+def session_part(result: SessionResult, floor: int | None = None) -> dict[str, Any]:
+    """Return the columns of one session by layer, None between its stretches; layers without a point are left out.
+
+    They are those of another ``floor`` that the walk led to, or of the session's own.
+    """
+    drawing = result.drawing if floor is None else result.elsewhere[floor]
     stretches = (*drawing.mapped, *drawing.discarded)
     layers: dict[str, Columns] = {RAW: _points(drawing.raw), WIFI: _points(drawing.wifi)}
     for status in dict.fromkeys(stretch.status for stretch in stretches):
         layers[status] = _joined(stretch for stretch in stretches if stretch.status == status)
-    for layer, (x, y), text in _marks(result):
+    for layer, (x, y), text in _marks(result, floor):
         columns = layers.setdefault(layer, {"x": [], "y": [], "hover": []})
         for name, value in (("x", x), ("y", y), ("hover", plotly_text(f"{result.device} / {result.session}: {text}"))):
             columns[name].append(value)
@@ -138,13 +141,13 @@ def _joined(stretches: Iterable[Stretch]) -> Columns:
     return columns
 
 
-def _marks(result: SessionResult) -> Iterator[tuple[str, tuple[float, float], str]]:
-    """Yield layer, place and text of each visit and event that has a place."""
+def _marks(result: SessionResult, floor: int | None) -> Iterator[tuple[str, tuple[float, float], str]]:
+    """Yield layer, place and text of each visit and event that has a place on a floor (None: the session's own)."""
     for visit in result.visits:
-        if visit.position is not None:
+        if visit.position is not None and visit.floor == floor:
             yield VISITS, visit.position, _visit_text(visit, result.start_ns)
     for event in result.events:
-        if event.position is not None:
+        if event.position is not None and event.floor == floor:
             yield event_layer(event.kind), event.position, _event_text(event, result.start_ns)
 
 

@@ -94,7 +94,8 @@
   function drawMap(section) {
     const div = section.querySelector(".map");
     const figure = read(section.querySelector("script.figure"));
-    const parts = [...section.querySelectorAll("script.part")].map(read);
+    const visiting = document.querySelectorAll(`script.part[data-floor="${section.id.replace("floor-", "")}"]`);
+    const parts = [...section.querySelectorAll("script.part:not([data-floor])"), ...visiting].map(read);
     const layers = [];
     figure.data.forEach((trace, index) => {
       if (trace.meta) { layers.push(index); Object.assign(trace, joined(trace.meta, parts)); }
