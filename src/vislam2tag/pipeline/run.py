@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,9 +16,9 @@ from vislam2tag import __version__
 from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.session import Job
+from vislam2tag.pipeline.session import Job, Outcome, process_session
 from vislam2tag.pipeline.store import OutputFolder, claim
-from vislam2tag.pipeline.workers import Progress, process_all
+from vislam2tag.pipeline.workers import process_all
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
 from vislam2tag.results import SessionResult, Summary
@@ -26,6 +26,9 @@ from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
+
+Progress = Callable[[Outcome, int], None]
+"""Called after each session with its outcome and the total number of sessions."""
 
 SITE_FILES = ("floor_dimensions.csv", CORRECTIONS_FILE, *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")))
 """Files of the site whose hashes are recorded beside those of each session's files."""
@@ -59,6 +62,7 @@ def process(
     """
     settings = settings or Settings()
     selection = selection or Selection()
+    report = progress or _silent
     strategy_named(settings.strategy, settings)
     survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
@@ -68,8 +72,12 @@ def process(
     with claim(out, _run_record(survey.root, landmarks, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
-        process_all(todo, jobs, progress)
+        process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
+
+
+def _silent(_outcome: Outcome, _total: int) -> None:
+    """Report nothing."""
 
 
 def _refuse_among_sessions(survey: Survey, out: Path) -> None:

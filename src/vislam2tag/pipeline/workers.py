@@ -13,34 +13,34 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+from typing import TypeVar
 
 from vislam2tag.errors import OutputError
-from vislam2tag.pipeline.session import Job, Outcome, process_session
 
-Progress = Callable[[Outcome, int], None]
-"""Called after each session with its outcome and the total number of sessions."""
-
+_Job = TypeVar("_Job")
+_Outcome = TypeVar("_Outcome")
 
 AHEAD = 2
 """Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
 
 
-def process_all(todo: list[Job], workers: int, progress: Progress | None) -> None:
-    """Process all sessions in ``workers`` processes, this one among them, reporting each as it ends.
+def process_all(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], workers: int, report: Callable[[_Outcome], None]
+) -> None:
+    """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
 
-    Raises OutputError where the output folder cannot be written or a worker is ended from outside. Whatever is raised,
-    an interrupt included, the other processes are gone then.
+    Raises what that raises, and OutputError where a worker is ended from outside. Whatever is raised, an interrupt
+    included, the other processes are gone then.
     """
-    report = progress or _silent
     others = min(workers, len(todo)) - 1
     if others < 1:
         for job in todo:
-            report(process_session(job), len(todo))
+            report(work(job))
         return
     with _pool(others) as pool:
         try:
-            for outcome in _shared_out(todo, pool, others * AHEAD):
-                report(outcome, len(todo))
+            for outcome in _shared_out(work, todo, pool, others * AHEAD):
+                report(outcome)
         except BrokenProcessPool as error:
             raise OutputError(
                 "a worker process was ended from outside (out of memory?); "
@@ -48,22 +48,20 @@ def process_all(todo: list[Job], workers: int, progress: Progress | None) -> Non
             ) from error
 
 
-def _shared_out(todo: list[Job], pool: ProcessPoolExecutor, ahead: int) -> Iterator[Outcome]:
-    """Keep the pool supplied, and process the next session here meanwhile."""
+def _shared_out(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], pool: ProcessPoolExecutor, ahead: int
+) -> Iterator[_Outcome]:
+    """Keep the pool supplied, and do the next session here meanwhile."""
     waiting = deque(todo)
-    running: set[Future[Outcome]] = set()
+    running: set[Future[_Outcome]] = set()
     while waiting or running:
         with _interrupts_held_back():
             while waiting and len(running) < ahead:
-                running.add(pool.submit(process_session, waiting.popleft()))
+                running.add(pool.submit(work, waiting.popleft()))
         if waiting:
-            yield process_session(waiting.popleft())
+            yield work(waiting.popleft())
         ended, running = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
         yield from (future.result() for future in ended)
-
-
-def _silent(_outcome: Outcome, _total: int) -> None:
-    """Report nothing."""
 
 
 @contextmanager
