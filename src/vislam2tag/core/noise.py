@@ -30,10 +30,10 @@ class Noise:
     the error per axis that one pass of a landmark has at 1 m distance, ``sheet_rad`` that of its logged heading.
     """
 
-    position_m: float = 0.016
-    heading_rad: float = 0.003
-    scale: float = 0.002
-    sighting_m: float = 0.09
+    position_m: float = 0.018
+    heading_rad: float = 0.0015
+    scale: float = 0.0008
+    sighting_m: float = 0.10
     sheet_rad: float = 0.03
 
     def level(self, source: Source) -> float:
@@ -48,7 +48,7 @@ class Noise:
 
 USUAL = Noise()
 """What is assumed before anything is seen: typical of phones (docs/smoother.md)."""
-PRIOR_WEIGHT = 5.0
+PRIOR_WEIGHT = 2.5
 """The usual noise counts as much as this many observed numbers."""
 SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""

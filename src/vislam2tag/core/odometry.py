@@ -114,7 +114,8 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     turn = np.exp(-1j * np.concatenate(([0.0], np.cumsum(turned))))
     local = np.where(update, with_map * turn[1:], np.where(jump, expected * turn[:-1], step * turn[:-1]))
     excess = np.where(doubtful, np.maximum(miss - SUSPICIOUS * spread, 0.0), 0.0)
-    uncertain_turn = np.where(told, TURN_SIGMA_RAD, UNKNOWN_TURN_RAD)
+    camera_turn = twist - _predicted(twist + 0j, dt)[0].real
+    uncertain_turn = np.where(told, TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
     jump_m2 = excess**2 + np.where(jump, (2 * spread) ** 2 + (0.1 * np.minimum(miss, 1.0)) ** 2, 0.0)
     jump_rad2 = np.where(
         jump, uncertain_turn**2, np.where(update, np.minimum(moves.misfit_m**2, TURN_SIGMA_RAD**2), 0.0)

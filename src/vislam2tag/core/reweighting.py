@@ -149,19 +149,26 @@ def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatA
     return np.asarray((tail + squares) / (tail + numbers))
 
 
-def expected_variances(model: Model, weights: Weights) -> Weights:
-    """Weights for covariances: the mean of each variance where :func:`reweighted` gives the inverse mean precision."""
+def equivalent_variances(model: Model, weights: Weights) -> Weights:
+    """Weights for covariances: those of the normal distribution that stands for each Student's t.
+
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread.
+    """
     return replace(
         weights,
         stretch={
-            source: np.asarray(factor * _mean_over_mode(TAIL[source] + model.ranks[source]))
+            source: np.asarray(factor * _widening(TAIL[source] + model.ranks[source]))
             for source, factor in weights.stretch.items()
         },
-        sighting=weights.sighting * _mean_over_mode(SIGHTING_TAIL + 2),
-        sheet=weights.sheet * _mean_over_mode(SHEET_TAIL + 1),
+        sighting=weights.sighting * _widening(SIGHTING_TAIL + 2),
+        sheet=weights.sheet * _widening(SHEET_TAIL + 1),
     )
 
 
-def _mean_over_mode(freedom: npt.ArrayLike) -> FloatArray:
+def _widening(freedom: npt.ArrayLike) -> FloatArray:
+    """Variance factor with which a normal distribution holds about as much in its 68 % and 95 % regions as Student's t.
+
+    Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
+    """
     freedom = np.asarray(freedom, dtype=np.float64)
-    return np.asarray(freedom / np.maximum(freedom - 2, 1))
+    return np.asarray(freedom / np.maximum(freedom - 1.4, 0.6))

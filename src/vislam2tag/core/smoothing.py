@@ -18,7 +18,7 @@ from vislam2tag.core.equations import Weights, heading_origin, landmark_origin, 
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.model import Model
 from vislam2tag.core.noise import USUAL, Noise
-from vislam2tag.core.reweighting import expected_squares, expected_variances, reweighted
+from vislam2tag.core.reweighting import equivalent_variances, expected_squares, reweighted
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.walked import Walked
 
@@ -98,7 +98,7 @@ def _refined(model: Model, known: KnownLandmarks, *, pinned: bool) -> Smoothed:
             weights = reweighted(model, weights, expected_squares(model, known, weights, solution))
         solution = solve(normal_equations(model, known, weights, pinned=pinned))
         model = _relinearised(model, bridged(model, weights, solution))
-    weights = expected_variances(model, weights)
+    weights = equivalent_variances(model, weights)
     return Smoothed(model, known, weights, solve(normal_equations(model, known, weights, pinned=pinned)))
 
 
