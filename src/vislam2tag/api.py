@@ -14,7 +14,8 @@ from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
-from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session

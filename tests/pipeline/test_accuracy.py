@@ -12,7 +12,8 @@ from tests.evaluation.maps import straight_walk
 from tests.surveys import bytes_of
 from vislam2tag.evaluation.residuals import CONTROL_POINTS
 from vislam2tag.pipeline.accuracy import TRUTH_FILE, error_record
-from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.selection import Selection
 from vislam2tag.survey.model import ControlPoints
 
 POINTS = ControlPoints(("0", "1"), np.array([[2.0, 0.5], [6.0, 0.0]]))

@@ -11,7 +11,8 @@ import pytest
 from tests.unsure import EVENTS, OFFSET_M, unsure_registered
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.log_bins import lower_edge_m
-from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.settings import LabelSettings, Settings
 

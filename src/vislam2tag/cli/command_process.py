@@ -15,7 +15,8 @@ from rich.text import Text
 from vislam2tag.core.status import Status
 from vislam2tag.errors import UsageError
 from vislam2tag.mapping import strategy_names
-from vislam2tag.pipeline.run import Selection, process
+from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.selection import Selection
 from vislam2tag.pipeline.session import Outcome
 from vislam2tag.report.summary import labelled_share
 from vislam2tag.results import Summary

@@ -6,16 +6,16 @@ import hashlib
 import json
 import platform
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.mapping import strategy_named
+from vislam2tag.pipeline.selection import Selection, refuse_among_sessions, selected
 from vislam2tag.pipeline.session import Job, Outcome, process_session
 from vislam2tag.pipeline.store import OutputFolder, claim
 from vislam2tag.pipeline.workers import process_all
@@ -32,14 +32,6 @@ Progress = Callable[[Outcome, int], None]
 
 SITE_FILES = ("floor_dimensions.csv", CORRECTIONS_FILE, *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")))
 """Files of the site whose hashes are recorded beside those of each session's files."""
-
-
-@dataclass(frozen=True)
-class Selection:
-    """Which sessions of a survey to process; an empty tuple means all."""
-
-    floors: tuple[int, ...] = ()
-    devices: tuple[str, ...] = ()
 
 
 def process(
@@ -66,9 +58,9 @@ def process(
     strategy_named(settings.strategy, settings)
     survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
-    refs = _selected(survey, corrections, selection)
+    refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
-    _refuse_among_sessions(survey, out)
+    refuse_among_sessions(survey, out)
     with claim(out, _run_record(survey.root, landmarks, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
@@ -78,32 +70,6 @@ def process(
 
 def _silent(_outcome: Outcome, _total: int) -> None:
     """Report nothing."""
-
-
-def _refuse_among_sessions(survey: Survey, out: Path) -> None:
-    """Refuse an output folder among the raw data, where the next run would take its folders for a device's."""
-    inside = survey.root.resolve() in out.resolve().parents
-    if inside and out.resolve().relative_to(survey.root.resolve()).parts[0].startswith("floor_"):
-        raise OutputError(f"{out}: lies among the survey's sessions, which stay as they are; choose another --out")
-
-
-def _selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
-    """Return the chosen sessions, without those that corrections exclude."""
-    for wanted, have, option in (
-        (selection.floors, {ref.key.floor for ref in survey.sessions}, "--floor"),
-        (selection.devices, {ref.key.device for ref in survey.sessions}, "--device"),
-    ):
-        unknown = [value for value in wanted if value not in have]
-        if unknown:
-            there = ", ".join(str(value) for value in sorted(have, key=str))
-            raise UsageError(f"{option} {unknown[0]}: the survey has no session of it; there are: {there}")
-    return [
-        ref
-        for ref in survey.sessions
-        if (not selection.floors or ref.key.floor in selection.floors)
-        and (not selection.devices or ref.key.device in selection.devices)
-        and not corrections.excludes(ref.key)
-    ]
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
