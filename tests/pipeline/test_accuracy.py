@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,15 @@ from vislam2tag.evaluation.residuals import CONTROL_POINTS
 from vislam2tag.pipeline.accuracy import TRUTH_FILE, error_record
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.survey.model import ControlPoints, Floor
 
-POINTS = ControlPoints(("0", "1"), np.array([[2.0, 0.5], [6.0, 0.0]]))
-NO_POINTS = ControlPoints((), np.empty((0, 2)))
+
+def floor_with(points: ControlPoints) -> Floor:
+    return Floor(3, "third", 20.0, 20.0, None, None, points)
+
+
+POINTS = floor_with(ControlPoints(("0", "1"), np.array([[2.0, 0.5], [6.0, 0.0]])))
+NO_POINTS = floor_with(ControlPoints((), np.empty((0, 2))))
 PRESSES = np.array([3_000_000_000, 7_000_000_000])
 NONE = PRESSES[:0]
 
@@ -36,8 +42,16 @@ def test_presses_count_where_there_is_no_truth(tmp_path: Path) -> None:
     assert (record.sources, record.points, [row.sum_m for row in record.rows]) == ({CONTROL_POINTS: 1}, 2, [0.5])
 
 
+def test_presses_on_another_floor_say_nothing_of_this_ones_points(tmp_path: Path) -> None:
+    walk = straight_walk()
+    elsewhere = replace(walk, floor=np.where(walk.time_ns < 5_000_000_000, 4, 3))
+    record, _ = error_record(tmp_path, elsewhere, PRESSES, POINTS)
+    assert record is not None
+    assert (record.points, [row.sum_m for row in record.rows]) == (1, [0.0])
+
+
 @pytest.mark.parametrize(("presses", "points"), [(NONE, POINTS), (PRESSES, NO_POINTS)])
-def test_without_either_nothing_is_known(tmp_path: Path, presses: np.ndarray, points: ControlPoints) -> None:
+def test_without_either_nothing_is_known(tmp_path: Path, presses: np.ndarray, points: Floor) -> None:
     assert error_record(tmp_path, straight_walk(), presses, points) == (None, [])
 
 

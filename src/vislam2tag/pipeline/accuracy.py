@@ -6,14 +6,15 @@ import hashlib
 from pathlib import Path
 
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.reliability import reduce_errors
 from vislam2tag.evaluation.residuals import CONTROL_POINTS, residuals_at_presses, residuals_at_truth
-from vislam2tag.evaluation.truth import read_truth
+from vislam2tag.evaluation.truth import MAX_GAP_S, read_truth
 from vislam2tag.findings import Finding
 from vislam2tag.results import ErrorRecord
-from vislam2tag.survey.model import ControlPoints
+from vislam2tag.survey.model import Floor
 
 TRUTH_FILE = "truth.csv"
 
@@ -27,11 +28,12 @@ def truth_mark(folder: Path) -> str:
 
 
 def error_record(
-    folder: Path, trajectory: Trajectory, presses_ns: IntArray, points: ControlPoints
+    folder: Path, trajectory: Trajectory, presses_ns: IntArray, floor: Floor
 ) -> tuple[ErrorRecord | None, list[Finding]]:
-    """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) next to the floor's control points.
+    """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) on the session's ``floor``.
 
-    None where neither is there; a truth file that cannot be read is a finding.
+    A press counts as its distance to the nearest control point there. None where neither is there; a truth file that
+    cannot be read is a finding.
     """
     findings = []
     if truth_mark(folder):
@@ -40,10 +42,17 @@ def error_record(
             return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), []
         except SessionError as error:
             findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_cause(error)))
-    if not len(presses_ns) or not len(points.ids):
+    presses_ns = _on_floor(floor.number, trajectory, presses_ns)
+    if not len(presses_ns) or not len(floor.control_points.ids):
         return None, findings
-    at_presses = residuals_at_presses(trajectory, presses_ns, points.position_bcs)
+    at_presses = residuals_at_presses(trajectory, presses_ns, floor.control_points.position_bcs)
     return reduce_errors(CONTROL_POINTS, at_presses.error_m, at_presses.covariance_m2), findings
+
+
+def _on_floor(number: int, trajectory: Trajectory, presses_ns: IntArray) -> IntArray:
+    """Keep the presses (k,) made on this floor, which is the session's own."""
+    where = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).floor
+    return presses_ns[where == number] if len(where) else presses_ns
 
 
 def _cause(error: SessionError) -> str:

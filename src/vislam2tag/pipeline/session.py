@@ -154,7 +154,7 @@ def _process(job: Job) -> SessionResult:
         _write_table(job, name, table)
     pose_lag_s = _pose_lag(session)
     drawings = draw(job.floor.number, session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"])
-    errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor.control_points)
+    errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor)
     return _result(
         job,
         fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}, considered),
