@@ -59,7 +59,7 @@ def test_a_truth_that_is_none_is_a_finding_and_not_the_end(tmp_path: Path) -> No
     (tmp_path / TRUTH_FILE).write_text("time;x;y\n1;2;3\n")
     record, (finding,) = error_record(tmp_path, straight_walk(), PRESSES, POINTS)
     assert (finding.kind, finding.file) == ("unreadable_truth", TRUTH_FILE)
-    assert finding.message.startswith("expected a table with the columns time_ns, x and y")
+    assert finding.message.startswith("expected a table with the header time_ns,x,y")
     assert record is not None
     assert record.sources == {CONTROL_POINTS: 1}
 

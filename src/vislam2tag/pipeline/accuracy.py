@@ -17,6 +17,10 @@ from vislam2tag.results import ErrorRecord
 from vislam2tag.survey.model import Floor
 
 TRUTH_FILE = "truth.csv"
+_UNREADABLE = (
+    "expected a table with the header time_ns,x,y and a number in each of these; the session's errors are not known: "
+    "correct or remove it"
+)
 
 
 def truth_mark(folder: Path) -> str:
@@ -40,8 +44,8 @@ def error_record(
         try:
             at_truth = residuals_at_truth(trajectory, read_truth(folder / TRUTH_FILE))
             return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), []
-        except SessionError as error:
-            findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_cause(error)))
+        except SessionError:
+            findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_UNREADABLE))
     presses_ns = _on_floor(floor.number, trajectory, presses_ns)
     if not len(presses_ns) or not len(floor.control_points.ids):
         return None, findings
@@ -53,7 +57,3 @@ def _on_floor(number: int, trajectory: Trajectory, presses_ns: IntArray) -> IntA
     """Keep the presses (k,) made on this floor, which is the session's own."""
     where = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).floor
     return presses_ns[where == number] if len(where) else presses_ns
-
-
-def _cause(error: SessionError) -> str:
-    return f"{str(error).partition(': ')[2]}; errors are not known: correct or remove it"
