@@ -142,13 +142,16 @@ def _fresh_rows(camera: CameraTrack, log: LandmarkLog) -> IntArray:
 
     Where landmarks out of sight move at all frames, as those of some trackers may, that tells nothing.
     """
-    rows = np.flatnonzero(~log.lost)
-    same = np.all(np.diff(log.position_acs[rows], axis=0, prepend=np.nan) == 0, axis=1)
-    first = np.diff(log.landmark[rows], prepend=-1) != 0
-    rows, first = rows[first | ~same], first[first | ~same]
+    position, lost = log.position_acs, log.lost
+    moved = np.zeros(len(lost), dtype=bool)
+    for axis in range(3):
+        moved[1:] |= position[1:, axis] != position[:-1, axis]
+    moved[1:] &= ~lost[:-1]
+    first = np.diff(log.landmark, prepend=-1) != 0
+    rows = np.flatnonzero((first | moved) & ~lost)
     apart = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
     map_moved = np.zeros(len(camera.time_ns), dtype=bool)
-    map_moved[log.frame[rows[(apart > OUT_OF_SIGHT_M) & ~first]]] = True
+    map_moved[log.frame[rows[(apart > OUT_OF_SIGHT_M) & ~first[rows]]]] = True
     near: IntArray = rows[apart < SIGHTING_REACH_M]
     seen: IntArray = near[~map_moved[log.frame[near]]]
     return seen if len(seen) else near

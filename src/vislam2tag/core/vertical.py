@@ -99,11 +99,13 @@ def _common_steps(camera: CameraTrack, log: LandmarkLog, step: FloatArray, usual
     Only where it explains an odd step of the camera; landmarks that move alone are the tracker's new idea of them.
     """
     odd = np.abs(step - usual) > ODD_STEP_M
-    rank = usable_rank(camera)[log.frame]
-    earlier = np.flatnonzero((np.diff(log.landmark) == 0) & (np.diff(rank) == 1) & ~log.lost[1:] & ~log.lost[:-1])
-    earlier = earlier[odd[rank[earlier]]]
-    moved = log.position_acs[earlier + 1, 1] - log.position_acs[earlier, 1]
-    common = _medians(rank[earlier], moved, len(step))
+    rank = usable_rank(camera)
+    after_odd = np.concatenate(([False], odd))[rank.clip(0)]
+    later = np.flatnonzero(after_odd[log.frame[1:]] & (log.landmark[1:] == log.landmark[:-1])) + 1
+    later = later[rank[log.frame[later]] - rank[log.frame[later - 1]] == 1]
+    later = later[~log.lost[later] & ~log.lost[later - 1]]
+    moved = log.position_acs[later, 1] - log.position_acs[later - 1, 1]
+    common = _medians(rank[log.frame[later]] - 1, moved, len(step))
     explains = np.abs(step - common - usual) < np.abs(step - usual)
     return np.where(odd & explains, common, 0.0)
 
