@@ -44,8 +44,14 @@ def floor_figure(
     height of the floor, and a metric grid stands in where there is none. The axes span the plan and all that was
     surveyed, also beside it; the page widens them by what is mapped.
     """
-    traces = [*session_traces(), *_site_traces(floor, landmarks), *arrows(contradictions)]
-    figure = go.Figure(data=traces, layout_template="none")
+    return site_figure(floor, landmarks, plan, session_traces(), arrows(contradictions))
+
+
+def site_figure(
+    floor: Floor, landmarks: Landmarks, plan: str | None, below: Sequence[Trace], above: Sequence[Trace]
+) -> str:
+    """Return, as JSON, a floor's plan and what was surveyed there, with traces below and above it."""
+    figure = go.Figure(data=[*below, *_site_traces(floor, landmarks), *above], layout_template="none")
     figure.update_layout(page_layout())
     x, y = np.vstack((landmarks.position_bcs[surveyed_on(floor, landmarks)], floor.control_points.position_bcs)).T
     across, up = _span(floor.width_m, x), _span(floor.height_m, y)

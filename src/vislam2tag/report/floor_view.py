@@ -11,7 +11,7 @@ import numpy as np
 
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.report.figures import floor_figure, surveyed_on
-from vislam2tag.report.plan import plan_data_uri
+from vislam2tag.report.plan import drawn_plan
 from vislam2tag.report.views import SessionView
 from vislam2tag.results import LandmarkContradiction
 from vislam2tag.survey.model import Floor
@@ -57,15 +57,7 @@ class FloorView:
     @cached_property
     def _plan(self) -> tuple[str | None, str]:
         """The plan as a data URI where it can be drawn, else a sentence that says why not."""
-        plan = self.floor.plan
-        if plan is None:
-            return None, "There is no plan of this floor: a grid is drawn instead."
-        if self.floor.width_m is None or self.floor.height_m is None:
-            return None, f"{plan.name} is not drawn, as no file gives the floor's size: a grid is drawn instead."
-        try:
-            return plan_data_uri(plan), ""
-        except OSError as error:
-            return None, f"{plan.name} {error}: a grid is drawn instead."
+        return drawn_plan(self.floor)
 
     def _outside(self) -> str:
         """Name the surveyed landmarks beside the plan; empty where there is none."""

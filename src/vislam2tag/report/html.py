@@ -13,19 +13,16 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
-from vislam2tag.errors import OutputError
 from vislam2tag.report.arrows import size_m
 from vislam2tag.report.figures import TimeBar, time_figure
 from vislam2tag.report.floor_view import FloorView
 from vislam2tag.report.layers import session_part
+from vislam2tag.report.page import embedded, write_page
 from vislam2tag.report.palette import STATUS_STYLES, style_of
 from vislam2tag.report.uncertainty_view import UncertaintyView, event_style
 from vislam2tag.report.views import Overview, SessionView
-from vislam2tag.report.wording import FILTERS
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.settings import Settings
 from vislam2tag.survey.model import Survey
@@ -42,19 +39,7 @@ def write_report(
     with their number; ``summary`` is their :func:`~vislam2tag.report.summary.summarise`. Equal input gives equal
     bytes. The page is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
     """
-    partial = out_file.with_name(out_file.name + ".part")
-    page = _environment().get_template("page.html.j2").generate(_context(survey, settings, results, summary))
-    try:
-        # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
-        with partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream:
-            stream.writelines(page)
-        partial.replace(out_file)
-    except OSError as error:
-        raise OutputError(
-            f"{out_file}: the report cannot be written ({error.strerror}); free or choose the place"
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
+    write_page(out_file, "page.html.j2", _context(survey, settings, results, summary))
 
 
 @dataclass
@@ -92,7 +77,7 @@ class _Pages:
             yield view
 
     def time_figure(self) -> Markup:
-        return _embedded(time_figure(self.bars))
+        return embedded(time_figure(self.bars))
 
 
 def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary) -> dict[str, Any]:
@@ -107,37 +92,17 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
         "uncertainty": UncertaintyView(summary, settings.labels.max_sigma_m),
         "event_style": event_style,
         "size_m": size_m,
-        "embedded": _embedded,
         "infinity": math.inf,
         "styles": STATUS_STYLES,
         "style_of": style_of,
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
-        "figure": lambda view: _embedded(view.figure),
-        "part": lambda view, floor=None: _embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
+        "figure": lambda view: embedded(view.figure),
+        "part": lambda view, floor=None: embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
         "settings": list(_flat(settings.model_dump(mode="json"))),
         "versions": _versions(summary),
-        "css": Markup((assets / "page.css").read_text("utf-8")),
         "js": Markup((assets / "page.js").read_text("utf-8")),
-        "plotly_js": Markup(get_plotlyjs()),
     }
-
-
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("vislam2tag.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters.update(FILTERS)
-    return environment
-
-
-def _embedded(text: str) -> Markup:
-    """Make JSON safe inside a script element: nothing in it can end the element or open a comment."""
-    return Markup(text.replace("<", "\\u003c"))
 
 
 def _flat(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

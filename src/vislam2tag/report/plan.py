@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plan_image import load_plan
 
 MAX_PIXELS = 1400
@@ -24,6 +25,19 @@ def plan_data_uri(path: Path) -> str:
     buffer = io.BytesIO()
     _on_paper(load_plan(path, MAX_PIXELS)).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def drawn_plan(floor: Floor) -> tuple[str | None, str]:
+    """Return a floor's plan as a data URI where it can be drawn, else None and a sentence that says why not."""
+    plan = floor.plan
+    if plan is None:
+        return None, "There is no plan of this floor: a grid is drawn instead."
+    if floor.width_m is None or floor.height_m is None:
+        return None, f"{plan.name} is not drawn, as no file gives the floor's size: a grid is drawn instead."
+    try:
+        return plan_data_uri(plan), ""
+    except OSError as error:
+        return None, f"{plan.name} {error}: a grid is drawn instead."
 
 
 def _on_paper(plan: Image.Image) -> Image.Image:

@@ -1,0 +1,57 @@
+"""An HTML page that needs nothing else: written from a template, whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from vislam2tag.errors import OutputError
+from vislam2tag.report.wording import FILTERS
+
+
+def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
+    """Write the page ``out_file``: the template's text as it comes, beside it and renamed when whole.
+
+    The template also gets ``css``, ``plotly_js`` and ``embedded``. Raises OutputError where it cannot be written.
+    """
+    partial = out_file.with_name(out_file.name + ".part")
+    page = _environment().get_template(template).generate(_assets() | dict(context))
+    try:
+        # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
+        with partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream:
+            stream.writelines(page)
+        partial.replace(out_file)
+    except OSError as error:
+        raise OutputError(
+            f"{out_file}: the report cannot be written ({error.strerror}); free or choose the place"
+        ) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def embedded(text: str) -> Markup:
+    """Make JSON safe inside a script element: nothing in it can end the element or open a comment."""
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def _assets() -> dict[str, Any]:
+    css = resources.files("vislam2tag.report") / "templates" / "page.css"
+    return {"css": Markup(css.read_text("utf-8")), "plotly_js": Markup(get_plotlyjs()), "embedded": embedded}
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("vislam2tag.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(FILTERS)
+    return environment
