@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.odometry import MOVED_M, Odometry, sheet_heading
+from vislam2tag.core.map_moves import MOVED_M, orientation_is_estimated, sheet_heading
+from vislam2tag.core.odometry import Odometry
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 
@@ -69,7 +70,7 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
     mean = _mean(place, weight, group, count)
     spread = np.sqrt(_mean(np.abs(place - mean[group]) ** 2 + 0j, weight, group, count).real / 2)
     heading = _mean(odometry.turn[at] * sheet_heading(log.orientation_acs[rows]), weight, group, count)
-    heading *= _orientation_is_estimated(log)
+    heading *= orientation_is_estimated(log)
     order = np.argsort(at[nearest], kind="stable")
     return Passes(
         at=at[nearest][order],
@@ -96,15 +97,7 @@ def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArra
     first = np.diff(log.landmark[held], prepend=-1) != 0
     changed = np.abs(np.diff(plane, prepend=np.inf)) > MOVED_M
     rewritten = odometry.rewritten[rank[log.frame[held]]]
-    return held[first | (changed & ~rewritten)]
-
-
-def _orientation_is_estimated(log: LandmarkLog) -> bool:
-    """Whether logged orientations say anything: some logs hold a constant for sheets that hang or move otherwise."""
-    held = ~log.lost
-    position, orientation = log.position_acs[held], log.orientation_acs[held]
-    constant = bool(np.all(orientation == orientation[:1]))
-    return not (constant and np.any(np.abs(position - position[:1]) > MOVED_M))
+    return np.asarray(held[first | (changed & ~rewritten)])
 
 
 def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:

@@ -1,0 +1,58 @@
+"""Stretches without tracking: landmarks at the camera or not logged at all, or a camera that is frozen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+
+FROZEN_S = 0.3
+"""A camera position that stays the same to the last bit for longer is no position."""
+STANDING_M_S = 0.3
+"""A camera that moves less than this on average while tracking is lost is frozen, noise or not."""
+FASTEST_M_S = 3.0
+"""Nobody walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
+WALKING_M_S = 1.0
+FOUND_SIGMA_M = 0.1
+"""How far off a tracker may be that goes on through a loss."""
+
+
+def lost_frames(camera: CameraTrack, log: LandmarkLog, frame: IntArray) -> BoolArray:
+    """Mask (n,) of the usable frames in which landmarks are at the camera, or none is logged any more."""
+    at_camera = np.zeros(len(camera.time_ns), dtype=bool)
+    at_camera[log.frame[log.lost]] = True
+    silent = np.ones(len(camera.time_ns), dtype=bool)
+    silent[log.frame] = False
+    silent[: log.frame.min(initial=len(silent))] = False
+    return np.asarray((at_camera | silent)[frame])
+
+
+def frozen_frames(camera: CameraTrack, frame: IntArray, time_s: FloatArray) -> BoolArray:
+    """Mask (n,) of the usable frames in which the camera's position stays the same for :data:`FROZEN_S`."""
+    position = camera.position_acs[frame]
+    frozen = np.zeros(len(frame), dtype=bool)
+    for first, after in runs(np.all(position[1:] == position[:-1], axis=1)):
+        if time_s[after] - time_s[first] > FROZEN_S:
+            frozen[first : after + 1] = True
+    return frozen
+
+
+def runs(mask: BoolArray) -> list[tuple[int, int]]:
+    """Start (included) and stop (excluded) of each run of true entries."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def bridge_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Steps (k,) over a loss and their variances (k,) per axis beyond the usual drift, m^2.
+
+    A tracker that goes on meanwhile is believed nearly as ever. A frozen camera's way, as far as the tracker says when
+    it finds itself again, is spread evenly, with the freedom of somebody who walks unseen.
+    """
+    share = dt / dt.sum()
+    if np.abs(step[:-1]).sum() >= STANDING_M_S * dt[:-1].sum() > 0:
+        return step, FOUND_SIGMA_M**2 * share
+    way = complex(step.sum())
+    kept = way if abs(way) < FASTEST_M_S * (dt.sum() + 1) else 0j
+    return kept * share, (0.5 * WALKING_M_S * dt.sum()) ** 2 * share
