@@ -6,12 +6,14 @@ import tarfile
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.evaluation.residuals import Residuals, residuals_at_truth
 from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
@@ -41,6 +43,20 @@ class Walk:
         if self.truth_at_frames:
             return errors_at_frames(trajectory, self.truth)
         return errors_at_truth(trajectory, self.truth)
+
+    def residuals(self, trajectory: Trajectory) -> Residuals:
+        """Errors as vectors with the covariances stated, at the same points (usable frames inside the truth)."""
+        if self.truth is None:
+            return Residuals(np.empty((0, 2)), np.empty((0, 2, 2)))
+        return residuals_at_truth(trajectory, self.truth if not self.truth_at_frames else self._truth_at_frames)
+
+    @cached_property
+    def _truth_at_frames(self) -> Truth:
+        assert self.truth is not None
+        known, time_ns = self.truth.time_ns, self.camera.time_ns[self.camera.usable]
+        time_ns = time_ns[(time_ns >= known[0]) & (time_ns <= known[-1])]
+        x, y = (np.interp(time_ns - known[0], known - known[0], axis) for axis in self.truth.position_bcs.T)
+        return Truth(time_ns, np.column_stack((x, y)))
 
 
 def landmarks_on(survey: Survey, floor: int) -> Landmarks:

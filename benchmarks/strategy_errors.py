@@ -1,10 +1,11 @@
 """Errors of every registered strategy on generated and on real walks, in metres.
 
-Generated walks are compared at every camera frame, real ones at their true points. Each walk counts once: a figure is
-the average of the walks' figures.
+Generated walks are compared at every camera frame, real ones at their true points; nothing is marked uncertain. Each
+walk counts once: a figure is the average of the walks' figures. Coverage is pooled over all points. The smoother is
+also compared with each other strategy on the points that both label.
 
     python benchmarks/strategy_errors.py                               seeds 1 to 8: 96 generated walks
-    python benchmarks/strategy_errors.py --seeds 21 22 --severity mild
+    python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -21,12 +23,16 @@ from data_sets import Walk, generated, real_walks
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.evaluation.reliability import added, reduce_errors
 from vislam2tag.evaluation.truth import ErrorSummary, average, summarise
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.results import ErrorRecord
 from vislam2tag.settings import Settings
 
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
+STATED = (0.68, 0.95)
+OURS = "smoother"
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,21 @@ class Mapped:
     """What a strategy makes of a walk."""
 
     error: ErrorSummary
+    errors_m: FloatArray
+    """Error at each point asked for, NaN without a label."""
+    record: ErrorRecord
+    """Errors counted by the region that the strategy states."""
     frames: FloatArray
     """Share of the camera's frames with each status code."""
+
+    @classmethod
+    def of(cls, walk: Walk, strategy: MappingStrategy) -> Mapped:
+        """Map a walk and compare it with its truth."""
+        trajectory = strategy.map(walk.camera, walk.log, walk.landmarks)
+        errors, residuals = walk.errors(trajectory), walk.residuals(trajectory)
+        shares = np.bincount(trajectory.status, minlength=len(STATUS_LABELS)) / len(trajectory.status)
+        record = reduce_errors("truth.csv", residuals.error_m, residuals.covariance_m2)
+        return cls(summarise(errors), errors, record, shares)
 
 
 Results = dict[str, dict[str, Mapped]]
@@ -46,21 +65,21 @@ def main() -> None:
     """Map every walk with every strategy and print the tables of each data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 9)))
-    parser.add_argument("--severity", default="default")
+    parser.add_argument("--severity", nargs="+", default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
     parser.add_argument("--csv", type=Path, help="write every walk's figures there")
     options = parser.parse_args()
-    data_sets = {
-        "generated": evaluate(generated(options.seeds, options.severity)),
-        "real": evaluate(real_walks()),
-    }
+    data_sets = {f"generated, {level}": evaluate(generated(options.seeds, level)) for level in options.severity}
+    data_sets["real"] = evaluate(real_walks())
     for name, results in data_sets.items():
         if any(results.values()):
             print_averages(name, results)
             print_averages(f"{name}, only walks of which nothing is discarded", whole(results))
+            print_comparison(name, results)
             print_causes(results)
             if options.walks:
                 print_walks(results)
+    print_coverage(data_sets)
     if options.csv is not None:
         write_csv(data_sets, options.csv)
 
@@ -71,9 +90,7 @@ def evaluate(walks: Iterable[Walk]) -> Results:
     results: Results = {name: {} for name in strategies}
     for number, walk in enumerate(walks, start=1):
         for name, strategy in strategies.items():
-            trajectory = strategy.map(walk.camera, walk.log, walk.landmarks)
-            shares = np.bincount(trajectory.status, minlength=len(STATUS_LABELS)) / len(trajectory.status)
-            results[name][f"{number} {walk.name}"] = Mapped(summarise(walk.errors(trajectory)), shares)
+            results[name][f"{number} {walk.name}"] = Mapped.of(walk, strategy)
     return results
 
 
@@ -92,6 +109,40 @@ def print_averages(name: str, results: Results) -> None:
     print("| --- " * (len(HEADS) + 1) + "|")
     for strategy, walks in results.items():
         print(f"| {strategy} | {cells(average([mapped.error for mapped in walks.values()]))} |")
+
+
+def print_comparison(name: str, results: Results) -> None:
+    """Print how the smoother does against each other strategy where both have a label, as Markdown."""
+    print(f"\n{name}: mean error on the points that both label, averaged over the walks (metres)\n")
+    print("| strategy | its error | smoother's | ratio | walks | worst excess of a walk |")
+    print("| --- " * 6 + "|")
+    for strategy, walks in results.items():
+        pairs = {walk: common_means(results[OURS][walk], mapped) for walk, mapped in walks.items()}
+        compared = {walk: pair for walk, pair in pairs.items() if pair is not None}
+        if strategy == OURS or not compared:
+            continue
+        ours, theirs = np.mean(list(compared.values()), axis=0).tolist()
+        excess, worst = max((mine - its, walk) for walk, (mine, its) in compared.items())
+        row = f"{theirs:.3f} | {ours:.3f} | {ours / theirs:.2f} | {len(compared)} | {excess:+.3f} ({worst})"
+        print(f"| {strategy} | {row} |")
+
+
+def common_means(ours: Mapped, theirs: Mapped) -> tuple[float, float] | None:
+    """Mean errors where both have a label; None where that is nowhere."""
+    both = np.isfinite(ours.errors_m) & np.isfinite(theirs.errors_m)
+    return (float(ours.errors_m[both].mean()), float(theirs.errors_m[both].mean())) if both.any() else None
+
+
+def print_coverage(data_sets: dict[str, Results]) -> None:
+    """Print for strategies that state a covariance the share of all errors inside its regions, as Markdown."""
+    print(f"\n| data | strategy | points | {' | '.join(f'inside {stated:.0%}' for stated in STATED)} |")
+    print("| --- " * (3 + len(STATED)) + "|")
+    for data, results in data_sets.items():
+        for strategy, walks in results.items():
+            inside = np.array(reduce(added, [one.record for one in walks.values()]).inside) if walks else np.zeros(100)
+            if inside.sum():
+                shares = [f"{inside[: round(100 * stated)].sum() / inside.sum():.1%}" for stated in STATED]
+                print(f"| {data} | {strategy} | {inside.sum()} | {' | '.join(shares)} |")
 
 
 def print_causes(results: Results) -> None:
