@@ -44,7 +44,8 @@ def bridged(model: Model, weights: Weights, solution: Solution) -> Knots:
     gain = before @ onward.transpose(0, 2, 1) @ np.linalg.inv(whole)
     rest = transitions(model.path, first, at) - gain @ model.carry[stretch]
     state = np.einsum("kij,kj->ki", rest, solution.state[stretch])
-    state += np.einsum("kij,kj->ki", gain, solution.state[stretch + 1])
+    state += np.einsum("kij,kj->ki", gain, solution.state[stretch + 1] + model.drifted(first, last))
+    state -= model.drifted(first, at)
     mixed = rest @ solution.next_covariance[stretch] @ gain.transpose(0, 2, 1)
     covariance = (
         rest @ solution.covariance[stretch] @ rest.transpose(0, 2, 1)

@@ -78,7 +78,7 @@ def _with_border(
 ) -> Solution:
     """Solve for the border by its Schur complement and add what its uncertainty does to the states."""
     free, response = columns[:, :, 0], columns[:, :, 1:]
-    flat = equations.border.reshape(-1, equations.border.shape[2])
+    flat = equations.border.reshape(free.size, equations.border.shape[2])
     schur = equations.corner - flat.T @ response.reshape(flat.shape)
     border_covariance: FloatArray = np.asarray(np.linalg.inv((schur + schur.T) / 2), dtype=np.float64)
     border = border_covariance @ (equations.corner_right - flat.T @ free.reshape(-1))

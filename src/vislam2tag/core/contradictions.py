@@ -21,6 +21,9 @@ CERTAIN_SIGMAS = 5.0
 """A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""
 LEAST_M = 0.15
 """... and at least this far."""
+SUSPECT = 2.0
+"""Only landmarks are looked at whose survey or one of whose passes the smoother takes for this much less certain
+(variance) than most; none of the others can contradict the rest."""
 FEWEST_OTHERS = 2
 """So many other surveyed landmarks must have been passed to say so."""
 
@@ -30,7 +33,10 @@ def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
     passed = np.intersect1d(np.flatnonzero(smoothed.known.surveyed), smoothed.model.walked.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
         return ()
-    found = [one for landmark in passed.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
+    doubt = smoothed.weights.landmark.copy()
+    np.maximum.at(doubt, smoothed.model.walked.passes.landmark, smoothed.weights.sighting)
+    suspects = passed[doubt[passed] > SUSPECT]
+    found = [one for landmark in suspects.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
     return tuple(sorted(found, key=lambda one: -one.size_m))
 
 

@@ -19,6 +19,8 @@ class EventKind(StrEnum):
     """The camera alone jumped as a known landmark came into view again, or back to where it had been."""
     LOSS = "loss"
     """Tracking was lost; ``size_m`` is what the tracker says the camera moved meanwhile."""
+    SLIP = "slip"
+    """Between two passes of landmarks the tracker led elsewhere than usual drift explains; the frame is the middle."""
 
 
 @dataclass(frozen=True)

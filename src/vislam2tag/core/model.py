@@ -74,6 +74,21 @@ class Model:
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
 
     @cached_property
+    def drifted_sums(self) -> FloatArray:
+        """(n, 3) sums of the heading drift that the reference already has, times 1, x and y of the path."""
+        centred = self.path - self.path.mean()
+        step = np.diff(np.unwrap(np.angle(self.turn)))
+        terms = np.stack((step, step * centred.real[1:], step * centred.imag[1:]), axis=1)
+        return np.concatenate((np.zeros((1, 3)), np.cumsum(terms, axis=0)))
+
+    def drifted(self, a: IntArray, b: IntArray) -> FloatArray:
+        """(k, 4) the drift from frames ``a`` to ``b`` that the reference already has."""
+        total, sx, sy = (self.drifted_sums[b] - self.drifted_sums[a]).T
+        centred = self.path - self.path.mean()
+        x, y = centred.real[b] * total - sx, centred.imag[b] * total - sy
+        return np.stack((-y, x, np.zeros_like(x), total), axis=1)
+
+    @cached_property
     def carry(self) -> FloatArray:
         """(p + 1, 4, 4) what becomes of a state from node to node without drift."""
         return transitions(self.path, self.walked.nodes[:-1], self.walked.nodes[1:])

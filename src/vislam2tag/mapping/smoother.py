@@ -10,6 +10,7 @@ from vislam2tag.core.contradictions import contradictions
 from vislam2tag.core.height import estimate_heights
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.orientation import camera_to_bcs
+from vislam2tag.core.slips import slips
 from vislam2tag.core.smoothing import mapped_path, smooth
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
@@ -49,7 +50,7 @@ class Smoother:
             sheet.finish(camera, (), nothing.visits),
             covariance_bcs=covariance,
             floor=heights.floor,
-            events=nothing.events,
+            events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
         )
 

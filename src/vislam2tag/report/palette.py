@@ -141,6 +141,12 @@ EVENT_STYLES: dict[EventKind, EventStyle] = {
         "square-x-open",
         "#d55e00",
     ),
+    EventKind.SLIP: EventStyle(
+        "slip",
+        "Between two landmarks the walk drifted far more than usual, as only the landmarks tell; marked midway.",
+        "hourglass-open",
+        "#e69f00",
+    ),
 }
 """Style of each kind of event, in the order of every list."""
 
