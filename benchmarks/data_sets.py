@@ -17,6 +17,7 @@ from vislam2tag.evaluation.residuals import Residuals, residuals_at_truth
 from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.survey.model import Survey
 
@@ -76,12 +77,14 @@ def walks_of(root: Path, *, truth_at_frames: bool) -> Iterator[Walk]:
         yield Walk(ref.slug, session.camera, session.landmarks, landmarks, truth, truth_at_frames)
 
 
-def generated(seeds: list[int], severity: str = "default") -> Iterator[Walk]:
-    """Walks of 3 minutes at this severity: for each seed 2 floors x 2 phones x 3 sessions, written and read back."""
+def generated(
+    seeds: list[int], severity: str = "default", building: BuildingSettings | None = None, sessions: int = 3
+) -> Iterator[Walk]:
+    """Walks of 3 minutes at this severity: for each seed 2 floors x 2 phones x ``sessions``, written and read back."""
     for seed in seeds:
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder) / "survey"
-            simulate(regular_survey(seed, severity, sessions=3), root)
+            simulate(regular_survey(seed, severity, sessions=sessions, building=building), root)
             yield from walks_of(root, truth_at_frames=True)
 
 
