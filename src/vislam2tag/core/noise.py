@@ -30,10 +30,10 @@ class Noise:
     the error per axis that one pass of a landmark has at 1 m distance, ``sheet_rad`` that of its logged heading.
     """
 
-    position_m: float = 0.018
+    position_m: float = 0.016
     heading_rad: float = 0.0015
     scale: float = 0.0008
-    sighting_m: float = 0.10
+    sighting_m: float = 0.11
     sheet_rad: float = 0.03
 
     def level(self, source: Source) -> float:

@@ -172,4 +172,4 @@ def _widening(freedom: npt.ArrayLike) -> FloatArray:
     Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
     """
     freedom = np.asarray(freedom, dtype=np.float64)
-    return np.asarray(freedom / np.maximum(freedom - 1.4, 0.6))
+    return np.asarray(freedom / np.maximum(freedom - 1.2, 0.8))
