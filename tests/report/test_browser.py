@@ -255,3 +255,21 @@ def test_reliability_and_coverage_are_drawn(page: Page) -> None:
     for index in range(2):
         assert charts.nth(index).locator(".scatterlayer path.js-line").count() == 2
     assert "limit 0.5 m" in charts.nth(1).inner_text()
+
+
+def test_a_walk_is_drawn_on_each_floor_it_led_to(browser: Browser, tmp_path: Path, problems: list[str]) -> None:
+    survey = make_survey(tmp_path / "survey")
+    own, other = (Drawing(mapped=[Stretch(status="ok", points=[(x, 1.0), (x, 5.0)])]) for x in (10.0, 20.0))
+    walk = make_result(survey.sessions[0]).model_copy(
+        update={"drawing": own, "elsewhere": {2: other}, "visits": [], "events": []}
+    )
+    write_report(tmp_path / "report.html", survey, Settings(), [walk], summarise([walk], "smoother", "0.1.0"))
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
+    page.goto((tmp_path / "report.html").as_uri())
+    page.wait_for_selector("#times .barlayer")
+    script = "(floor) => document.getElementById(`map-${floor}`).data.find((trace) => trace.meta === 'ok').x"
+    drawn = [page.evaluate(script, floor) for floor in (1, 2)]
+    page.close()
+    assert drawn == [[10.0, 10.0], [20.0, 20.0]]
+    assert problems == []
