@@ -1,0 +1,119 @@
+"""``vislam2tag survey-landmarks``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from vislam2tag.pipeline.completed_file import check_targets, write_completed
+from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
+from vislam2tag.pipeline.landmark_survey import JointSurvey, ReducedSession, survey_landmarks
+
+HELP = """
+Give landmarks without a position one, from all walks together.
+
+Measure three or more landmarks well apart, leave x and y of the others empty in marker_dict.csv (or the others out of
+it), walk past all of them: each gets a position, a heading and their standard deviations. FILE holds all landmarks of
+all floors, the surveyed ones as they are; `process --landmarks FILE` reads it. The survey stays as it is.
+
+Exit code: 0 all right, 1 at least one session cannot be read or is not tied to the survey, 2 wrong usage, not a survey,
+or FILE cannot be written, 130 interrupted (nothing is written).
+
+Examples:
+
+    vislam2tag survey-landmarks survey --out completed.csv
+
+    vislam2tag survey-landmarks survey --out completed.csv --report landmarks.json --floor 1
+
+    vislam2tag process survey --out labels --landmarks completed.csv
+"""
+_PIPE_WIDTH = 140
+"""Columns of the table where the output is no terminal."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("survey-landmarks", help=HELP)(_survey_landmarks)
+
+
+def _survey_landmarks(
+    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Landmark file to write, or to write anew.")],
+    floor: Annotated[
+        list[int] | None, typer.Option(help="Only walks that start on this floor; repeatable. FILE holds all floors.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
+    ] = None,
+) -> None:
+    check_targets(survey, out, *([] if report is None else [report]))
+    result = landmark_survey(_with_progress(survey, tuple(floor or ()), jobs))
+    write_completed(result, out, report)
+    _print(result, out)
+    raise typer.Exit(0 if all(session.used for session in result.sessions) else 1)
+
+
+def _with_progress(survey: Path, floors: tuple[int, ...], jobs: int) -> JointSurvey:
+    console = Console(stderr=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+
+        def advance(session: ReducedSession, total: int) -> None:
+            bar.update(task, advance=1, total=total)
+            if session.error:
+                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
+
+        return survey_landmarks(survey, floors=floors, jobs=jobs, progress=advance)
+
+
+def _print(result: LandmarkSurvey, out: Path) -> None:
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console.print(_table(result))
+    for session in result.sessions:
+        if session.note:
+            name = f"floor {session.floor} / {session.device} / {session.session}"
+            console.print(f"{escape(name)}: {escape(session.note)}", soft_wrap=True)
+    surveyed = sum(row.surveyed for row in result.landmarks)
+    placed = sum(row.x_m is not None for row in result.landmarks) - surveyed
+    console.print(
+        f"{len(result.landmarks)} landmarks: {surveyed} surveyed, {placed} estimated, "
+        f"{len(result.landmarks) - surveyed - placed} without a position; "
+        f"{sum(session.used for session in result.sessions)} of {len(result.sessions)} sessions used"
+    )
+    console.print(f"landmarks: {escape(str(out))}", soft_wrap=True)
+
+
+def _table(result: LandmarkSurvey) -> Table:
+    table = Table(title="Landmarks (metres)", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("landmark", overflow="fold")
+    for name in ("floor", "x", "y", "sigma", "sessions", "passes"):
+        table.add_column(name, justify="right")
+    table.add_column("position")
+    table.add_column("off by", justify="right")
+    table.add_column("note", overflow="fold")
+    for row in result.landmarks:
+        table.add_row(*_cells(row))
+    return table
+
+
+def _cells(row: LandmarkRow) -> tuple[str, ...]:
+    numbers = tuple("-" if number is None else f"{number:.2f}" for number in (row.x_m, row.y_m, row.sigma_m))
+    source = "surveyed" if row.surveyed else "estimated" if row.x_m is not None else "[red]none[/]"
+    off = "-"
+    if row.discrepancy_m is not None and row.discrepancy_sigma_m is not None:
+        off = f"{row.discrepancy_m:.2f} ± {row.discrepancy_sigma_m:.2f}"
+    counts = (str(row.sessions), str(row.passes))
+    return (escape(row.landmark), str(row.floor), *numbers, *counts, source, off, escape(row.note))

@@ -1,0 +1,69 @@
+"""Writing a completed landmark file, which ``process --landmarks`` reads, and its report."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from pathlib import Path
+
+from vislam2tag.errors import OutputError
+from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey
+
+COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
+PARTIAL = ".partial"
+
+
+def check_targets(survey_root: Path, *targets: Path) -> None:
+    """Raise OutputError where a file to be written has no folder, or lies among the survey's own files.
+
+    Before the work rather than after it.
+    """
+    root = survey_root.resolve()
+    for target in targets:
+        place = target.resolve()
+        if not target.parent.is_dir() or target.is_dir():
+            reason = "is a folder" if target.is_dir() else "there is no such folder"
+            raise OutputError(f"{target}: cannot be written ({reason}); choose another name")
+        if root not in place.parents:
+            continue
+        first = place.relative_to(root).parts[0]
+        if first.startswith("floor_") or first == "corrections.toml":
+            raise OutputError(f"{target}: lies among the survey's own files; choose another name")
+
+
+def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = None) -> None:
+    """Write the landmark file (docs/formats.md) and, where wanted, the whole result as JSON; each whole or not at all.
+
+    Raises OutputError where one cannot be written.
+    """
+    texts = {out: completed_text(survey)}
+    if report is not None:
+        texts[report] = survey.model_dump_json(indent=1) + "\n"
+    partial = {target: target.with_name(target.name + PARTIAL) for target in texts}
+    target = out
+    try:
+        for target, text in texts.items():
+            partial[target].write_text(text, encoding="utf-8", newline="")
+        for target, whole in partial.items():
+            os.replace(whole, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written ({error.strerror}); choose another name") from error
+    finally:
+        for rest in partial.values():
+            if rest.is_file():
+                rest.unlink(missing_ok=True)
+
+
+def completed_text(survey: LandmarkSurvey) -> str:
+    """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(COLUMNS)
+    rows.writerows(_fields(row) for row in survey.landmarks)
+    return text.getvalue()
+
+
+def _fields(row: LandmarkRow) -> tuple[str, ...]:
+    numbers = (row.x_m, row.y_m, row.z_m, row.floor, row.sigma_m, row.heading_rad, row.heading_sigma_rad)
+    return (row.landmark, *("" if number is None else str(number) for number in numbers))
