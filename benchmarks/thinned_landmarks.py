@@ -97,7 +97,9 @@ def print_table(name: str, found: Curves) -> None:
 def drawn(data_sets: dict[str, Curves]) -> go.Figure:
     """Draw mean error, 95th percentile and share labelled over k, one column for each data set."""
     rows = {"mean_m": "mean error, m", "p95_m": "95th percentile, m", "labelled_share": "share labelled"}
-    figure = make_subplots(len(rows), len(data_sets), column_titles=list(data_sets), shared_xaxes=True)
+    figure = make_subplots(
+        len(rows), len(data_sets), column_titles=list(data_sets), shared_xaxes=True, shared_yaxes=True
+    )
     for column, found in enumerate(data_sets.values(), start=1):
         for row, attribute in enumerate(rows, start=1):
             for strategy, errors in found.items():

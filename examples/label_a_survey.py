@@ -15,7 +15,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         survey, out = Path(folder) / "survey", Path(folder) / "labels"
         simulate(regular_survey(seed=5, floors=(0,), sessions=1, duration_s=90.0), survey)
-        summary = process(survey, out, Settings(strategy="local-corrected"), jobs=2)
+        summary = process(survey, out, Settings(strategy="smoother"), jobs=2)
         print(f"{summary.sessions} sessions, {summary.distance_m:.0f} m walked, findings: {summary.findings or 'none'}")
 
         wifi = pl.read_parquet(out / "wifi" / "*.parquet")

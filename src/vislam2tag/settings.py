@@ -77,7 +77,7 @@ class FindingSettings(_Frozen):
 class Settings(_Frozen):
     """The resolved settings of a run."""
 
-    strategy: str = "local-corrected"
+    strategy: str = "smoother"
     visits: VisitSettings = VisitSettings()
     local: LocalSettings = LocalSettings()
     smoother: SmootherSettings = SmootherSettings()

@@ -8,6 +8,7 @@ import pytest
 
 from tests.surveys import make_survey
 from vislam2tag.pipeline.run import process
+from vislam2tag.settings import Settings
 
 
 @pytest.fixture(scope="session")
@@ -21,4 +22,12 @@ def clean_run(clean_survey: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     """The output folder of ``process`` with its defaults."""
     out = tmp_path_factory.mktemp("clean_run") / "out"
     process(clean_survey, out)
+    return out
+
+
+@pytest.fixture(scope="session")
+def local_run(clean_survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The output folder of a strategy that does not label everything."""
+    out = tmp_path_factory.mktemp("local_run") / "out"
+    process(clean_survey, out, Settings(strategy="local-corrected"))
     return out

@@ -11,6 +11,7 @@ from tests.surveys import bytes_of
 from vislam2tag.errors import OutputError
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.demo import run_demo
+from vislam2tag.settings import Settings
 
 
 def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
@@ -24,7 +25,9 @@ def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
     assert scores["local-corrected"].mean_m < 0.5
     assert scores["local-corrected"].mean_m < scores["global"].mean_m
     assert scores["local-corrected"].labelled_share < scores["local"].labelled_share
-    assert (out / "local-corrected/report.html").is_file()
+    assert scores["smoother"].mean_m < scores["local"].mean_m
+    assert scores["smoother"].labelled_share > scores["global"].labelled_share
+    assert (out / Settings().strategy / "report.html").is_file()
     assert len(json.loads((out / "scores.json").read_text())) == len(scores)
     before = bytes_of(out)
     run_demo(out, say=said.append)

@@ -39,3 +39,14 @@ def test_a_mapped_walk_lacks_nothing_however_few_it_visited() -> None:
     log = log_of(camera, {name: np.where(truth[:, :1] > 3, position, np.nan) for name, position in seen.items()})
     assert findings("global", camera, log, landmarks) == []
     assert [finding.kind for finding in findings("local", camera, log, landmarks)] == ["too_few_landmarks"]
+
+
+def test_the_smoother_tells_what_a_walk_lacks_and_minds_no_height() -> None:
+    camera, log, landmarks, _ = corridor_walk(Similarity2.identity(), IN_LINE)
+    assert findings("smoother", camera, log, landmarks) == []
+    log.position_acs[:, 1] += 3
+    assert findings("smoother", camera, log, landmarks) == []
+    for known in ([], [1]):
+        (finding,) = findings("smoother", camera, log, landmarks.select(known))
+        assert finding.kind == "too_few_landmarks"
+        assert "two surveyed landmarks seen, or one whose heading is surveyed" in finding.message

@@ -71,8 +71,8 @@ def test_one_row_for_each_raw_row_in_file_order(clean_run: Path, clean_survey: P
 
 
 @pytest.mark.parametrize("table", SCHEMAS)
-def test_positions_are_null_unless_labelled(clean_run: Path, table: str) -> None:
-    rows = pl.read_parquet(clean_run / table / "*.parquet")
+def test_positions_are_null_unless_labelled(local_run: Path, table: str) -> None:
+    rows = pl.read_parquet(local_run / table / "*.parquet")
     labelled = rows["status"].is_in(["ok", "uncertain"])
     assert 0.2 < labelled.mean() < 1  # type: ignore[operator]
     assert rows["x"].is_not_null().equals(labelled)

@@ -13,6 +13,7 @@ from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.run import process
 from vislam2tag.sessions import read_session
 from vislam2tag.sessions.discover import open_survey
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.table_traps import TABLE_TRAPS
@@ -26,6 +27,9 @@ from vislam2tag.simulation.traps import (
     trap_text,
 )
 from vislam2tag.simulation.writer import session_text
+
+VISITS_ONLY = "high_landmark"
+"""A trap for strategies that want landmarks passed within a radius in space."""
 
 
 def trapped(out: Path, *traps: str) -> Path:
@@ -41,9 +45,9 @@ def read_kinds(root: Path) -> set[str]:
     return {finding.kind for finding in findings}
 
 
-def processed_kinds(root: Path, out: Path) -> set[str]:
+def processed_kinds(root: Path, out: Path, strategy: str = Settings().strategy) -> set[str]:
     site = {finding.kind for finding in open_survey(root).findings}
-    return site | set(process(root, out).findings)
+    return site | set(process(root, out, Settings(strategy=strategy)).findings)
 
 
 def test_every_trap_has_one_maker_and_its_findings() -> None:
@@ -65,7 +69,12 @@ def test_reading_finds_the_trap(trap: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("trap", TRAP_FINDINGS)
 def test_processing_finds_the_trap(trap: str, tmp_path: Path) -> None:
     root = trapped(tmp_path / "survey", trap)
-    assert processed_kinds(root, tmp_path / "out") == TRAP_FINDINGS[trap]
+    strategy = "local-corrected" if trap == VISITS_ONLY else Settings().strategy
+    assert processed_kinds(root, tmp_path / "out", strategy) == TRAP_FINDINGS[trap]
+
+
+def test_a_high_landmark_is_no_trap_for_the_smoother(tmp_path: Path) -> None:
+    assert processed_kinds(trapped(tmp_path / "survey", VISITS_ONLY), tmp_path / "out", "smoother") == set()
 
 
 def test_traps_add_up(tmp_path: Path) -> None:
