@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from multiprocessing.connection import wait
 from typing import TypeVar
 
+from threadpoolctl import threadpool_limits
+
 from vislam2tag.errors import OutputError
 
 _Job = TypeVar("_Job")
@@ -29,10 +31,18 @@ def process_all(
 ) -> None:
     """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
 
-    Raises what that raises, and OutputError where a worker is ended from outside. Whatever is raised, an interrupt
-    included, the other processes are gone then.
+    Each process does its linear algebra in one thread: the matrices are small, and how many threads add up a sum shows
+    in its last digits. Raises what that raises, and OutputError where a worker is ended from outside. Whatever is
+    raised, an interrupt included, the other processes are gone then.
     """
-    others = min(workers, len(todo)) - 1
+    with threadpool_limits(limits=1):
+        _process_all(work, todo, min(workers, len(todo)) - 1, report)
+
+
+def _process_all(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], others: int, report: Callable[[_Outcome], None]
+) -> None:
+    """Do the work here and in ``others`` further processes."""
     if others < 1:
         for job in todo:
             report(work(job))
@@ -108,7 +118,8 @@ def _interrupts_held_back() -> Iterator[None]:
 
 
 def _start_worker() -> None:
-    """End at once when the main process dies (it may be killed)."""
+    """Calculate in one thread, and end at once when the main process dies (it may be killed)."""
+    threadpool_limits(limits=1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
