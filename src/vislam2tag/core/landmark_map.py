@@ -25,8 +25,8 @@ SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 2.0, 4.0, 2.0
 """... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
 ROUNDS = 20
 CAUTION, RELAXATION = 100.0, 0.5
-"""The first rounds take the survey and each sight of a landmark for this much less certain (variance), then for less
-so by this factor each."""
+"""The first rounds take each walk's sight of a landmark for this much less certain (variance), then for less so by this
+factor each. Not so the survey: few places that all may be wrong would bend to the walks."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Doubts:
         return replace(self, shift=tuple(one * (SHIFT_TAIL + 2) / SHIFT_TAIL for one in self.shift))
 
     def cautious(self, factor: float) -> Doubts:
-        """Be more doubtful about places by a factor."""
-        return replace(self, shift=tuple(one * factor for one in self.shift), survey=self.survey * factor)
+        """Be more doubtful about what walks see, by a factor."""
+        return replace(self, shift=tuple(one * factor for one in self.shift))
 
 
 @dataclass(frozen=True)
