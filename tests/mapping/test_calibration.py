@@ -1,0 +1,111 @@
+"""The smoother on generated walks of every severity: labelled, better than the paper's, and true about its sigma."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.tracks import CameraTrack, Landmarks
+from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.mapping import strategy_named
+from vislam2tag.settings import Settings
+from vislam2tag.simulation.sampling import position_at
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.world import simulated_floor, walk_and_track
+
+SURVEY_SIGMA_M = 0.02
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Errors (n, 2) of every strategy on one walk, NaN without a label, and the smoother's covariances (n, 2, 2)."""
+
+    errors_m: dict[str, FloatArray]
+    covariance_m2: FloatArray
+    sigma_m: FloatArray
+
+
+@cache
+def compared(severity: str) -> tuple[Compared, ...]:
+    """Eight walks of two minutes, 20 frames a second, their survey a little off."""
+    scenario = regular_survey(31, severity, (0, 1), ("LG", "OnePlus"), 2, 120.0)
+    rng = np.random.default_rng(31)
+    walks = []
+    for planned in scenario.sessions:
+        tracker = planned.tracker.model_copy(update={"frame_rate_hz": 20.0})
+        walk, log = walk_and_track(scenario, replace(planned, tracker=tracker))
+        floor = simulated_floor(scenario, planned.key.floor)
+        count = len(floor.landmark_ids)
+        unknown = np.full(count, np.nan)
+        landmarks = Landmarks(
+            ids=floor.landmark_ids,
+            floor=np.full(count, floor.number),
+            position_bcs=floor.landmark_position[:, :2] + rng.normal(0, SURVEY_SIGMA_M, (count, 2)),
+            covariance_bcs=np.tile(np.eye(2) * SURVEY_SIGMA_M**2, (count, 1, 1)),
+            z_m=unknown,
+            heading_rad=unknown,
+            heading_sigma_rad=unknown,
+        )
+        camera = CameraTrack(
+            log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8)
+        )
+        truth = position_at(walk, log.time_ns)[:, :2]
+        mapped = {
+            name: strategy_named(name, Settings()).map(camera, log.landmarks, landmarks)
+            for name in ("local", "local-corrected", "smoother")
+        }
+        assert set(mapped["smoother"].status) == {Status.OK}
+        errors = {
+            name: np.where(has_position(one.status)[:, None], one.position_bcs[:, :2] - truth, np.nan)
+            for name, one in mapped.items()
+        }
+        walks.append(Compared(errors, mapped["smoother"].covariance_bcs, mapped["smoother"].sigma_m))
+    return tuple(walks)
+
+
+def mean_errors(severity: str, other: str) -> tuple[float, float]:
+    """Mean error of the smoother and of another strategy where both have a label, averaged over the walks."""
+    pairs = []
+    for walk in compared(severity):
+        ours, theirs = (np.linalg.norm(walk.errors_m[name], axis=1) for name in ("smoother", other))
+        both = np.isfinite(ours) & np.isfinite(theirs)
+        if both.any():
+            pairs.append((ours[both].mean(), theirs[both].mean()))
+    assert len(pairs) > 4
+    ours_m, theirs_m = np.mean(pairs, axis=0).tolist()
+    return ours_m, theirs_m
+
+
+@pytest.mark.parametrize("severity", ["mild", "default", "severe"])
+def test_where_both_label_the_smoother_is_better_than_the_papers_best(severity: str) -> None:
+    ours, theirs = mean_errors(severity, "local-corrected")
+    assert ours < 0.95 * theirs
+    ours, theirs = mean_errors(severity, "local")
+    assert ours < 0.95 * theirs
+
+
+@pytest.mark.parametrize("severity", ["mild", "default", "severe"])
+def test_pooled_errors_lie_inside_the_stated_regions_about_as_often_as_stated(severity: str) -> None:
+    walks = compared(severity)
+    probability = np.concatenate([region_probability(one.errors_m["smoother"], one.covariance_m2) for one in walks])
+    assert np.isfinite(probability).all()
+    assert 0.45 < np.mean(probability < 0.68) < 0.9
+    assert 0.8 < np.mean(probability < 0.95) <= 1.0
+
+
+def test_what_is_less_sure_is_less_accurate() -> None:
+    walks = compared("default")
+    error = np.concatenate([np.linalg.norm(one.errors_m["smoother"], axis=1) for one in walks])
+    sigma = np.concatenate([one.sigma_m for one in walks])
+    sure, unsure = (error[part].mean() for part in (sigma < np.median(sigma), sigma > np.quantile(sigma, 0.9)))
+    assert unsure > 1.5 * sure
+
+
+def test_without_faults_errors_are_centimetres() -> None:
+    for walk in compared("none"):
+        assert np.linalg.norm(walk.errors_m["smoother"], axis=1).mean() < 0.1
