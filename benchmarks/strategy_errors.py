@@ -23,8 +23,8 @@ from data_sets import Walk, generated, real_walks
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
+from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.reliability import added, reduce_errors
-from vislam2tag.evaluation.truth import ErrorSummary, average, summarise
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.results import ErrorRecord
 from vislam2tag.settings import Settings

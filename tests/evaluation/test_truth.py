@@ -8,7 +8,7 @@ import pytest
 from tests.evaluation.maps import straight_walk, without
 from vislam2tag.core.status import Status
 from vislam2tag.errors import SessionError
-from vislam2tag.evaluation.truth import Truth, average, errors_at_frames, errors_at_truth, read_truth, summarise
+from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
 
 
 def truth_along_x(seconds: list[float]) -> Truth:
@@ -46,20 +46,3 @@ def test_errors_at_frames_interpolate_the_truth() -> None:
     assert np.isnan(errors[:20]).all()
     assert np.isnan(errors[81:]).all()
     np.testing.assert_allclose(errors[20:81], 2.0)
-
-
-def test_summary() -> None:
-    summary = summarise(np.array([1.0, 2.0, 3.0, np.nan]))
-    assert (summary.count, summary.labelled_share, summary.mean_m) == (4, 0.75, 2.0)
-    assert (summary.median_m, summary.p75_m, summary.p95_m, summary.max_m) == pytest.approx((2.0, 2.5, 2.9, 3.0))
-    nothing = summarise(np.array([np.nan]))
-    assert nothing.labelled_share == 0
-    assert np.isnan(nothing.mean_m)
-
-
-def test_each_walk_counts_once() -> None:
-    long, short, nothing = np.full(900, 1.0), np.array([3.0, np.nan]), np.array([np.nan])
-    walks = average([summarise(errors) for errors in (long, short, nothing)])
-    assert (walks.count, walks.mean_m, walks.max_m) == (903, 2.0, 2.0)
-    assert walks.labelled_share == pytest.approx(0.5)
-    assert np.isnan(average([]).mean_m)

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from vislam2tag.evaluation.truth import ErrorSummary
+from vislam2tag.evaluation.metrics import ErrorSummary
 from vislam2tag.pipeline.demo import SURVEY, run_demo
 from vislam2tag.settings import Settings
 

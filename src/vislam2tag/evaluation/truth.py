@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,21 +23,6 @@ class Truth:
 
     time_ns: IntArray
     position_bcs: FloatArray
-
-
-@dataclass(frozen=True)
-class ErrorSummary:
-    """Statistics of label errors, metres; all but the counts are NaN where nothing is labelled."""
-
-    count: int
-    """Points asked for."""
-    labelled_share: float
-    """Share of them with a position."""
-    mean_m: float
-    median_m: float
-    p75_m: float
-    p95_m: float
-    max_m: float
 
 
 def read_truth(path: Path) -> Truth:
@@ -68,21 +52,3 @@ def errors_at_frames(trajectory: Trajectory, truth: Truth) -> FloatArray:
     knots = (truth.time_ns - truth.time_ns[0]).astype(np.float64)
     true = np.column_stack([np.interp(since, knots, truth.position_bcs[:, axis]) for axis in (0, 1)])
     return np.where(known, np.linalg.norm(trajectory.position_bcs[:, :2] - true, axis=1), np.nan)
-
-
-def summarise(errors_m: FloatArray) -> ErrorSummary:
-    """Reduce errors (n,), NaN where there is no label, to their statistics."""
-    labelled = errors_m[np.isfinite(errors_m)]
-    if labelled.size == 0:
-        return ErrorSummary(len(errors_m), 0.0, *([float("nan")] * 5))
-    quantiles = np.quantile(labelled, (0.5, 0.75, 0.95, 1.0)).tolist()
-    return ErrorSummary(len(errors_m), labelled.size / len(errors_m), float(labelled.mean()), *quantiles)
-
-
-def average(walks: Sequence[ErrorSummary]) -> ErrorSummary:
-    """Average the walks' statistics, each walk counting once; walks without any label count in the share only."""
-    labelled = [walk for walk in walks if walk.labelled_share > 0]
-    figures = np.array([(w.mean_m, w.median_m, w.p75_m, w.p95_m, w.max_m) for w in labelled]).reshape(-1, 5)
-    means = figures.mean(axis=0).tolist() if labelled else [float("nan")] * 5
-    share = float(np.mean([walk.labelled_share for walk in walks])) if walks else 0.0
-    return ErrorSummary(sum(walk.count for walk in walks), share, *means)

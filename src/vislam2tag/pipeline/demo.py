@@ -12,7 +12,8 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.errors import OutputError
-from vislam2tag.evaluation.truth import ErrorSummary, average, errors_at_frames, read_truth, summarise
+from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
+from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.tables import TRAJECTORY, trajectory_of
