@@ -17,6 +17,9 @@ from vislam2tag.pipeline.completed_file import check_targets, completed_text, wr
 from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
 from vislam2tag.pipeline.landmark_survey import join_sessions, survey_landmarks
 from vislam2tag.sessions import open_survey
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.tour import Climb
 
 SURVEYED = ("2", "5", "8")
 Row = list[str]
@@ -192,3 +195,23 @@ def test_the_surveys_own_files_are_refused(survey: Path, tmp_path: Path) -> None
         with pytest.raises(OutputError, match="lies among the survey's own files"):
             check_targets(survey, tmp_path / "fine.csv", name)
     check_targets(survey, survey / "completed.csv")
+
+
+def test_new_landmarks_belong_to_the_floor_where_walks_passed_them(tmp_path: Path) -> None:
+    scenario = regular_survey(4, "mild", devices=("LG",), sessions=3, duration_s=240.0, climb=Climb.STAIRS)
+    simulate(scenario, tmp_path / "s")
+    truth = open_survey(tmp_path / "s").site.landmarks
+    sizes = tmp_path / "s/floor_dimensions.csv"
+    head, *rows = sizes.read_text().splitlines()
+    sizes.write_text("\n".join([f"{head},elevation", *(f"{row},{3.6 * int(row[0])}" for row in rows)]) + "\n")
+    for floor, surveyed in ((0, 4), (1, 2)):
+        file = tmp_path / f"s/floor_{floor}/marker_dict.csv"
+        file.write_text("\n".join(file.read_text().splitlines()[: surveyed + 1]) + "\n")
+    result = landmark_survey(survey_landmarks(tmp_path / "s"))
+    new = [row for row in result.landmarks if not row.surveyed]
+    assert {row.floor for row in new} == {0, 1}
+    assert all(row.floor == truth.floor[truth.index[row.landmark]] for row in new)
+    assert max(misses(result, truth).values()) < 0.8
+    heights = [row.z_m for row in new if row.z_m is not None]
+    assert len(heights) == len(new)
+    assert np.abs(np.array(heights) - 1.4).max() < 0.6

@@ -159,14 +159,17 @@ def _unplaced(joint: JointSurvey, index: int, sessions: int, sigma_m: float) -> 
 def _oddity(joint: JointSurvey, index: int, seen: list[int], *, contradicts: bool) -> str:
     if contradicts:
         return "contradicts the others: measure it again"
-    if index < len(joint.survey.site.landmarks.ids) or sum(seen) != 1:
-        return "" if index < len(joint.survey.site.landmarks.ids) else "in no landmark file"
+    if index < len(joint.survey.site.landmarks.ids):
+        return ""
+    if sum(seen) != 1:
+        return "in no landmark file"
     apart = np.abs(joint.joined.position - joint.joined.position[index])
     apart[[place.floor != joint.places[index].floor for place in joint.places]] = np.inf
     apart[index] = np.inf
     nearest = int(apart.argmin())
-    note = "in no landmark file and passed only once: perhaps a misread id"
-    return f"{note} of landmark {joint.places[nearest].landmark}" if apart[nearest] < SAME_PLACE_M else note
+    if apart[nearest] < SAME_PLACE_M:
+        return f"in no landmark file, passed only once: perhaps landmark {joint.places[nearest].landmark}, misread"
+    return "in no landmark file, passed only once"
 
 
 def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None]:

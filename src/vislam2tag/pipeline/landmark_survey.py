@@ -10,17 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.height import Heights, estimate_heights
+from vislam2tag.core.height import Heights, estimate_heights, vertical_span_m
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.landmark_map import LandmarkMap, join
 from vislam2tag.core.local_map import LocalMap
 from vislam2tag.core.smoothing import smooth_in_own_frame
+from vislam2tag.core.storeys import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.walked import Walked
 from vislam2tag.errors import SessionError, UsageError
 from vislam2tag.pipeline.workers import process_all
 from vislam2tag.sessions import corrected_session, open_survey, read_session
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.floors_walked import CLIMB_M, considered_landmarks, landmarks_of_session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
@@ -101,7 +102,8 @@ def _reduced(job: ReductionJob) -> ReducedSession:
     if len(walked.passes.at) == 0:
         return ReducedSession(key, unused=mine.elsewhere)
     local = LocalMap.of(smooth_in_own_frame(walked))
-    heights = estimate_heights(camera, log, mine.landmarks)
+    climbed = vertical_span_m(camera, log) >= CLIMB_M
+    heights = estimate_heights(camera, log, _over_all_floors(job.site, mine.landmarks) if climbed else mine.landmarks)
     floors = [_floor(walked, heights, mine.landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
         _place(job.site.landmarks, mine.landmarks, log.ids[index], floor)
@@ -109,6 +111,17 @@ def _reduced(job: ReductionJob) -> ReducedSession:
     )
     z_m = _heights_above_floor(job.site, camera, log, walked, heights, floors, local)
     return ReducedSession(key, places, local, z_m, mine.elsewhere)
+
+
+def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:
+    """A session's landmarks for a walk that went up or down, though it may have met no known landmark there."""
+    if landmarks.storeys is None:
+        return landmarks
+    elevation = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
+    known = [floor.number for floor in site.floors]
+    numbers = np.unique(np.concatenate((landmarks.storeys.number, landmarks.floor, known))).astype(np.int64)
+    elevations = np.array([elevation.get(number, np.nan) for number in numbers.tolist()])
+    return replace(landmarks, storeys=Storeys(landmarks.storeys.own, numbers, elevations))
 
 
 def _floor(walked: Walked, heights: Heights, landmarks: Landmarks, index: int, own: int) -> int:
