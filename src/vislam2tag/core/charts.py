@@ -127,8 +127,11 @@ def _grown(charts: Sequence[Chart]) -> list[Chart]:
     grown = []
     while waiting:
         chart, contradicting = waiting.pop(0), set[int]()
-        while candidates := [i for i, one in enumerate(waiting) if i not in contradicting and chart.common(one)]:
-            best = max(candidates, key=lambda i: chart.common(waiting[i]))
+        while waiting:
+            ties = [0 if i in contradicting else chart.common(one) for i, one in enumerate(waiting)]
+            best = int(np.argmax(ties))
+            if not ties[best]:
+                break
             first, second = (waiting[best], chart) if waiting[best].is_survey else (chart, waiting[best])
             together = first.with_chart(second)
             if together is None:
