@@ -22,7 +22,7 @@ def arrows(contradictions: Sequence[LandmarkContradiction]) -> list[Trace]:
         return []
     columns: Columns = {"x": [], "y": [], "text": [], "textposition": [], "hovertext": []}
     for found in contradictions:
-        line = _arrow(complex(*found.surveyed_m), complex(*found.offset_m))
+        line = arrow_line(complex(*found.surveyed_m), complex(*found.offset_m))
         columns["x"] += [*np.round(line.real, 3).tolist(), None]
         columns["y"] += [*np.round(line.imag, 3).tolist(), None]
         columns["text"] += ["", plotly_text(_label(found)), *[""] * 4]
@@ -46,8 +46,8 @@ def size_m(found: LandmarkContradiction) -> float:
     return math.hypot(*found.offset_m)
 
 
-def _arrow(start: complex, way: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-    """Points of an arrow drawn in one line: start, tip, one barb, tip, the other barb."""
+def arrow_line(start: complex, way: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+    """Return the points of an arrow drawn in one line: start, tip, one barb, tip, the other barb; complex, metres."""
     tip = start + way
     one, other = tip + _BARB * way * _BARB_TURN, tip + _BARB * way / _BARB_TURN
     return np.array([start, tip, one, tip, other])

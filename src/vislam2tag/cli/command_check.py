@@ -1,0 +1,181 @@
+"""``vislam2tag check``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from vislam2tag.evaluation.check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+from vislam2tag.pipeline.check import CHECK_FILE, PAGE_FILE, check
+from vislam2tag.pipeline.selection import Selection
+from vislam2tag.report.check_page import FAULTS, median_left_out_m
+from vislam2tag.settings import LabelSettings, Settings
+
+DEFAULTS = Settings()
+INTERRUPTED = 130
+_PIPE_WIDTH = 140
+"""Columns of the tables where the output is no terminal."""
+HELP = """
+Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
+
+No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
+the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
+session's labels (docs/evaluation.md says how well). Landmarks whose predictions are off alike in all sessions are
+named, and on each floor the three places where one more landmark would lower the errors most. Nothing is written but
+--out.
+
+Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, 2 wrong usage,
+not a survey, or the folder cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag check survey
+
+    vislam2tag check survey --out checked --floor 1
+
+    vislam2tag check survey --landmarks completed.csv --max-sigma inf
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("check", help=HELP)(_check)
+
+
+def _check(
+    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help=f"Write {CHECK_FILE} and {PAGE_FILE} there.")
+    ] = None,
+    landmarks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
+        ),
+    ] = None,
+    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
+    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    max_sigma: Annotated[
+        float,
+        typer.Option(
+            metavar="METRES",
+            min=0.0001,
+            help="The accuracy is that of the frames at least as sure as this (one standard deviation per axis), as "
+            "process labels them; inf: of all.",
+        ),
+    ] = DEFAULTS.labels.max_sigma_m,
+) -> None:
+    settings = Settings(strategy="smoother", labels=LabelSettings(max_sigma_m=max_sigma))
+    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
+    try:
+        found = _with_progress(survey, settings, out, landmarks, selection, jobs)
+    except KeyboardInterrupt:
+        typer.echo("interrupted: nothing was written", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(found)
+    if out is not None:
+        typer.echo(f"page: {out / PAGE_FILE}")
+    raise typer.Exit(1 if found.failed else 0)
+
+
+def _with_progress(
+    survey: Path, settings: Settings, out: Path | None, landmarks: Path | None, selection: Selection, jobs: int
+) -> SurveyCheck:
+    """Check behind a progress bar; a line on standard error for each session that fails."""
+    console = Console(stderr=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+
+        def advance(session: SessionCheck, total: int) -> None:
+            bar.update(task, advance=1, total=total)
+            if session.error:
+                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
+
+        return check(survey, settings, out=out, landmarks=landmarks, selection=selection, jobs=jobs, progress=advance)
+
+
+def _print(found: SurveyCheck) -> None:
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console.print(_session_table(found))
+    if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
+        console.print("(in brackets: fewer than three landmarks could be left out, hardly more than what is stated)")
+    console.print(_bad_table(found.bad_landmarks) if found.bad_landmarks else "bad landmarks: none")
+    if found.floors:
+        console.print(_place_table(found.floors))
+    console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
+
+
+def _session_table(found: SurveyCheck) -> Table:
+    title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
+    numbers = ("landmarks", "left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
+    table = _table(title, ("floor", "device", "session"), numbers)
+    for session in found.sessions:
+        place = (str(session.floor), escape(session.device), escape(session.session))
+        table.add_row(*place, *_session_cells(session))
+    return table
+
+
+def _session_cells(session: SessionCheck) -> tuple[str, ...]:
+    if session.error is not None:
+        return ("[red]failed[/]",)
+    share = f"{100 * session.labelled / session.frames:.0f} %" if session.frames else "-"
+    counted = (str(session.landmarks), str(len(session.left_out)), _metres(median_left_out_m(session)), share)
+    if session.estimated_m is None:
+        return (*counted, "-", "-", "-")
+    estimated = _metres(session.estimated_m)
+    return (
+        *counted,
+        _metres(session.stated_m),
+        estimated if session.well_founded else f"({estimated})",
+        f"{session.low_m:.2f} to {session.high_m:.2f} m",
+    )
+
+
+def _bad_table(found: list[BadLandmark]) -> Table:
+    table = _table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
+    for bad in found:
+        place = (str(bad.floor), escape(bad.landmark), FAULTS[bad.fault])
+        table.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
+    return table
+
+
+def _place_table(floors: list[FloorCheck]) -> Table:
+    table = _table("One more landmark", ("floor",), ("x", "y", "mean error now", "then"))
+    for floor in floors:
+        for place in floor.places:
+            then = floor.expected_m - place.gain_m
+            table.add_row(
+                str(floor.number),
+                f"{place.x_m:.1f} m",
+                f"{place.y_m:.1f} m",
+                f"{floor.expected_m:.3f} m",
+                f"{then:.3f} m",
+            )
+    return table
+
+
+def _table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in texts:
+        table.add_column(name, overflow="fold")
+    for name in numbers:
+        table.add_column(name, justify="right")
+    return table
+
+
+def _metres(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f} m"

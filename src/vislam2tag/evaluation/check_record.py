@@ -1,0 +1,116 @@
+"""What a check without ground truth finds, as JSON (``check.json``)."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class LeftOutMark(_Model):
+    """A landmark predicted without its survey."""
+
+    floor: int
+    landmark: str
+    passes: int
+    surveyed_m: tuple[float, float]
+    """Where the survey has it (corrections applied), BCS."""
+    offset_m: tuple[float, float]
+    """From there to where the walk without it puts it."""
+    covariance_m2: tuple[float, float, float]
+    """Variance along x, covariance, variance along y of that offset as stated, the survey's own included."""
+    survey_covariance_m2: tuple[float, float, float]
+
+
+class SessionCheck(_Model):
+    """One session; metres. The four errors are means over its labels, None where it has none."""
+
+    slug: str
+    floor: int
+    device: str
+    session: str
+    error: str | None = None
+    """Why it could not be read or mapped; None where it could."""
+    landmarks: int = 0
+    """Surveyed landmarks that it passed."""
+    left_out: list[LeftOutMark] = []
+    """Those that could be predicted from the others."""
+    frames: int = 0
+    labelled: int = 0
+    """Frames with a label that is certain enough."""
+    stated_m: float | None = None
+    """Mean error to expect by the smoother's own covariances."""
+    estimated_m: float | None = None
+    """The same, scaled by what the left-out landmarks show."""
+    low_m: float | None = None
+    high_m: float | None = None
+    """The true mean error lies between them in about nine of ten sessions."""
+    well_founded: bool = False
+    """Whether enough landmarks could be left out for the estimate to say more than what is stated."""
+
+
+class Fault(StrEnum):
+    """What is wrong with a landmark."""
+
+    OFFSET = "offset"
+    """The walks put it elsewhere, at the same place: wrongly surveyed, or moved before the first of them."""
+    DOUBT = "doubt"
+    """The only walk that tells puts it elsewhere: the landmark is wrong, or the tracker slipped there."""
+    SCATTER = "scatter"
+    """The walks do not agree on where it is: moved between them, or two sheets with one id."""
+
+
+class BadLandmark(_Model):
+    """A landmark whose left-out errors are no chance."""
+
+    floor: int
+    landmark: str
+    fault: Fault
+    sessions: int
+    surveyed_m: tuple[float, float]
+    offset_m: tuple[float, float]
+    """From there to where the walks together put it."""
+    size_m: float
+    """Length of the offset; for a scattering landmark the median distance of the walks' places from their middle."""
+    sigma_m: float
+    """Standard deviation of that length, were the survey right."""
+
+
+class Place(_Model):
+    """Where one more landmark would help."""
+
+    x_m: float
+    y_m: float
+    gain_m: float
+    """By how much the mean error to expect on the floor would fall."""
+
+
+class FloorCheck(_Model):
+    """One floor, over all sessions that were mapped onto it."""
+
+    number: int
+    frames: int
+    expected_m: float
+    """Mean error to expect of all frames, certain or not, as estimated."""
+    places: list[Place]
+    """Where one more landmark would help most, the best first; each gain is that of this landmark alone."""
+
+
+class SurveyCheck(_Model):
+    """A whole survey (``check.json``)."""
+
+    version: str
+    max_sigma_m: float | str
+    """Labels with a greater sigma are not counted as such."""
+    sessions: list[SessionCheck]
+    floors: list[FloorCheck]
+    bad_landmarks: list[BadLandmark]
+
+    @property
+    def failed(self) -> int:
+        """Number of sessions that could not be read or mapped."""
+        return sum(session.error is not None for session in self.sessions)

@@ -1,0 +1,61 @@
+"""``vislam2tag check`` as its users run it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("check") / "survey", devices=("LG",), sessions=2, seconds=120)
+
+
+def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
+    before = bytes_of(survey)
+    done = vislam2tag("check", survey, "--out", tmp_path / "out", "--jobs", "2")
+    assert done.returncode == 0, done.stderr
+    for text in ("estimated", "90 % interval", "bad landmarks: none", "One more landmark", "sessions: 2 (0 failed)"):
+        assert text in done.stdout
+    assert done.stdout.endswith(f"page: {tmp_path / 'out' / 'check.html'}\n")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["check.html", "check.json"]
+    assert bytes_of(survey) == before
+
+
+def test_without_out_nothing_is_written(survey: Path, tmp_path: Path) -> None:
+    done = vislam2tag("check", survey, "--floor", "0", "--device", "LG", "--max-sigma", "inf", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    assert "sigma at most inf m" in done.stdout
+    assert "page:" not in done.stdout
+
+
+def test_a_session_that_cannot_be_read_is_exit_code_1(survey: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "survey"
+    shutil.copytree(survey, copy)
+    next((copy / "floor_0" / "LG").glob("*/poses.csv")).unlink()
+    done = vislam2tag("check", copy, "--jobs", "1")
+    assert done.returncode == 1
+    assert "failed" in done.stderr
+    assert "no usable camera frames" in done.stderr
+    assert "sessions: 2 (1 failed)" in done.stdout
+
+
+def test_wrong_usage_is_one_line_and_exit_code_2(survey: Path, tmp_path: Path) -> None:
+    assert "not a survey" in the_error(vislam2tag("check", tmp_path))
+    assert "--floor 9" in the_error(vislam2tag("check", survey, "--floor", "9"))
+    assert "cannot be opened" in the_error(vislam2tag("check", survey, "--landmarks", tmp_path / "missing.csv"))
+    (tmp_path / "file").write_text("")
+    assert "a file, not a folder" in the_error(vislam2tag("check", survey, "--out", tmp_path / "file"))
+    for value in ("nan", "0", "-1"):
+        done = vislam2tag("check", survey, "--max-sigma", value)
+        assert done.returncode == 2
+        assert "Invalid value for '--max-sigma'" in done.stderr
+
+
+def test_help_has_examples() -> None:
+    assert "vislam2tag check survey --out checked --floor 1" in vislam2tag("check", "--help").stdout
