@@ -11,8 +11,8 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
 STRIDE_S = 0.5
 """Half the time over which a direction of walking is taken, seconds: a stride or so."""
-STANDING_M = 0.2
-"""Who moves less in twice that time does not walk, metres."""
+STANDING_M_S = 0.2
+"""Who is slower than that does not walk, metres per second."""
 
 
 class TruthKind(StrEnum):
@@ -95,20 +95,29 @@ class PointErrors:
         )
 
 
-def walking_heading(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
-    """Direction of walking (k,), radians from the BCS x axis, at times (k,) of a path.
+def walking_velocity(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
+    """Velocity (k, 2), metres per second, at times (k,) of a path, over a stride or so.
 
-    The path's ``time_ns`` (n,) rise strictly, ``position_bcs`` is (n, 2), NaN where unknown. The direction is that
-    from :data:`STRIDE_S` before to as long after; NaN where that is unknown or shorter than :data:`STANDING_M`.
+    The path's ``time_ns`` (n,) rise strictly, ``position_bcs`` is (n, 2), NaN where unknown. The velocity is that from
+    :data:`STRIDE_S` before to as long after, less at the path's ends; NaN where that is unknown.
     """
     known = np.isfinite(position_bcs).all(axis=1)
     if known.sum() < 2:
-        return np.full(len(at_ns), np.nan)
+        return np.full((len(at_ns), 2), np.nan)
     origin = int(time_ns[0])
     knots = (time_ns - origin) * 1e-9
     around = (at_ns - origin) * 1e-9 + np.array([[-STRIDE_S], [STRIDE_S]])
     around = np.clip(around, knots[known][0], knots[known][-1])
-    ends = np.stack([np.interp(around, knots, position_bcs[:, axis]) for axis in (0, 1)], axis=-1)
-    step = ends[1] - ends[0]
-    walking = np.linalg.norm(step, axis=1) >= STANDING_M
-    return np.where(walking, np.arctan2(step[:, 1], step[:, 0]), np.nan)
+    before, after = np.stack([np.interp(around, knots, position_bcs[:, axis]) for axis in (0, 1)], axis=-1)
+    span_s = around[1] - around[0]
+    return np.asarray((after - before) / np.where(span_s > 0, span_s, np.nan)[:, None])
+
+
+def walking_heading(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray) -> FloatArray:
+    """Direction of walking (k,), radians from the BCS x axis, at times (k,) of a path as in :func:`walking_velocity`.
+
+    NaN where the velocity is unknown or below :data:`STANDING_M_S`.
+    """
+    velocity = walking_velocity(at_ns, time_ns, position_bcs)
+    walking = np.linalg.norm(velocity, axis=1) >= STANDING_M_S
+    return np.where(walking, np.arctan2(velocity[:, 1], velocity[:, 0]), np.nan)
