@@ -39,7 +39,8 @@ def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tupl
     drift = sum(stretch_parts(model, weights).values()) + LEAST_DRIFT
     for k in range(nodes - 1):
         parts = {STATES * k: -model.carry[k], STATES * (k + 1): np.eye(STATES)}
-        add(parts, np.zeros(STATES), drift[k])
+        had = model.drifted(model.walked.nodes[k : k + 1], model.walked.nodes[k + 1 : k + 2])[0]
+        add(parts, -had, drift[k])
     variance = sighting_variance(model, weights.noise) * weights.sighting
     miss, turn = position_residual(model, known), heading_residual(model, known)
     for p, landmark in enumerate(passes.landmark.tolist()):

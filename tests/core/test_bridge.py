@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.core.test_equations import linearised, uneven
+from tests.core.test_equations import bent, linearised, uneven
 from tests.drifting import loops
 from vislam2tag.core import bridge, equations
 from vislam2tag.core.bridge import bridged
@@ -47,7 +47,7 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
         monkeypatch.setattr(module, "LEAST_DRIFT", np.diag([1e-12, 1e-12, 1e-16, 1e-16]))
     walk = loops(1, LIVELY, marks=7, laps=1)
     known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
-    model = linearised(walk)
+    model = bent(linearised(walk))
     weights = replace(uneven(model, 7, seed=1), noise=LIVELY)
     knots = bridged(model, weights, solve(normal_equations(model, known, weights, pinned=False)))
     first, last = model.walked.nodes[stretch : stretch + 2]

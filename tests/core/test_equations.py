@@ -21,7 +21,7 @@ from vislam2tag.core.equations import (
 )
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.model import Model
-from vislam2tag.core.noise import USUAL, Source
+from vislam2tag.core.noise import USUAL, Noise, Source
 
 
 def linearised(walk: Drifting, *, rough: bool = False) -> Model:
@@ -32,6 +32,15 @@ def linearised(walk: Drifting, *, rough: bool = False) -> Model:
         return Model(walked, path, np.ones_like(path), rough=True)
     turn = walk.factor[0] / abs(walk.factor[0])
     return Model(walked, walk.truth[0] + turn * (path - path[0]), np.full_like(path, turn), rough=False)
+
+
+def bent(model: Model, rad: float = 0.1) -> Model:
+    """The same about a reference whose heading wavers, as if part of the drift had been solved for before."""
+    n = len(model.path)
+    heading = rad * np.sin(np.linspace(0, 7, n))
+    middle = np.exp(1j * (heading[1:] + heading[:-1]) / 2)
+    path = model.path[0] + np.concatenate(([0.0], np.cumsum(np.diff(model.path) * middle)))
+    return replace(model, path=path, turn=model.turn * np.exp(1j * heading))
 
 
 def uneven(model: Model, marks: int, seed: int) -> Weights:
@@ -52,7 +61,7 @@ def uneven(model: Model, marks: int, seed: int) -> Weights:
 def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> None:
     walk = loops(1, USUAL, marks=5, laps=1.4)
     known = KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
-    model = linearised(walk, rough=rough)
+    model = linearised(walk, rough=True) if rough else bent(linearised(walk))
     weights = uneven(model, 5, seed=2)
     matrix, right = as_matrix(normal_equations(model, known, weights, pinned=False))
     rows, values = whitened_rows(model, known, weights)
@@ -115,3 +124,18 @@ def test_jumps_free_their_stretch_only() -> None:
     added = jumped.stretches[Source.JUMP] - model.stretches[Source.JUMP]
     np.testing.assert_allclose(added[1], np.diag([4.0, 4.0, 0, 0]), atol=1e-9)
     np.testing.assert_allclose(added[[0, 2, 3, 4]], 0, atol=1e-9)
+
+
+def test_what_the_reference_has_taken_over_stays_drift() -> None:
+    walk = loops(8, Noise(position_m=0.01, heading_rad=0.002, scale=0.001, sighting_m=0.05), marks=8, laps=1)
+    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    weights = Weights.even(walk.noise, 8, 8)
+    solved, spread = [], []
+    plain = linearised(walk)
+    for model in (plain, bent(plain, rad=0.02)):
+        solution = solve(normal_equations(model, known, weights, pinned=False))
+        at = model.walked.nodes
+        solved.append(model.path[at] + solution.state[:, 0] + 1j * solution.state[:, 1])
+        spread.append(solution.covariance)
+    np.testing.assert_allclose(solved[0], solved[1], atol=5e-3)
+    np.testing.assert_allclose(spread[0], spread[1], rtol=0.2, atol=1e-4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.core.test_equations import linearised
+from tests.core.test_equations import bent, linearised
 from tests.drifting import loops
 from vislam2tag.core.noise import USUAL, Source
 
@@ -50,3 +50,13 @@ def test_heading_and_scale_drift_alike_in_a_rough_model() -> None:
     assert stretch[2, 2] == pytest.approx(stretch[3, 3])
     assert stretch[0, 0] == pytest.approx(stretch[1, 1])
     assert not model.stretches[Source.SCALE].any()
+
+
+def test_the_drift_that_a_reference_already_has_is_the_sum_of_its_turns() -> None:
+    model = bent(linearised(loops(6, marks=5, laps=1)))
+    a, b = 70, 400
+    turned = np.diff(np.angle(model.turn / model.turn[0]))[a:b]
+    led = np.sum(1j * turned * (model.path[b] - model.path[a + 1 : b + 1]))
+    had = model.drifted(np.array([a]), np.array([b]))[0]
+    np.testing.assert_allclose(had, (led.real, led.imag, 0, turned.sum()), atol=1e-9)
+    assert not linearised(loops(6, marks=5, laps=1)).drifted(np.array([a]), np.array([b])).any()
