@@ -32,7 +32,7 @@ def test_sessions_add_up_floor_by_floor_and_are_means_over_frames() -> None:
 
 def test_the_best_places_come_first_and_lie_apart() -> None:
     total = GainMap()
-    total.add(session({(1, x, 0): 10.0 - abs(x - 20) for x in range(12, 40)} | {(1, 0, 30): 0.1}))
+    total.add(session({(1, x, 0): 30.0 - abs(x - 20) for x in range(9, 40)} | {(1, 0, 30): 0.1}))
     places = total.floors()[0].places
     assert len(places) == BEST
     assert (places[0].x_m, places[0].y_m) == (20.5, 0.5)

@@ -11,7 +11,7 @@ from vislam2tag.evaluation.landmark_gain import CELL_M, Gains
 
 BEST = 3
 """So many places are named on each floor ..."""
-APART_M = 5.0
+APART_M = 10.0
 """... at least this far from each other: what is nearer helps the same walks."""
 
 Cell = tuple[int, int]

@@ -84,7 +84,6 @@ def _gain_map(gains: dict[Cell, float]) -> Trace:
         "z": squares,
         "zmin": 0,
         "colorscale": "YlGnBu",
-        "reversescale": True,
         "opacity": 0.75,
         "hoverongaps": False,
         "showlegend": True,
