@@ -21,7 +21,7 @@ from vislam2tag.core.noise import PRIOR_WEIGHT
 
 SHIFT_M = 0.06
 """A walk sees a landmark off its place by this, per axis (assumed, with PRIOR_WEIGHT, before anything is seen) ..."""
-SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 2.0, 4.0, 2.0
+SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 """... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
 ROUNDS = 20
 CAUTION, RELAXATION = 100.0, 0.5
