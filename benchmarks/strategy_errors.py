@@ -102,8 +102,10 @@ def whole(results: Results) -> Results:
 
 
 def print_averages(name: str, results: Results) -> None:
-    """Print the averages over the walks as Markdown."""
+    """Print the averages over the walks, if there are any, as Markdown."""
     count = len(next(iter(results.values())))
+    if count == 0:
+        return
     print(f"\n{name}: {count} walks (metres; share of the frames or true points)\n")
     print(f"| strategy | {' | '.join(HEADS)} |")
     print("| --- " * (len(HEADS) + 1) + "|")
