@@ -7,6 +7,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.survey.model import ControlPoints, Floor
 
 
 def straight_walk(frames: int = 101, start_ns: int = 1_000_000_000, shift: tuple[float, float] = (0, 0)) -> Trajectory:
@@ -34,3 +35,9 @@ def without(trajectory: Trajectory, span: slice, cause: Status) -> Trajectory:
     return Trajectory(
         trajectory.time_ns, position, trajectory.orientation_bcs, trajectory.covariance_bcs, status, (), ()
     )
+
+
+def floor_with(points: FloatArray, number: int = 1) -> Floor:
+    """A floor with these control points (p, 2)."""
+    ids = tuple(str(i) for i in range(len(points)))
+    return Floor(number, "", None, None, None, None, ControlPoints(ids, points))

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.evaluation.maps import straight_walk, without
+from tests.evaluation.maps import floor_with, straight_walk, without
 from vislam2tag.core.status import Status
-from vislam2tag.evaluation.control_points import press_errors
+from vislam2tag.evaluation.control_points import nearest_point_errors
 from vislam2tag.evaluation.residuals import covariances_at, residuals_at_presses, residuals_at_truth
 from vislam2tag.evaluation.truth import Truth, errors_at_truth
 
@@ -30,7 +30,9 @@ def test_presses_are_compared_with_the_nearest_point() -> None:
     presses = at(2.05, 5.6, 9.5)
     residuals = residuals_at_presses(walk, presses, POINTS)
     np.testing.assert_allclose(residuals.error_m, [[0.05, -0.5], [-0.4, 0.5], [np.nan] * 2], atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(residuals.error_m, axis=1), press_errors(walk, presses, POINTS))
+    np.testing.assert_allclose(
+        np.linalg.norm(residuals.error_m, axis=1), nearest_point_errors(walk, presses, floor_with(POINTS)).error_m
+    )
 
 
 def test_covariances_are_linear_between_usable_frames() -> None:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from pathlib import Path
 
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.control_points import is_faulty, press_errors, walk_error
+from vislam2tag.evaluation.control_points import is_faulty, nearest_point_errors, walk_error
 from vislam2tag.evaluation.tables import WalkErrors
 from vislam2tag.evaluation.total_station import (
     JUMP_M,
@@ -39,12 +39,15 @@ def control_point_walks(survey: Survey, settings: Settings | None = None) -> lis
     """Evaluate every session with presses at its floor's control points (Table I)."""
     walks = []
     for ref in survey.sessions:
-        points = survey.site.floor(ref.key.floor).control_points.position_bcs
+        floor = survey.site.floor(ref.key.floor)
         session = read_session(ref)
-        if not len(session.presses_ns) or not len(points):
+        if not len(session.presses_ns) or not len(floor.control_points.ids):
             continue
         mapped = map_all(session, survey, settings or Settings())
-        errors = {name: walk_error(press_errors(one, session.presses_ns, points)) for name, one in mapped.items()}
+        presses_ns = session.presses_ns
+        errors = {
+            name: walk_error(nearest_point_errors(one, presses_ns, floor).error_m) for name, one in mapped.items()
+        }
         walks.append(WalkErrors(ref.key, errors, is_faulty(mapped["local"], mapped["local-corrected"])))
     return walks
 

@@ -8,6 +8,8 @@ from enum import StrEnum
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Trajectory
 
 STRIDE_S = 0.5
 """Half the time over which a direction of walking is taken, seconds: a stride or so."""
@@ -118,6 +120,16 @@ def walking_heading(at_ns: IntArray, time_ns: IntArray, position_bcs: FloatArray
 
     NaN where the velocity is unknown or below :data:`STANDING_M_S`.
     """
-    velocity = walking_velocity(at_ns, time_ns, position_bcs)
-    walking = np.linalg.norm(velocity, axis=1) >= STANDING_M_S
-    return np.where(walking, np.arctan2(velocity[:, 1], velocity[:, 0]), np.nan)
+    return heading_of(walking_velocity(at_ns, time_ns, position_bcs))
+
+
+def heading_of(velocity_bcs: FloatArray) -> FloatArray:
+    """Direction (k,) of velocities (k, 2), radians from the BCS x axis; NaN below :data:`STANDING_M_S`."""
+    walking = np.linalg.norm(velocity_bcs, axis=1) >= STANDING_M_S
+    return np.where(walking, np.arctan2(velocity_bcs[:, 1], velocity_bcs[:, 0]), np.nan)
+
+
+def usable_path(trajectory: Trajectory) -> tuple[IntArray, FloatArray]:
+    """Times (n,), strictly rising, and positions (n, 2) of a trajectory's usable frames, NaN where unmapped."""
+    usable = (trajectory.status != Status.DUPLICATE) & (trajectory.status != Status.INVALID)
+    return trajectory.time_ns[usable], trajectory.position_bcs[usable, :2]

@@ -35,11 +35,14 @@ def residuals_at_presses(trajectory: Trajectory, presses_ns: IntArray, control_p
 
     The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
     """
-    labels = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).position_bcs[:, None, :2]
-    to_points = labels - control_points
-    distance = np.nan_to_num(np.linalg.norm(to_points, axis=2))
-    nearest = to_points[np.arange(len(presses_ns)), distance.argmin(axis=1)]
-    return Residuals(nearest, covariances_at(presses_ns, trajectory))
+    labels = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).position_bcs[:, :2]
+    return Residuals(labels - nearest_points(labels, control_points), covariances_at(presses_ns, trajectory))
+
+
+def nearest_points(places: FloatArray, points: FloatArray) -> FloatArray:
+    """Of the points (p, 2) the one (k, 2) nearest to each place (k, 2); the first one where the place is not known."""
+    distance = np.nan_to_num(np.linalg.norm(places[:, None] - points, axis=2))
+    return np.asarray(points[distance.argmin(axis=1)])
 
 
 def covariances_at(time_ns: IntArray, trajectory: Trajectory) -> FloatArray:
