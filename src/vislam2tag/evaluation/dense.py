@@ -1,0 +1,140 @@
+"""Errors against a truth of the whole walk: how they grow with the way walked, and with speed.
+
+The way walked is the truth's own length, known where its points follow each other within
+:data:`~vislam2tag.evaluation.truth.MAX_GAP_S`. Where the truth has holes, what spans them is left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.interpolation import label_by_interpolation
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.evaluation.evaluation_record import Bin, DenseFigures, DriftSums, Relative
+from vislam2tag.evaluation.point_errors import STRIDE_S, PointErrors, TruthKind, heading_of, walking_velocity
+from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
+
+DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
+"""Ways over which the error of the displacement is taken."""
+SLACK_M = 0.5
+"""A pair of points may lie this much farther apart on the way than asked."""
+SINCE_EDGES_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)
+"""Bins of the way walked since the last landmark."""
+SPEED_EDGES_M_S = (0.0, 0.3, 0.8, 1.2, 1.6, 2.5, np.inf)
+"""Bins of the speed: standing, slow, usual, brisk, hurrying, running."""
+_HOLE_M = 1e6
+"""Way that a hole of the truth counts as: longer than any walk."""
+
+
+@dataclass(frozen=True)
+class TruePath:
+    """A truth (t,) as a way: ``walked_m`` (t,) so far, by far too long across holes, and ``velocity_bcs`` (t, 2),
+    metres per second, NaN beside holes.
+    """
+
+    truth: Truth
+    walked_m: FloatArray
+    velocity_bcs: FloatArray
+
+    @classmethod
+    def of(cls, truth: Truth) -> TruePath:
+        """Measure the way and the velocity."""
+        hole = np.diff(truth.time_ns) > MAX_GAP_S * 1e9
+        step = np.linalg.norm(np.diff(truth.position_bcs, axis=0), axis=1)
+        walked = np.append(0.0, np.cumsum(np.where(hole, _HOLE_M, step)))
+        velocity = walking_velocity(truth.time_ns, truth.time_ns, truth.position_bcs)
+        velocity[_beside_holes(truth.time_ns, hole)] = np.nan
+        return cls(truth, walked, velocity)
+
+    @property
+    def speed_m_s(self) -> FloatArray:
+        """(t,) metres per second, NaN beside holes."""
+        return np.asarray(np.linalg.norm(self.velocity_bcs, axis=1))
+
+    def since_m(self, visits_ns: IntArray) -> FloatArray:
+        """Way (t,) walked since the last of the visits (v,), rising times; NaN before the first or across a hole."""
+        time_ns = self.truth.time_ns
+        visits_ns = visits_ns[(visits_ns >= time_ns[0]) & (visits_ns <= time_ns[-1])]
+        if not len(visits_ns):
+            return np.full(len(time_ns), np.nan)
+        at_visit = np.interp(visits_ns - time_ns[0], time_ns - time_ns[0], self.walked_m)
+        last = np.searchsorted(visits_ns, time_ns, side="right") - 1
+        since = self.walked_m - at_visit[np.maximum(last, 0)]
+        # A visit inside a hole lies somewhere on the hole's great length.
+        return np.where((last >= 0) & (since < _HOLE_M / 1e3), since, np.nan)
+
+
+def _beside_holes(time_ns: IntArray, hole: BoolArray) -> BoolArray:
+    """Mask (t,) of the points whose stride reaches into a hole."""
+    stretch = np.append(0, np.cumsum(hole))
+    first, last = np.searchsorted(stretch, stretch), np.searchsorted(stretch, stretch, side="right") - 1
+    early = (time_ns - time_ns[first] < STRIDE_S * 1e9) & (stretch > 0)
+    late = (time_ns[last] - time_ns < STRIDE_S * 1e9) & (stretch < stretch[-1])
+    return np.asarray(early | late)
+
+
+def dense_errors(trajectory: Trajectory, path: TruePath) -> PointErrors:
+    """Compare the label at each true point's time with it."""
+    truth = path.truth
+    labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
+    heading = heading_of(path.velocity_bcs)
+    plane = labels.position_bcs[:, :2]
+    return PointErrors(TruthKind.DENSE, truth.time_ns, truth.position_bcs, plane, labels.sigma_m, heading)
+
+
+def dense_figures(points: PointErrors, path: TruePath, visits_ns: IntArray) -> DenseFigures:
+    """Reduce errors at a path's points; ``visits_ns`` (v,), rising, are the times of passing landmarks."""
+    since, error = path.since_m(visits_ns), points.error_m
+    inside = np.zeros(len(points), dtype=np.bool_)
+    if len(visits_ns):
+        inside = (points.time_ns >= visits_ns[0]) & (points.time_ns <= visits_ns[-1])
+    return DenseFigures(
+        relative=[_relative(points, path.walked_m, distance) for distance in DISTANCES_M],
+        since_landmark=_binned(since, error, SINCE_EDGES_M),
+        drift=_drift(since, error),
+        speed=_binned(np.where(inside, path.speed_m_s, np.nan), error, SPEED_EDGES_M_S),
+    )
+
+
+def relative_errors(points: PointErrors, walked_m: FloatArray, distance_m: float) -> FloatArray:
+    """Error (p,) of the displacement from each point to the one ``distance_m`` of way later, metres, both labelled."""
+    later = np.searchsorted(walked_m, walked_m + distance_m)
+    start = np.flatnonzero(later < len(walked_m))
+    end = later[start]
+    near = walked_m[end] - walked_m[start] <= distance_m + SLACK_M
+    residual = points.residual_bcs
+    error = np.linalg.norm(residual[end[near]] - residual[start[near]], axis=1)
+    return np.asarray(error[np.isfinite(error)])
+
+
+def _relative(points: PointErrors, walked_m: FloatArray, distance_m: float) -> Relative:
+    error = relative_errors(points, walked_m, distance_m)
+    return Relative(distance_m=distance_m, pairs=len(error), sum_m=float(error.sum()), sum_m2=float((error**2).sum()))
+
+
+def _binned(values: FloatArray, error_m: FloatArray, edges: tuple[float, ...]) -> list[Bin]:
+    """Count points by bin of their values (t,), NaN in none."""
+    index = np.searchsorted(edges, values, side="right") - 1
+    bins = []
+    for number in range(len(edges) - 1):
+        here = error_m[(index == number) & np.isfinite(values)]
+        labelled = here[np.isfinite(here)]
+        bins.append(Bin(points=len(here), labelled=len(labelled), sum_m=float(labelled.sum())))
+    return bins
+
+
+def _drift(since_m: FloatArray, error_m: FloatArray) -> DriftSums:
+    both = np.isfinite(since_m) & np.isfinite(error_m)
+    d, e = since_m[both], error_m[both]
+    return DriftSums(points=len(d), d=d.sum(), e=e.sum(), dd=(d * d).sum(), de=(d * e).sum())
+
+
+def drift_per_metre(sums: DriftSums) -> float | None:
+    """Slope of the straight line through errors against the way since the last landmark; None where that is one way."""
+    spread = sums.points * sums.dd - sums.d**2
+    if spread <= 1e-9 * max(sums.points * sums.dd, 1.0):
+        return None
+    return float((sums.points * sums.de - sums.d * sums.e) / spread)
