@@ -12,8 +12,10 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.evaluation.check_record import SurveyCheck
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.pipeline.check import check
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
@@ -44,11 +46,13 @@ __all__ = [
     "Status",
     "Summary",
     "Survey",
+    "SurveyCheck",
     "SurveyError",
     "Trajectory",
     "UsageError",
     "VisitSettings",
     "Vislam2tagError",
+    "check",
     "label_readings",
     "mark_uncertain",
     "open_survey",

@@ -6,7 +6,7 @@ gap, and states a covariance for just this error. What says something of the lab
 are *compared with what is stated of them* (:mod:`vislam2tag.evaluation.self_check`).
 
 The whole walk is smoothed again without the landmark. Keeping the noise levels and weights that were found with it, and
-only solving again, is faster, but states the errors too large by half: the weights have adapted to the landmark.
+only solving again, is faster, but takes the tracker for better than it is: they have adapted to the landmark.
 """
 
 from __future__ import annotations
