@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from vislam2tag.cli.tables import table, table_console
 from vislam2tag.evaluation.check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.pipeline.check import CHECK_FILE, PAGE_FILE, check
 from vislam2tag.pipeline.selection import Selection
@@ -22,8 +22,6 @@ from vislam2tag.settings import LabelSettings, Settings
 
 DEFAULTS = Settings()
 INTERRUPTED = 130
-_PIPE_WIDTH = 140
-"""Columns of the tables where the output is no terminal."""
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
 
@@ -107,9 +105,7 @@ def _with_progress(
 
 
 def _print(found: SurveyCheck) -> None:
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console = table_console()
     console.print(_session_table(found))
     if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
         console.print("(in brackets: fewer than three landmarks could be left out, hardly more than what is stated)")
@@ -122,11 +118,11 @@ def _print(found: SurveyCheck) -> None:
 def _session_table(found: SurveyCheck) -> Table:
     title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
     numbers = ("landmarks", "left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
-    table = _table(title, ("floor", "device", "session"), numbers)
+    rows = table(title, ("floor", "device", "session"), numbers)
     for session in found.sessions:
         place = (str(session.floor), escape(session.device), escape(session.session))
-        table.add_row(*place, *_session_cells(session))
-    return table
+        rows.add_row(*place, *_session_cells(session))
+    return rows
 
 
 def _session_cells(session: SessionCheck) -> tuple[str, ...]:
@@ -146,35 +142,26 @@ def _session_cells(session: SessionCheck) -> tuple[str, ...]:
 
 
 def _bad_table(found: list[BadLandmark]) -> Table:
-    table = _table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
+    rows = table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
     for bad in found:
         place = (str(bad.floor), escape(bad.landmark), FAULTS[bad.fault])
-        table.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
-    return table
+        rows.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
+    return rows
 
 
 def _place_table(floors: list[FloorCheck]) -> Table:
-    table = _table("One more landmark", ("floor",), ("x", "y", "mean error now", "then"))
+    rows = table("One more landmark", ("floor",), ("x", "y", "mean error now", "then"))
     for floor in floors:
         for place in floor.places:
             then = floor.expected_m - place.gain_m
-            table.add_row(
+            rows.add_row(
                 str(floor.number),
                 f"{place.x_m:.1f} m",
                 f"{place.y_m:.1f} m",
                 f"{floor.expected_m:.3f} m",
                 f"{then:.3f} m",
             )
-    return table
-
-
-def _table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for name in texts:
-        table.add_column(name, overflow="fold")
-    for name in numbers:
-        table.add_column(name, justify="right")
-    return table
+    return rows
 
 
 def _metres(value: float | None) -> str:

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from vislam2tag.cli.tables import table, table_console
 from vislam2tag.findings import Finding
 from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview, inspect_survey
 
@@ -32,8 +32,6 @@ Examples:
 """
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan"}
-_PIPE_WIDTH = 140
-"""Columns of the tables where the output is no terminal."""
 
 
 def register(app: typer.Typer) -> None:
@@ -63,9 +61,7 @@ def _read_with_progress(survey: Path) -> Inspection:
 
 
 def _print(inspection: Inspection) -> None:
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console = table_console()
     console.print(_floor_table(inspection.floors))
     console.print(_session_table(inspection.sessions))
     groups = [("site", inspection.findings)]
@@ -81,11 +77,11 @@ def _print(inspection: Inspection) -> None:
 
 
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:
-    table = _table("Floors", ("floor", "size", "plan"), ("landmarks", "control points", "sessions"))
+    rows = table("Floors", ("floor", "size", "plan"), ("landmarks", "control points", "sessions"))
     for floor in floors:
         size = "unknown" if floor.width_m is None else f"{floor.width_m:g} m x {floor.height_m:g} m"
         unsurveyed = f" ({floor.landmarks_unsurveyed} unsurveyed)" if floor.landmarks_unsurveyed else ""
-        table.add_row(
+        rows.add_row(
             escape(f"{floor.number}  {floor.name}"),
             size,
             escape(floor.plan or "none (metric grid)"),
@@ -93,16 +89,16 @@ def _floor_table(floors: Iterable[FloorOverview]) -> Table:
             str(floor.control_points),
             str(floor.sessions),
         )
-    return table
+    return rows
 
 
 def _session_table(sessions: Iterable[SessionOverview]) -> Table:
     numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "presses", "findings")
-    table = _table("Sessions", ("floor", "device", "session"), numbers)
+    rows = table("Sessions", ("floor", "device", "session"), numbers)
     for session in sessions:
         place = (str(session.floor), escape(session.device), escape(session.session))
-        table.add_row(*place, *_session_cells(session))
-    return table
+        rows.add_row(*place, *_session_cells(session))
+    return rows
 
 
 def _session_cells(session: SessionOverview) -> tuple[str, ...]:
@@ -121,15 +117,6 @@ def _session_cells(session: SessionOverview) -> tuple[str, ...]:
         str(session.presses),
         str(len(session.findings)) if session.usable else f"[red]{len(session.findings)}[/]",
     )
-
-
-def _table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    for name in texts:
-        table.add_column(name, overflow="fold")
-    for name in numbers:
-        table.add_column(name, justify="right")
-    return table
 
 
 def _finding_lines(title: str, findings: Iterable[Finding]) -> Iterable[str]:

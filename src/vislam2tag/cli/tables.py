@@ -1,0 +1,26 @@
+"""Tables on the terminal."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+_PIPE_WIDTH = 140
+"""Columns where the output is no terminal."""
+
+
+def table_console() -> Console:
+    """Return a console for tables: as wide as the terminal, or wide enough for a pipe."""
+    console = Console(highlight=False)
+    return console if console.is_terminal else Console(highlight=False, width=_PIPE_WIDTH)
+
+
+def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
+    """Return an empty table with columns of text, then of numbers."""
+    empty = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    for name in texts:
+        empty.add_column(name, overflow="fold")
+    for name in numbers:
+        empty.add_column(name, justify="right")
+    return empty
