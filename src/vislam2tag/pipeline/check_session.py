@@ -20,11 +20,10 @@ from vislam2tag.evaluation.landmark_gain import gains, walked_metre_by_metre
 from vislam2tag.evaluation.left_out import LeftOut, leave_out
 from vislam2tag.evaluation.self_check import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.mapping.smoother import FEWEST_FRAMES, Smoother
-from vislam2tag.sessions import corrected_session, read_session
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.pipeline.mappable import mappable_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import Corrections, corrected_landmarks
+from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.model import SessionRef, Site
 
 
@@ -58,8 +57,7 @@ def check_session(job: CheckJob) -> CheckedSession:
 
 
 def _check(job: CheckJob) -> CheckedSession:
-    session, _ = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
-    landmarks = _landmarks(job, session)
+    session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
     smoothed = _smoothed(job, session, landmarks)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
@@ -69,14 +67,6 @@ def _check(job: CheckJob) -> CheckedSession:
         gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
     return CheckedSession(_record(job, **_accuracy(job, smoothed, landmarks, covariance, left_out)), found)
-
-
-def _landmarks(job: CheckJob, session: Session) -> Landmarks:
-    """Landmarks that the session may use, as for mapping."""
-    key, log = job.ref.key, session.landmarks
-    considered = considered_landmarks(job.site, key.floor, log.ids)
-    corrected, _ = corrected_landmarks(considered, job.corrections, key, job.settings.default_landmark_sigma_m)
-    return landmarks_of_session(corrected, key, session.camera, log).landmarks
 
 
 def _smoothed(job: CheckJob, session: Session, landmarks: Landmarks) -> Smoothed:
