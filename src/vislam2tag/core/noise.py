@@ -48,7 +48,7 @@ class Noise:
 
 USUAL = Noise()
 """What is assumed before anything is seen: typical of phones (docs/smoother.md)."""
-PRIOR_WEIGHT = 2.5
+PRIOR_WEIGHT = 1.0
 """The usual noise counts as much as this many observed numbers."""
 SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
