@@ -2,8 +2,8 @@
 
 The session is generated: 15 minutes at 30 Hz (27,000 frames) past 15 landmarks. DuckDB (two threads) reads and writes
 the files; the smoother maps the session that was read from them: noise estimation, re-weighting, covariances of all
-frames, heights and contradictions. Both run in turn in one process; the median of the pairs' ratios is printed, then
-the time a frame for sessions of 5 to 40 minutes.
+frames, heights and contradictions, with its linear algebra in one thread as ``process`` has it. Both run in turn in one
+process; the median of the pairs' ratios is printed, then the time a frame for sessions of 5 to 40 minutes.
 
     python benchmarks/smoother_speed.py
     python benchmarks/smoother_speed.py --repeats 3 --minutes 5 10
@@ -20,6 +20,7 @@ from statistics import median
 from data_sets import Walk, walks_of
 from measure import seconds
 from process_speed import convert
+from threadpoolctl import threadpool_limits
 
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings
@@ -38,7 +39,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--minutes", type=float, nargs="+", default=[5, 10, 20, 40])
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
+    with threadpool_limits(limits=1), tempfile.TemporaryDirectory() as folder:
         compare(Path(folder), options.repeats)
         print("\n| minutes | frames | landmark rows | passes | mapping, s | microseconds a frame |")
         print("| --- " * 6 + "|")
