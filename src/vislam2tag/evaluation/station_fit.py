@@ -1,0 +1,147 @@
+"""Fitting a station's clock (and the prism's place) to labels: one offset over several pieces of walks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.interpolation import label_by_interpolation
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.evaluation.truth import MAX_GAP_S
+
+CLIP_M = 5.0
+"""Errors count at most this much in the search: a wrongly mapped stretch must not decide it."""
+GRID_S = 0.5
+"""Step of the search."""
+SEARCHED = 300
+"""Measured points that the search looks at in each walk."""
+TYPICAL_M = 0.15
+"""Errors above this count linearly in the fit, not by their square."""
+STEP_NS = 50_000_000
+"""Half the time over which the labels' velocity is taken."""
+PPM = 1e-6
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A walk, or a part of it, with the station's track: the labels to fit to, and ``k`` measured points.
+
+    ``time_ns`` (k,) the station's wall clock; ``prism_bcs`` (k, 2) metres; ``ahead`` (k, 2) unit vector of walking.
+    """
+
+    reference: Trajectory
+    time_ns: IntArray
+    prism_bcs: FloatArray
+    ahead: FloatArray
+
+    def part(self, rows: slice) -> Piece:
+        """Only some of the measured points."""
+        return Piece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows])
+
+    @property
+    def left(self) -> FloatArray:
+        """Unit vector (k, 2) to the left of walking."""
+        return np.column_stack((-self.ahead[:, 1], self.ahead[:, 0]))
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """What is estimated beside the clock's offset."""
+
+    drift: bool = False
+    """The clocks' rates differ."""
+    prism: bool = False
+    """The prism is not at the camera."""
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """From a measured point to where and when the camera was.
+
+    ``clock_ns`` is the station's wall clock minus the clock of the labels at wall time ``epoch_ns``, growing by
+    ``drift_ppm``; the prism is ``ahead_m`` before and ``left_m`` to the left of the camera, as one walks.
+    """
+
+    epoch_ns: int
+    clock_ns: int
+    drift_ppm: float = 0.0
+    ahead_m: float = 0.0
+    left_m: float = 0.0
+
+    def label_time_ns(self, time_ns: IntArray) -> IntArray:
+        """Times (k,) on the labels' clock of the station's times (k,)."""
+        grown = np.round((time_ns - self.epoch_ns) * (self.drift_ppm * PPM)).astype(np.int64)
+        return np.asarray(time_ns - self.clock_ns - grown)
+
+    def camera_bcs(self, piece: Piece) -> FloatArray:
+        """Where the camera was (k, 2), metres."""
+        return piece.prism_bcs - self.ahead_m * piece.ahead - self.left_m * piece.left
+
+
+def errors_m(piece: Piece, clock_ns: int) -> FloatArray:
+    """Distance (k,) between each measured point and the label at its time, with this offset; NaN without a label."""
+    labels = label_by_interpolation(piece.time_ns - clock_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
+    return np.asarray(np.linalg.norm(labels - piece.prism_bcs, axis=1))
+
+
+def mean_clipped_error_m(piece: Piece, clock_ns: int) -> float:
+    """Mean error of a piece with this offset, each at most :data:`CLIP_M`, as is a point without a label."""
+    return float(np.nan_to_num(errors_m(piece, clock_ns), nan=CLIP_M).clip(max=CLIP_M).mean())
+
+
+def search_clock(piece: Piece) -> int:
+    """The offset (ns) with the least error among all at which track and walk overlap, to :data:`GRID_S`."""
+    thinned = piece.part(slice(None, None, len(piece.time_ns) // SEARCHED + 1))
+    first, last = piece.time_ns[0] - piece.reference.time_ns.max(), piece.time_ns[-1] - piece.reference.time_ns.min()
+    offsets = np.arange(first, last, round(GRID_S * 1e9), dtype=np.int64)
+    return int(min(offsets.tolist(), key=lambda offset: mean_clipped_error_m(thinned, offset)))
+
+
+def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom) -> Adjustment:
+    """Least robust squares of label minus camera over all measured points, from a start within a second or so.
+
+    Points without a label there do not count.
+    """
+    free = np.array([True, freedom.drift, freedom.prism, freedom.prism])
+
+    def at(values: FloatArray) -> Adjustment:
+        clock_s, drift_ppm, ahead_m, left_m = _spread(values, free)
+        return Adjustment(start.epoch_ns, start.clock_ns + round(clock_s * 1e9), drift_ppm, ahead_m, left_m)
+
+    def residual(values: FloatArray) -> FloatArray:
+        return np.concatenate([_residual(piece, at(values)).ravel() for piece in pieces])
+
+    def jacobian(values: FloatArray) -> FloatArray:
+        return np.concatenate([_jacobian(piece, at(values)) for piece in pieces])[:, free]
+
+    solution = least_squares(
+        residual, np.zeros(int(free.sum())), jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac"
+    )
+    return at(np.asarray(solution.x))
+
+
+def _spread(values: FloatArray, free: FloatArray) -> list[float]:
+    full = np.zeros(len(free))
+    full[free] = values
+    return [float(value) for value in full]
+
+
+def _residual(piece: Piece, adjustment: Adjustment) -> FloatArray:
+    """Label minus camera (k, 2), metres; 0 without a label."""
+    time_ns = adjustment.label_time_ns(piece.time_ns)
+    labels = label_by_interpolation(time_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
+    return np.nan_to_num(labels - adjustment.camera_bcs(piece))
+
+
+def _jacobian(piece: Piece, adjustment: Adjustment) -> FloatArray:
+    """Derivative (2k, 4) of the residual by clock (s), drift (ppm), ahead and left (m)."""
+    time_ns = adjustment.label_time_ns(piece.time_ns)
+    ends = [label_by_interpolation(time_ns + step, piece.reference, MAX_GAP_S) for step in (-STEP_NS, STEP_NS)]
+    velocity = np.nan_to_num((ends[1].position_bcs - ends[0].position_bcs)[:, :2] / (2e-9 * STEP_NS))
+    since_s = (piece.time_ns - adjustment.epoch_ns) * 1e-9
+    columns = (-velocity, -velocity * (since_s * PPM)[:, None], piece.ahead, piece.left)
+    return np.stack(columns, axis=-1).reshape(-1, 4)
