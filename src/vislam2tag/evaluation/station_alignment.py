@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.errors import SurveyError
 from vislam2tag.evaluation.point_errors import heading_of, walking_velocity
@@ -39,6 +40,9 @@ OTHER_CLOCK_S = 2.0
 """A walk has another clock than the rest where its own best offset is farther off than this, seconds, ..."""
 OTHER_CLOCK_FACTOR = 4.0
 """... and its error there so many times less."""
+
+STRAIGHT = 0.95
+"""Walking is steady where one gets on by at least so much of the way made, over a stride or so."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,7 @@ def align_device(walks: Sequence[StationWalk], freedom: Freedom | None = None) -
     together.
     """
     freedom = freedom or Freedom()
-    pieces = [_piece(walk) for walk in walks]
+    pieces = [piece_of(walk.reference, walk.track, walk.frame.bcs_t_station) for walk in walks]
     own = [search_clock(piece) for piece in pieces]
     clock_ns = min(own, key=lambda offset: sum(mean_clipped_error_m(piece, offset) for piece in pieces))
     if min(_labelled_error_m(piece, clock_ns) for piece in pieces) > MATCHES_M:
@@ -144,16 +148,26 @@ def _shares_clock(piece: Piece, clock_ns: int, own_ns: int) -> bool:
     return int(inside.sum()) >= FEWEST_POINTS and not (far and own_m < common_m / OTHER_CLOCK_FACTOR)
 
 
-def _piece(walk: StationWalk) -> Piece:
-    prism = walk.frame.bcs_t_station @ walk.track.position
-    heading = heading_of(walking_velocity(walk.track.time_ns, walk.track.time_ns, prism))
-    known = np.flatnonzero(np.isfinite(heading))
-    if not len(known):
-        return Piece(walk.reference, walk.track.time_ns, prism, np.zeros_like(prism))
-    # Who stands still goes on looking the way of walking.
-    nearest = known[np.abs(np.arange(len(heading))[:, None] - known).argmin(axis=1)]
-    ahead = np.column_stack((np.cos(heading[nearest]), np.sin(heading[nearest])))
-    return Piece(walk.reference, walk.track.time_ns, prism, ahead)
+def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similarity2) -> Piece:
+    """Put a station's track into the building, and find where and which way it was walked steadily."""
+    time_ns, prism = track.time_ns, bcs_T_station @ track.position
+    velocity = walking_velocity(time_ns, time_ns, prism)
+    known = np.flatnonzero(np.isfinite(heading_of(velocity)) & _steady(time_ns, prism, velocity))
+    ahead, steady = np.zeros_like(prism), np.zeros(len(prism), dtype=np.bool_)
+    steady[known] = True
+    if len(known):
+        # Who stands still or turns is taken to look as shortly before or after.
+        nearest = known[np.searchsorted((known[1:] + known[:-1]) / 2, np.arange(len(prism)))]
+        ahead = velocity[nearest] / np.linalg.norm(velocity[nearest], axis=1, keepdims=True)
+    return Piece(reference, time_ns, prism, ahead, steady)
+
+
+def _steady(time_ns: IntArray, prism_bcs: FloatArray, velocity_bcs: FloatArray) -> BoolArray:
+    """Mask (k,) of the points about which the way is hardly longer than straight."""
+    steps = np.linalg.norm(np.diff(prism_bcs, axis=0, prepend=prism_bcs[:1]), axis=1)
+    way = np.column_stack((np.cumsum(steps), np.zeros_like(steps)))
+    speed = walking_velocity(time_ns, time_ns, way)[:, 0]
+    return np.asarray(np.linalg.norm(velocity_bcs, axis=1) > STRAIGHT * speed)
 
 
 def _folds(walks: list[int], points: list[int]) -> list[tuple[int, slice]]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.truth import MAX_GAP_S
@@ -30,17 +30,19 @@ PPM = 1e-6
 class Piece:
     """A walk, or a part of it, with the station's track: the labels to fit to, and ``k`` measured points.
 
-    ``time_ns`` (k,) the station's wall clock; ``prism_bcs`` (k, 2) metres; ``ahead`` (k, 2) unit vector of walking.
+    ``time_ns`` (k,) the station's wall clock; ``prism_bcs`` (k, 2) metres; ``ahead`` (k, 2) unit vector of walking,
+    which is sure only where ``steady`` (k,): not in turns, and not where one stands.
     """
 
     reference: Trajectory
     time_ns: IntArray
     prism_bcs: FloatArray
     ahead: FloatArray
+    steady: BoolArray
 
-    def part(self, rows: slice) -> Piece:
+    def part(self, rows: slice | BoolArray) -> Piece:
         """Only some of the measured points."""
-        return Piece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows])
+        return Piece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows])
 
     @property
     def left(self) -> FloatArray:
@@ -102,10 +104,11 @@ def search_clock(piece: Piece) -> int:
 
 
 def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom) -> Adjustment:
-    """Least robust squares of label minus camera over all measured points, from a start within a second or so.
+    """Least robust squares of label minus camera over all points passed steadily, from a start within a second or so.
 
     Points without a label there do not count.
     """
+    walked = [piece.part(piece.steady) for piece in pieces]
     free = np.array([True, freedom.drift, freedom.prism, freedom.prism])
 
     def at(values: FloatArray) -> Adjustment:
@@ -113,10 +116,10 @@ def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom)
         return Adjustment(start.epoch_ns, start.clock_ns + round(clock_s * 1e9), drift_ppm, ahead_m, left_m)
 
     def residual(values: FloatArray) -> FloatArray:
-        return np.concatenate([_residual(piece, at(values)).ravel() for piece in pieces])
+        return np.concatenate([_residual(piece, at(values)).ravel() for piece in walked])
 
     def jacobian(values: FloatArray) -> FloatArray:
-        return np.concatenate([_jacobian(piece, at(values)) for piece in pieces])[:, free]
+        return np.concatenate([_jacobian(piece, at(values)) for piece in walked])[:, free]
 
     solution = least_squares(
         residual, np.zeros(int(free.sum())), jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac"
@@ -124,7 +127,7 @@ def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom)
     return at(np.asarray(solution.x))
 
 
-def _spread(values: FloatArray, free: FloatArray) -> list[float]:
+def _spread(values: FloatArray, free: BoolArray) -> list[float]:
     full = np.zeros(len(free))
     full[free] = values
     return [float(value) for value in full]

@@ -10,9 +10,9 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind, walking_heading
-from vislam2tag.evaluation.station_alignment import DeviceAlignment, StationWalk
+from vislam2tag.evaluation.station_alignment import DeviceAlignment, StationWalk, piece_of
 from vislam2tag.evaluation.station_file import StationTrack
-from vislam2tag.evaluation.station_fit import Piece, mean_clipped_error_m, search_clock
+from vislam2tag.evaluation.station_fit import mean_clipped_error_m, search_clock
 from vislam2tag.evaluation.station_frame import frame_findings
 from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
 from vislam2tag.findings import Finding, Severity
@@ -43,10 +43,7 @@ def clock_offset(walks: Sequence[tuple[Trajectory, StationTrack]], bcs_T_station
     The paper's rule: the offset is fitted to the very errors it is then used for. Everything else uses
     :func:`~vislam2tag.evaluation.station_alignment.align_device`.
     """
-    pieces = [
-        Piece(trajectory, track.time_ns, bcs_T_station @ track.position, np.zeros_like(track.position))
-        for trajectory, track in walks
-    ]
+    pieces = [piece_of(trajectory, track, bcs_T_station) for trajectory, track in walks]
 
     def cost(offset_ns: int) -> float:
         return sum(mean_clipped_error_m(piece, offset_ns) * len(piece.time_ns) for piece in pieces)
