@@ -1,15 +1,16 @@
-"""The walks that the benchmarks map: generated ones, the real ones and those the published program was run on."""
+"""The walks that the benchmarks map: of two generators, the real ones and those the published program was run on."""
 
 from __future__ import annotations
 
 import tarfile
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from second_generator import Severity, make_walk
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -86,6 +87,14 @@ def generated(
             root = Path(folder) / "survey"
             simulate(regular_survey(seed, severity, sessions=sessions, building=building), root)
             yield from walks_of(root, truth_at_frames=True)
+
+
+def second_generator(seeds: Iterable[int], severity: Severity = "default") -> Iterator[Walk]:
+    """Walks of the second generator at this severity, one for each seed."""
+    for seed in seeds:
+        made = make_walk(seed, severity)
+        truth = Truth(made.camera.time_ns, made.truth_bcs)
+        yield Walk(made.name, made.camera, made.log, made.landmarks, truth)
 
 
 def real_walks() -> Iterator[Walk]:

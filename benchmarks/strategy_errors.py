@@ -1,10 +1,11 @@
-"""Errors of every registered strategy on generated and on real walks, in metres.
+"""Errors of every registered strategy on the walks of two generators and on real ones, in metres.
 
 Generated walks are compared at every camera frame, real ones at their true points; nothing is marked uncertain. Each
 walk counts once: a figure is the average of the walks' figures. Coverage is pooled over all points. The smoother is
 also compared with each other strategy on the points that both label.
 
-    python benchmarks/strategy_errors.py                               seeds 1 to 8: 96 generated walks
+    python benchmarks/strategy_errors.py                               96 generated, 60 of the second generator, 3 real
+    python benchmarks/strategy_errors.py --data second --severity mild default severe
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
 """
@@ -12,14 +13,16 @@ also compared with each other strategy on the points that both label.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import polars as pl
-from data_sets import Walk, generated, real_walks
+from data_sets import Walk, generated, real_walks, second_generator
+from second_generator import Severity
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status
@@ -32,6 +35,7 @@ from vislam2tag.settings import Settings
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
 STATED = (0.68, 0.95)
+DATA = ("generated", "second", "real")
 OURS = "smoother"
 
 
@@ -64,13 +68,14 @@ Results = dict[str, dict[str, Mapped]]
 def main() -> None:
     """Map every walk with every strategy and print the tables of each data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 9)))
-    parser.add_argument("--severity", nargs="+", default=["default"])
+    parser.add_argument("--data", nargs="+", choices=DATA, default=DATA, help="data sets (default: all)")
+    parser.add_argument("--seeds", type=int, nargs="+", help="default: 1 to 8; of the second generator 1 to 60")
+    parser.add_argument("--severity", nargs="+", choices=get_args(Severity), default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
     parser.add_argument("--csv", type=Path, help="write every walk's figures there")
     options = parser.parse_args()
-    data_sets = {f"generated, {level}": evaluate(generated(options.seeds, level)) for level in options.severity}
-    data_sets["real"] = evaluate(real_walks())
+    asked_for = chosen(options.data, options.severity, options.seeds)
+    data_sets = {name: evaluate(walks) for name, walks in asked_for.items()}
     for name, results in data_sets.items():
         if any(results.values()):
             print_averages(name, results)
@@ -82,6 +87,18 @@ def main() -> None:
     print_coverage(data_sets)
     if options.csv is not None:
         write_csv(data_sets, options.csv)
+
+
+def chosen(data: Sequence[str], severities: Sequence[Severity], seeds: list[int] | None) -> dict[str, Iterable[Walk]]:
+    """Walks of the data sets asked for, by the name of their tables."""
+    walks: dict[str, Iterable[Walk]] = {}
+    if "generated" in data:
+        walks |= {f"generated, {level}": generated(seeds or list(range(1, 9)), level) for level in severities}
+    if "second" in data:
+        walks |= {f"second generator, {level}": second_generator(seeds or range(1, 61), level) for level in severities}
+    if "real" in data:
+        walks["real"] = real_walks()
+    return walks
 
 
 def evaluate(walks: Iterable[Walk]) -> Results:
