@@ -19,6 +19,7 @@ LAYERS = (
     ("labeling",),
     ("results",),
     ("evaluation",),
+    ("figures",),
     ("simulation",),
     ("report",),
     ("pipeline",),

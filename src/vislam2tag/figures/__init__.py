@@ -1,0 +1,1 @@
+"""Figures for print: one function each, from domain objects to a matplotlib figure."""

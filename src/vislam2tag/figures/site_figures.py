@@ -1,0 +1,62 @@
+"""The landmark configuration, and the way from it to labelled readings."""
+
+from __future__ import annotations
+
+import polars as pl
+from matplotlib.figure import Figure
+
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.figures.panels import (
+    aspect_of,
+    draw_control_points,
+    draw_floor,
+    draw_recording,
+    draw_walk,
+    extent_of,
+    legend_below,
+    letter,
+    panel_grid,
+)
+from vislam2tag.figures.scan_figures import draw_scans
+from vislam2tag.figures.style import PAGE_IN, colour_of, print_quality
+from vislam2tag.survey.model import Floor, Site
+
+
+@print_quality
+def landmark_configuration(site: Site) -> Figure:
+    """Draw every floor that has landmarks: its plan, the landmarks with their ids, the control points."""
+    floors = [floor for floor in site.floors if len(site.landmarks.on_floor(floor.number).ids)]
+    aspect = max((aspect_of(extent_of(floor, site.landmarks)) for floor in floors), default=1.0)
+    figure, axes = panel_grid(len(floors), min(2, max(1, len(floors))), PAGE_IN, aspect)
+    for one, floor in zip(axes, floors, strict=True):
+        draw_floor(one, floor, site.landmarks, ids=True)
+        if len(floor.control_points.ids):
+            draw_control_points(one, floor)
+    letter(axes, [f"Floor {floor.number}" for floor in floors])
+    legend_below(figure, axes)
+    return figure
+
+
+@print_quality
+def workflow(
+    floor: Floor,
+    landmarks: Landmarks,
+    camera: CameraTrack,
+    log: LandmarkLog,
+    trajectory: Trajectory,
+    wifi: pl.DataFrame,
+) -> Figure:
+    """Draw what becomes of a walk: landmarks surveyed, the walk recorded, mapped, its Wi-Fi readings labelled.
+
+    ``wifi`` is the labelled table (see :func:`vislam2tag.labeling.readings.label_readings`).
+    """
+    figure, axes = panel_grid(4, 2, PAGE_IN, aspect_of(extent_of(floor, landmarks)))
+    draw_floor(axes[0], floor, landmarks, ids=True)
+    draw_recording(axes[1], camera, log)
+    draw_floor(axes[2], floor, landmarks)
+    draw_walk(axes[2], trajectory, colour_of("local-corrected"), "mapped, without what is discarded")
+    draw_floor(axes[3], floor, landmarks)
+    draw_scans(axes[3], wifi)
+    legend_below(figure, axes, 6)
+    letter(axes, ["Landmarks are placed and surveyed", "A walk is recorded", "It is mapped", "Readings are labelled"])
+    return figure

@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from PIL import Image
+
+from tests.evaluation.maps import floor_with
+from tests.walks import landmarks_at
+from vislam2tag.figures.scan_figures import scan_labels
+from vislam2tag.figures.site_figures import landmark_configuration
+from vislam2tag.figures.style import rendered
+from vislam2tag.survey.model import ControlPoints, Floor, Site
+
+LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})
+
+
+def planned_floor(plan: Path) -> Floor:
+    return Floor(0, "", 20.0, 10.0, None, plan, ControlPoints(("a",), np.array([(5.0, 5.0)])))
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> Path:
+    path = tmp_path / "floorplan.png"
+    Image.new("RGB", (200, 100), "grey").save(path)
+    return path
+
+
+def test_configuration_shows_plan_ids_and_control_points(plan: Path) -> None:
+    empty = floor_with(np.zeros((0, 2)), number=5)
+    (axes,) = landmark_configuration(Site((planned_floor(plan), empty), LANDMARKS)).axes
+    assert [text.get_text() for text in axes.texts] == ["7", "9"]
+    assert list(axes.images[0].get_extent()) == [0, 20, 0, 10]
+    assert axes.get_xlim() == (0, 20)
+    assert {line.get_label() for line in axes.lines} == {"landmark", "control point"}
+
+
+def test_unreadable_plan_leaves_the_landmarks(plan: Path) -> None:
+    plan.write_bytes(b"no image")
+    figure = landmark_configuration(Site((planned_floor(plan),), LANDMARKS))
+    assert not figure.axes[0].images
+    assert rendered(figure, "svg").startswith(b"<?xml")
+
+
+def test_site_without_landmarks_has_no_panel() -> None:
+    assert not landmark_configuration(Site((), LANDMARKS.select([]))).axes
+
+
+def test_each_scan_has_its_readings_and_their_mean(plan: Path) -> None:
+    wifi = pl.DataFrame(
+        {"scan": [4, 4, 5, 6], "x": [1.0, 3.0, 9.0, None], "y": [2.0, 2.0, 4.0, None]},
+        schema_overrides={"scan": pl.Int32},
+    )
+    (axes,) = scan_labels(planned_floor(plan), LANDMARKS, wifi).axes
+    (readings,) = axes.collections
+    assert np.asarray(readings.get_offsets()).tolist() == [[1, 2], [3, 2], [9, 4]]
+    colours = np.asarray(readings.get_facecolor())
+    assert (colours[0] == colours[1]).all()
+    assert (colours[1] != colours[2]).any()
+    means = next(line for line in axes.lines if line.get_label() == "mean of a scan")
+    assert np.asarray(means.get_xydata()).tolist() == [[2, 2], [9, 4]]
