@@ -16,7 +16,6 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from vislam2tag.evaluation.paper import control_point_walks, total_station_walks
 from vislam2tag.evaluation.tables import (
     PAPER_TABLE_1,
     PAPER_TABLE_1_NON_FAULTY,
@@ -25,9 +24,11 @@ from vislam2tag.evaluation.tables import (
     WalkErrors,
     over_walks,
 )
-from vislam2tag.sessions import open_survey
+from vislam2tag.pipeline.paper_data import open_paper_data
+from vislam2tag.pipeline.paper_walks import paper_walks
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import paper_evaluation
-from vislam2tag.simulation.survey import STATION_FILE, simulate
+from vislam2tag.simulation.survey import simulate
 
 FACTOR = 1.5
 Walks = list[WalkErrors]
@@ -52,8 +53,8 @@ def evaluate_copy(seed: int, severity: str) -> tuple[Walks, Walks]:
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "survey"
         simulate(paper_evaluation(seed, severity), root)
-        survey = open_survey(root)
-        return control_point_walks(survey), total_station_walks(survey, root / "floor_4" / STATION_FILE)
+        found = paper_walks(open_paper_data(root), Settings())
+    return [walk.errors for walk in found.pressed], [walk.errors for walk in found.tracked]
 
 
 def over_non_faulty(walks: Walks, strategy: str) -> OverWalks:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.pipeline.paper_copy import make_paper_copy
 from tests.surveys import make_survey
 from vislam2tag.pipeline.run import process
 from vislam2tag.settings import Settings
@@ -31,3 +32,9 @@ def local_run(clean_survey: Path, tmp_path_factory: pytest.TempPathFactory) -> P
     out = tmp_path_factory.mktemp("local_run") / "out"
     process(clean_survey, out, Settings(strategy="local-corrected"))
     return out
+
+
+@pytest.fixture(scope="session")
+def paper_copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sessions that the paper's figures show, as one survey."""
+    return make_paper_copy(tmp_path_factory.mktemp("paper") / "evaluation_data")
