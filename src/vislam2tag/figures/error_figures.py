@@ -19,6 +19,7 @@ from vislam2tag.figures.panels import (
     extent_of,
     legend_below,
     letter,
+    log_metres,
     panel_grid,
     show,
 )
@@ -56,6 +57,8 @@ def error_by_landmark_movement(movement_m: FloatArray, errors_m: Mapping[str, Fl
             movement_m, error_m, marker, color=colour_of(strategy), markersize=3.5, alpha=0.8, label=name_of(strategy)
         )
     axes.set(xscale="log", yscale="log", xlabel="mean movement of the logged landmarks / m", ylabel="mean error / m")
+    log_metres(axes.xaxis)
+    log_metres(axes.yaxis)
     axes.grid(linewidth=0.3, alpha=0.6)
     axes.legend()
     return figure

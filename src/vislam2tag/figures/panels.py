@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
@@ -54,6 +56,13 @@ def in_metres(axes: Axes) -> None:
     axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel("x / m")
     axes.set_ylabel("y / m")
+
+
+def log_metres(axis: Axis) -> None:
+    """Number an axis of metres that is scaled by its logarithm in plain figures: 0.1, 0.2, 0.5, 1, ..."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def extent_of(floor: Floor, landmarks: Landmarks) -> tuple[FloatArray, FloatArray]:
