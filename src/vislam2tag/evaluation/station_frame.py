@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from vislam2tag.survey.model import ControlPoints
 
 STATION_LANDMARKS = ("10", "9")
 """The landmarks in data rows 2 and 3 of a tachymeter file that names none (the published survey's)."""
-GREATEST_RESIDUAL_M = 0.1
-"""A common point that fits worse than this is a finding, metres."""
+SHOT_RESIDUAL_M = 0.1
+"""A shot that fits the frame worse than this is odd, metres."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,15 @@ class CommonPoints:
     names: tuple[str, ...]
     station: FloatArray
     bcs: FloatArray
+    odd_m: float = SHOT_RESIDUAL_M
+    """A point that fits the frame worse than this is a finding, metres."""
+
+    @classmethod
+    def joined(cls, parts: Sequence[CommonPoints]) -> CommonPoints:
+        """All points of several sessions before one station (one at least)."""
+        names = tuple(name for part in parts for name in part.names)
+        station, bcs = np.concatenate([part.station for part in parts]), np.concatenate([part.bcs for part in parts])
+        return cls(names, station, bcs, max(part.odd_m for part in parts))
 
 
 @dataclass(frozen=True)
@@ -67,7 +77,7 @@ def fit_frame(points: CommonPoints) -> StationFrame:
 
 def frame_findings(frame: StationFrame) -> list[Finding]:
     """Report common points that do not fit."""
-    off = np.flatnonzero(frame.residual_m > GREATEST_RESIDUAL_M)
+    off = np.flatnonzero(frame.residual_m > frame.points.odd_m)
     if not len(off):
         return []
     worst = int(frame.residual_m.argmax())
