@@ -128,8 +128,8 @@ def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Pa
     mine, raw = bytes_of(tmp_path), bytes_of(survey)
     for place, message in (
         (tmp_path / "file", "file: cannot be the output folder (a file, not a folder); choose another --out"),
-        (tmp_path / "thesis", "thesis: is not empty and was not made by this program"),
-        (survey, "survey: is not empty and was not made by this program"),
+        (tmp_path / "thesis", "thesis: is not empty and was not made by vislam2tag "),
+        (survey, "survey: is not empty and was not made by vislam2tag "),
         (survey / "floor_0" / "labels", "labels: lies among the survey's sessions"),
     ):
         assert message in the_error(vislam2tag("process", survey, "--out", place))

@@ -47,10 +47,10 @@ def test_a_failing_writer_leaves_the_old_file(tmp_path: Path) -> None:
 
 def test_a_foreign_folder_is_refused_and_untouched(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(OutputError, match="not made by this program"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
         pass
     (tmp_path / "run.json").write_text("[1]")
-    with pytest.raises(OutputError, match="not made by this program"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
         pass
     assert names(tmp_path) == {"thesis.txt", "run.json"}
 

@@ -65,6 +65,8 @@ class Measured(_Model):
     p75_m: float | None
     p95_m: float | None
     max_m: float | None
+    headed: int
+    """Labelled points at which the direction of walking is known."""
     along_m: float | None
     """Mean distance along the direction of walking, whatever its sign; None where no direction is known."""
     across_m: float | None
@@ -90,7 +92,7 @@ class SessionEvaluation(_Model):
     """Why a truth that seems to be meant could not be used."""
     findings: list[Finding] = []
     faulty: bool | None = None
-    """Whether ``local-corrected`` discards any frame that ``local`` maps."""
+    """Whether ``local-corrected`` discards any frame that ``local`` maps; None where that maps none."""
     movement_m: float | None = None
     """Mean displacement of its landmarks' logged positions."""
     retention: dict[str, float | None] = {}
@@ -101,7 +103,11 @@ class SessionEvaluation(_Model):
 
 
 class Figure(_Model):
-    """A figure and its interval, which holds in 95 of 100 such surveys; None where not known, or of too few walks."""
+    """A figure and its interval, which holds in 95 of 100 such surveys.
+
+    The value is None where not known; the bounds are None of too few walks, and for maxima, of which the bootstrap
+    tells nothing.
+    """
 
     value: float | None
     low: float | None = None
@@ -130,6 +136,11 @@ class Row(_Model):
     p75_m: Figure
     p95_m: Figure
     max_m: Figure
+    along_m: Figure
+    """Mean distance along the direction of walking, whatever its sign."""
+    across_m: Figure
+    ahead_m: Figure
+    """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
 
 
 class DenseRow(_Model):

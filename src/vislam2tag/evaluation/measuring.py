@@ -36,6 +36,7 @@ def measured(points: PointErrors, way: str, strategy: str, dense: DenseFigures |
         strategy=strategy,
         points=len(points),
         labelled=len(error),
+        headed=int(np.isfinite(points.along_m).sum()),
         along_m=_mean(np.abs(points.along_m)),
         across_m=_mean(np.abs(points.across_m)),
         ahead_m=_mean(points.along_m),

@@ -28,6 +28,8 @@ class ErrorSummary:
 
 FIGURES = ("mean_m", "median_m", "rmse_m", "p75_m", "p95_m", "max_m")
 """Fields of an :class:`ErrorSummary` in metres, in the order of every table."""
+DIRECTED = ("along_m", "across_m", "ahead_m")
+"""Errors along and across the direction of walking, and by how much labels are ahead; metres."""
 
 
 def summarise(errors_m: FloatArray) -> ErrorSummary:

@@ -11,6 +11,7 @@ from vislam2tag.core import log_bins
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.evaluation.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
 from vislam2tag.evaluation.evaluation_record import Figure, Measured, Row, SessionEvaluation
+from vislam2tag.evaluation.metrics import DIRECTED
 
 ALL = "all"
 ALL_WALKS, WITHOUT_FAULTS = "all walks", "without faults"
@@ -60,7 +61,8 @@ def _row(
 ) -> Row:
     once = statistics(mine, np.arange(len(mine))[None])
     labelled_walks = sum(one.labelled > 0 for one in mine)
-    again = statistics(mine, draws(len(mine))) if labelled_walks >= FEWEST_WALKS else None
+    again = statistics(mine, draws(len(mine))) if labelled_walks >= FEWEST_WALKS else {}
+    again.pop("max_m", None)  # drawn walks never exceed the greatest: the bootstrap says nothing of maxima
     return Row(
         truth=mine[0].truth,
         way=mine[0].way,
@@ -70,7 +72,7 @@ def _row(
         over=over,
         walks=labelled_walks,
         points=sum(one.points for one in mine),
-        **{name: _figure(float(once[name][0]), None if again is None else again[name]) for name in once},
+        **{name: _figure(float(once[name][0]), again.get(name)) for name in once},
     )
 
 
@@ -97,7 +99,15 @@ def _over_walks(mine: Sequence[Measured], drawn: IntArray) -> Statistics:
             "rmse_m": np.sqrt(squares / count),
             **{name: _ranked_quantile(ranked, count, share) for name, share in QUANTILES.items()},
             "max_m": _ranked_quantile(ranked, count, 1.0),
+            **{name: _mean_of(mine, drawn, name, np.ones(len(mine))) for name in DIRECTED},
         }
+
+
+def _mean_of(mine: Sequence[Measured], drawn: IntArray, name: str, weight: FloatArray) -> FloatArray:
+    """Weighted mean (rounds,) of a figure of the walks that have it; to be called where division by zero is NaN."""
+    values = np.array([getattr(one, name) for one in mine], dtype=np.float64)
+    known = np.where(np.isnan(values), 0.0, weight)
+    return np.asarray((known * np.nan_to_num(values))[drawn].sum(axis=1) / known[drawn].sum(axis=1))
 
 
 def _ranked_quantile(ranked: FloatArray, count: IntArray, share: float) -> FloatArray:
@@ -148,6 +158,7 @@ def _over_points(mine: Sequence[Measured], drawn: IntArray) -> Statistics:
             "rmse_m": np.sqrt((times @ walks.sum_m2) / labelled),
             **{name: np.minimum(_counted_quantile(errors, share), greatest) for name, share in QUANTILES.items()},
             "max_m": np.where(labelled > 0, greatest, np.nan),
+            **{name: _mean_of(mine, drawn, name, np.array([float(one.headed) for one in mine])) for name in DIRECTED},
         }
 
 

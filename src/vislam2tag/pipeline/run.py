@@ -61,7 +61,7 @@ def process(
     refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
     refuse_among_sessions(survey, out)
-    with claim(out, _run_record(survey.root, landmarks, settings, selection)) as folder:
+    with claim(out, run_record(survey.root, landmarks, settings, selection)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
@@ -88,7 +88,8 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
     return replace(survey, findings=(*survey.findings, *excluded))
 
 
-def _run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
+def run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
+    """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
     site_files = sorted(path for pattern in SITE_FILES for path in root.glob(pattern) if path.is_file())
     return {
         "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files},

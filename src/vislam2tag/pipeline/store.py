@@ -81,8 +81,8 @@ class OutputFolder:
 
 
 @contextmanager
-def claim(root: Path, run: dict[str, object]) -> Iterator[OutputFolder]:
-    """Open an output folder for one run: new, empty or ours; raises OutputError otherwise.
+def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterator[OutputFolder]:
+    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
 
     The lock is held on the folder itself, so nothing is left behind when the process is killed.
     """
@@ -95,9 +95,9 @@ def claim(root: Path, run: dict[str, object]) -> Iterator[OutputFolder]:
         raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
     try:
         _lock(handle, root)
-        _refuse_foreign(root)
+        _refuse_foreign(root, program)
         try:
-            _prepare(folder, run)
+            _prepare(folder, {"program": program} | run)
             yield folder
         finally:
             shutil.rmtree(root / PARTIAL, ignore_errors=True)
@@ -116,17 +116,17 @@ def _lock(handle: int, root: Path) -> None:
         ) from error
 
 
-def _refuse_foreign(root: Path) -> None:
-    """Refuse a non-empty folder that no run of ours made."""
+def _refuse_foreign(root: Path, program: str) -> None:
+    """Refuse a non-empty folder that no run of this program made."""
     if {path.name for path in root.iterdir()} <= {PARTIAL}:
         return
     try:
-        ours = json.loads((root / RUN_FILE).read_bytes())["program"] == PROGRAM
+        ours = json.loads((root / RUN_FILE).read_bytes())["program"] == program
     except (OSError, ValueError, KeyError, TypeError):
         ours = False
     if not ours:
         raise OutputError(
-            f"{root}: is not empty and was not made by this program (it holds no {RUN_FILE}); "
+            f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
             "choose an empty or new folder for --out"
         )
 
@@ -139,7 +139,7 @@ def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
             (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
-    folder.write_text(RUN_FILE, json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n")
+    folder.write_text(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
 
 
 def _cause(error: Exception) -> str:

@@ -1,0 +1,181 @@
+"""``vislam2tag evaluate``."""
+
+from __future__ import annotations
+
+import os
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from pydantic import ValidationError
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from vislam2tag.errors import UsageError
+from vislam2tag.evaluation.evaluation_record import Figure, Row, SessionEvaluation, SurveyEvaluation
+from vislam2tag.evaluation.evaluation_text import HEADS, figure_text, truth_name
+from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
+from vislam2tag.mapping import strategy_names
+from vislam2tag.pipeline.evaluate import PAGE_FILE, evaluate
+from vislam2tag.pipeline.selection import Selection
+from vislam2tag.settings import LabelSettings, LocalSettings, Settings
+
+DEFAULTS = Settings()
+INTERRUPTED = 130
+_PIPE_WIDTH = 160
+"""Columns of the tables where the output is no terminal."""
+HELP = """
+Evaluate: how good are the labels, against every kind of truth?
+
+Every session is mapped by each strategy and compared with what there is: presses at control points, a total station's
+track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the session's folder, or --truth). Writes
+OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM files, which
+evo reads). docs/evaluation.md tells what each figure is. Truth is never used to map.
+
+Exit code: 0 all right, 1 at least one session cannot be read or mapped, 2 wrong usage, not a survey, no truth, or OUT
+cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag evaluate survey --out evaluated
+
+    vislam2tag evaluate survey --out evaluated --strategy smoother --strategy local --floor 1
+
+    vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma inf
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("evaluate", help=HELP)(_evaluate)
+
+
+def _evaluate(
+    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier evaluation.")],
+    strategy: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Only this strategy; repeatable. There are: {', '.join(strategy_names())}."),
+    ] = None,
+    landmarks: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
+        ),
+    ] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Take truth of the whole walk from FOLDER/SLUG.csv, .tum, .euroc or .kitti, not from the sessions.",
+        ),
+    ] = None,
+    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
+    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    max_sigma: Annotated[
+        float,
+        typer.Option(
+            metavar="METRES",
+            min=0.0001,
+            help="A label less sure than this (one standard deviation per axis) counts as none; inf: all count.",
+        ),
+    ] = DEFAULTS.labels.max_sigma_m,
+    max_step_m: Annotated[
+        float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
+    ] = DEFAULTS.local.max_step_m,
+) -> None:
+    try:
+        settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), local=LocalSettings(max_step_m=max_step_m))
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
+        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
+    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
+    console = Console(stderr=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+
+        def advance(session: SessionEvaluation, total: int) -> None:
+            bar.update(task, advance=1, total=total)
+            if session.error:
+                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
+            for reason in session.missing:
+                where = f"floor {session.floor} / {session.device} / {session.session}"
+                console.print(Text("no truth ", "bold yellow") + Text(f"{where}: {reason}"), soft_wrap=True)
+
+        try:
+            found = evaluate(
+                survey,
+                out,
+                settings,
+                strategies=strategy or (),
+                landmarks=landmarks,
+                truth=truth,
+                selection=selection,
+                jobs=jobs,
+                progress=advance,
+            )
+        except KeyboardInterrupt:
+            typer.echo(f"interrupted: {out} holds no evaluation", err=True)
+            raise typer.Exit(INTERRUPTED) from None
+    _print(found)
+    typer.echo(f"page: {out / PAGE_FILE}")
+    raise typer.Exit(1 if found.failed else 0)
+
+
+def _print(found: SurveyEvaluation) -> None:
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=_PIPE_WIDTH)
+    shown = [row for row in found.rows if row.group == ALL]
+    for (truth, way), rows in groupby(shown, key=lambda row: (row.truth, row.way)):
+        console.print(_error_table(truth_name(truth, way), list(rows)))
+    console.print(_strategy_table(found))
+    console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
+
+
+def _error_table(title: str, rows: list[Row]) -> Table:
+    table = Table(title=f"Error at {title}, metres", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("trajectories", "over", "strategy"):
+        table.add_column(name)
+    for name in ("walks", "labelled", *HEADS.values()):
+        table.add_column(name, justify="right")
+    before = ""
+    for row in sorted(rows, key=lambda row: (row.selection, row.over != OVER_WALKS)):
+        kind = f"{row.selection} {row.over}"
+        if kind != before and before:
+            table.add_section()
+        share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f} %"
+        figures = (_cell(getattr(row, name), with_interval=name == "mean_m") for name in HEADS)
+        table.add_row(row.selection, row.over, escape(row.strategy), str(row.walks), share, *figures)
+        before = kind
+    return table
+
+
+def _cell(figure: Figure, *, with_interval: bool) -> str:
+    """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
+    return escape(figure_text(figure if with_interval else Figure(value=figure.value)))
+
+
+def _strategy_table(found: SurveyEvaluation) -> Table:
+    """What each strategy keeps, and, with dense truth, how its error grows with the way."""
+    table = Table(title="Strategies", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column("strategy")
+    table.add_column("kept of what local labels", justify="right")
+    if found.drift:
+        table.add_column("error grows since the last landmark", justify="right")
+    for name in found.strategies:
+        kept, slope = found.retention[name], found.drift.get(name)
+        cells = ["-" if kept is None else f"{100 * kept:.0f} %"]
+        if found.drift:
+            cells.append("-" if slope is None else f"{100 * slope:.2f} cm/m")
+        table.add_row(escape(name), *cells)
+    return table
