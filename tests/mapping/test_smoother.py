@@ -102,6 +102,16 @@ def test_landmarks_that_the_survey_does_not_know_count_as_unsurveyed() -> None:
     assert set(mapped(camera, stranger, survey).status) == {Status.NO_MAPPING}
 
 
+@pytest.mark.parametrize("apart_m", [0.0, 0.1, 0.3])
+def test_landmarks_side_by_side_tell_no_heading_unless_a_sheet_does(apart_m: float) -> None:
+    walk = loops(5, TYPICAL, marks=4, laps=1)
+    walk.place[1] = walk.surveyed_at[1] = walk.place[0] + apart_m
+    session = walk.logged()
+    assert set(mapped(*session, walk.landmarks([0, 1])).status) == {Status.NO_MAPPING}
+    headed = mapped(*session, walk.landmarks([0, 1], headed=[0]))
+    assert np.mean(errors_m(walk, headed) < 3 * headed.sigma_m) > 0.9
+
+
 def test_one_landmark_with_a_surveyed_heading_is_enough() -> None:
     walk = loops(7, TYPICAL, marks=1, laps=2)
     trajectory = mapped(*walk.logged(), walk.landmarks([0], headed=[0]))

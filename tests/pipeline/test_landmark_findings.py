@@ -49,4 +49,4 @@ def test_the_smoother_tells_what_a_walk_lacks_and_minds_no_height() -> None:
     for known in ([], [1]):
         (finding,) = findings("smoother", camera, log, landmarks.select(known))
         assert finding.kind == "too_few_landmarks"
-        assert "two surveyed landmarks seen, or one whose heading is surveyed" in finding.message
+        assert "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed" in finding.message

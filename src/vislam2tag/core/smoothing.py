@@ -1,7 +1,7 @@
 """The smoother: one robust least-squares problem over a whole walk (docs/smoother.md).
 
 A walk's heading in the building must be known roughly before the model can be linearised with a scale near one. Where
-two or more landmarks are surveyed it comes from a first solution in which heading and scale are free and linear;
+two or more landmarks apart are surveyed it comes from a first solution in which heading and scale are free and linear;
 otherwise from a sheet whose heading is surveyed.
 """
 
@@ -37,6 +37,8 @@ CLOSE_M = 0.5
 """... that are this far apart: the tracker's distance must be the surveyed one within these."""
 DOUBT = 1e4
 """Factor of a pass's variance that agrees with none of its neighbours, to begin with."""
+LEAST_BASE_M = 0.5
+"""Landmarks that all hang closer together than this do not tell a heading: each is seen to about 0.1 m."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +79,15 @@ class Smoothed:
 
 def smooth(walked: Walked, known: KnownLandmarks) -> Smoothed | None:
     """Map a walk into the BCS; None where nothing ties it there (see the module's text)."""
-    passed = np.unique(walked.passes.landmark)
-    several = known.surveyed[passed].sum() > 1
-    model = _roughly_mapped(walked, known) if several else _headed_by_a_sheet(walked, known)
+    passed = np.intersect1d(np.flatnonzero(known.surveyed), walked.passes.landmark)
+    apart = _extent_m(known.position[passed]) > LEAST_BASE_M
+    model = _roughly_mapped(walked, known) if apart else _headed_by_a_sheet(walked, known)
     return None if model is None else _refined(model, known, pinned=False)
+
+
+def _extent_m(place: ComplexArray) -> float:
+    """Diagonal of the box around some places; 0 where there are none."""
+    return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 
 def smooth_in_own_frame(walked: Walked) -> Smoothed:

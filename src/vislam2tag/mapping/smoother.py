@@ -26,7 +26,7 @@ class Smoother:
     """One robust least-squares problem over the whole walk: every usable frame gets a position and a covariance."""
 
     sighting_range_m: float
-    needs: str = "two surveyed landmarks seen, or one whose heading is surveyed"
+    needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
