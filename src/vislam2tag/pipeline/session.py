@@ -12,7 +12,6 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
@@ -24,6 +23,7 @@ from vislam2tag.pipeline.accuracy import error_record, truth_mark
 from vislam2tag.pipeline.drawing import draw
 from vislam2tag.pipeline.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.landmark_findings import landmark_findings
+from vislam2tag.pipeline.pose_lag import pose_lag_of
 from vislam2tag.pipeline.store import RESULTS, OutputFolder
 from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
 from vislam2tag.results import FileAccount, SessionResult
@@ -35,9 +35,6 @@ from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.model import Floor, SessionRef, Site
-
-FASTEST_RAD_PER_S = 100.0
-"""No gyroscope of a phone measures faster turns; greater values are faults."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +149,7 @@ def _process(job: Job) -> SessionResult:
     _write_table(job, TRAJECTORY, trajectory_table(job.ref.key, trajectory))
     for name, table in labelled.items():
         _write_table(job, name, table)
-    pose_lag_s = _pose_lag(session)
+    pose_lag_s = pose_lag_of(session)
     drawings = draw(job.floor.number, session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"])
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor)
     return _result(
@@ -220,20 +217,6 @@ def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str 
     if (usable == Status.NO_MAPPING).all():
         return f"{session.key}: could not be mapped: it needs {needs}; see its findings"
     return None
-
-
-def _pose_lag(session: Session) -> float | None:
-    possible = pl.all_horizontal(pl.col("v1", "v2", "v3").abs() < FASTEST_RAD_PER_S)
-    wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & possible
-    gyro = session.tables["sensors"].filter(wanted).sort("time_ns")
-    usable = session.camera.usable
-    lag_s = estimate_pose_lag(
-        session.camera.time_ns[usable],
-        session.camera.orientation_acs[usable],
-        gyro["time_ns"].to_numpy(),
-        gyro.select("v1", "v2", "v3").to_numpy(),
-    )
-    return None if lag_s is None else round(lag_s, 4)
 
 
 def _pose_lag_finding(lag_s: float | None, limit_s: float) -> list[Finding]:

@@ -1,0 +1,58 @@
+"""Identities and leads on generated walks, whose presses are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.evaluation.maps import floor_with, trajectory_of
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.evaluation.control_points import nearest_point_errors, press_errors, press_truth
+from vislam2tag.simulation.model import TrueWalk
+from vislam2tag.simulation.presses import Hand, simulate_presses
+from vislam2tag.simulation.scenario import paper_evaluation
+from vislam2tag.simulation.world import simulated_floor, walk_and_track
+
+HAND = Hand(lead_s=0.3, scatter_s=0.3)
+
+
+@pytest.fixture(scope="module")
+def walk() -> TrueWalk:
+    """The walk of fifteen minutes."""
+    scenario = paper_evaluation(3)
+    return walk_and_track(scenario, scenario.sessions[0])[0]
+
+
+@pytest.fixture(scope="module")
+def points() -> FloatArray:
+    return simulated_floor(paper_evaluation(3), 1).control_points
+
+
+def labels(walk: TrueWalk, shift: tuple[float, float] = (0.0, 0.0)) -> Trajectory:
+    return trajectory_of(walk.time_ns[::7], walk.position[::7, :2] + shift)
+
+
+def test_presses_are_told_from_good_labels(walk: TrueWalk, points: FloatArray) -> None:
+    presses_ns = simulate_presses(walk, HAND, np.random.default_rng(1))
+    truth = press_truth(labels(walk), presses_ns, floor_with(points))
+    assert truth.identities.point.tolist() == walk.pressed_point.tolist()
+    assert truth.lead.lead_s == pytest.approx(-HAND.lead_s, abs=4 * truth.lead.sigma_s)
+    with_lead = press_errors(labels(walk), truth).error_m
+    assert press_errors(labels(walk), truth, without_lead=True).error_m.mean() < with_lead.mean()
+
+
+@pytest.mark.parametrize("shift", [(4.5, 0.0), (0.0, -4.5), (5.0, 5.0)])
+def test_labels_aside_of_the_truth_do_not_deceive(
+    walk: TrueWalk, points: FloatArray, shift: tuple[float, float]
+) -> None:
+    presses_ns = simulate_presses(walk, replace(HAND, lead_s=0.0), np.random.default_rng(2))
+    aside = labels(walk, shift)
+    truth = press_truth(aside, presses_ns, floor_with(points))
+    clear = truth.identified
+    assert (truth.identities.point == walk.pressed_point)[clear].all()
+    assert clear.mean() > 0.9
+    assert press_errors(aside, truth).error_m.mean() == pytest.approx(np.hypot(*shift), abs=0.1)
+    assert nearest_point_errors(aside, presses_ns, floor_with(points)).error_m.mean() < 0.97 * np.hypot(*shift)
