@@ -21,7 +21,12 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     chosen = ("--strategy", "local", "--strategy", "smoother")
     done = vislam2tag("evaluate", survey, "--out", out, *chosen, "--jobs", "2")
     assert done.returncode == 0, done.stderr
-    for text in ("Error at dense truth, metres", "without faults", "kept of what local labels", "2 (0 failed)"):
+    for text in (
+        "Error at dense truth, over walks, metres",
+        "without faults",
+        "kept of what local labels",
+        "2 (0 failed)",
+    ):
         assert text in done.stdout
     assert "global" not in done.stdout
     assert done.stdout.endswith(f"page: {out / 'report.html'}\n")

@@ -67,7 +67,7 @@ def test_errors_grow_from_landmark_to_landmark() -> None:
     labels = labels_off_by(path, np.column_stack((0 * since, 0.1 + 0.03 * since)))
     points = dense_errors(trajectory_of(path.truth.time_ns, labels), path)
     figures = dense_figures(points, path, times_at(path, 0.0, 25.0, 50.0, 75.0))
-    assert drift_per_metre(figures.drift) == pytest.approx(0.03, rel=0.01)
+    assert drift_per_metre([figures.drift]) == pytest.approx(0.03, rel=0.01)
     ways = dict(zip(SINCE_EDGES_M, figures.since_landmark, strict=False))
     assert ways[10.0].points == pytest.approx(4 * 100, abs=5)
     assert ways[10.0].sum_m / ways[10.0].labelled == pytest.approx(0.1 + 0.03 * 15, rel=0.02)
@@ -105,5 +105,12 @@ def test_what_is_discarded_is_counted_by_speed_between_the_landmarks() -> None:
 
 
 def test_one_way_gives_no_slope() -> None:
-    assert drift_per_metre(DriftSums()) is None
-    assert drift_per_metre(DriftSums(points=3, d=6.0, e=1.0, dd=12.0, de=2.0)) is None
+    assert drift_per_metre([]) is None
+    assert drift_per_metre([DriftSums(), DriftSums(points=3, d=6.0, e=1.0, dd=12.0, de=2.0)]) is None
+
+
+def test_a_walk_that_is_wrong_as_a_whole_is_no_drift() -> None:
+    good = DriftSums(points=3, d=6.0, e=0.6, dd=14.0, de=1.4)  # ways 1, 2, 3 m; errors 0.1, 0.2, 0.3 m
+    bad = DriftSums(points=2, d=1.0, e=20.2, dd=1.0, de=10.2)  # ways 0, 1 m; errors 10, 10.2 m
+    assert drift_per_metre([good]) == pytest.approx(0.1)
+    assert drift_per_metre([good, bad]) == pytest.approx((0.2 + 0.1) / (2 + 0.5))

@@ -17,6 +17,7 @@ from vislam2tag.evaluation.trajectory_files import read_tum
 from vislam2tag.evaluation.truth import read_truth
 from vislam2tag.pipeline.evaluate import evaluate
 from vislam2tag.pipeline.evaluate_session import IDENTIFIED, NEAREST, WITHOUT_LEAD
+from vislam2tag.pipeline.evaluate_station import AT_CAMERA, AT_PRISM
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.settings import LabelSettings, Settings
@@ -32,6 +33,21 @@ def pressed(root: Path, sessions: int) -> Path:
     kept = [one for one in planned.sessions if one.key.floor == 1 and one.duration_s < 600][:sessions]
     simulate(Scenario(planned.seed, planned.severity, planned.building, tuple(kept)), root)
     return root
+
+
+def tracked(root: Path, sessions: int) -> Path:
+    """Walks of one phone before a total station, without any other truth."""
+    planned = paper_evaluation(3)
+    kept = [one for one in planned.sessions if one.key.device == "LG_tachy"][:sessions]
+    simulate(Scenario(planned.seed, planned.severity, planned.building, tuple(kept)), root)
+    for truth in root.rglob("truth.csv"):
+        truth.unlink()
+    return root
+
+
+@pytest.fixture(scope="module")
+def station_survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tracked(tmp_path_factory.mktemp("station") / "survey", 2)
 
 
 @pytest.fixture(scope="module")
@@ -233,3 +249,34 @@ def test_nothing_of_an_earlier_evaluation_stays(survey: Path, tmp_path: Path) ->
     evaluate(survey, tmp_path / "out", strategies=("local", "smoother"))
     evaluate(survey, tmp_path / "out", strategies=("local",))
     assert not list((tmp_path / "out" / "trajectories").glob("*.smoother.tum"))
+
+
+def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path: Path) -> None:
+    before = bytes_of(station_survey)
+    found = evaluate(station_survey, tmp_path / "out", strategies=("smoother",), jobs=2)
+    assert [(row.truth.value, row.way) for row in found.rows if row.over == "walks"][::2] == [
+        ("total_station", AT_PRISM),
+        ("total_station", AT_CAMERA),
+    ]
+    error = row_of(found, "total_station", AT_PRISM, "smoother")
+    assert error.walks == 2
+    assert error.mean_m.value is not None
+    assert 0.03 < error.mean_m.value < 0.5
+    first, second = (session.estimates for session in found.sessions)
+    assert first == second
+    assert first["station_clock_sigma_s"] is not None
+    assert first["station_clock_sigma_s"] < 0.1
+    assert not any(session.missing for session in found.sessions)
+    assert bytes_of(station_survey) == before
+
+
+def test_a_station_without_common_points_or_track_says_what_is_missing(station_survey: Path, tmp_path: Path) -> None:
+    bare = tmp_path / "survey"
+    shutil.copytree(station_survey, bare)
+    shutil.rmtree(bare / "floor_4" / "tachymeter")
+    sorted(bare.rglob("tachy.csv"))[0].write_text("time;X\n")
+    found = evaluate(bare, tmp_path / "out", strategies=("smoother",))
+    assert [len(session.missing) for session in found.sessions] == [1, 1]
+    assert "expected columns" in found.sessions[0].missing[0]
+    assert "two common points" in found.sessions[1].missing[0]
+    assert found.rows == []

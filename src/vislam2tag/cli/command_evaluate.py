@@ -99,7 +99,7 @@ def _evaluate(
         raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
     selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
     console = Console(stderr=True)
-    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    columns = (TextColumn("walks"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)
 
@@ -135,28 +135,26 @@ def _print(found: SurveyEvaluation) -> None:
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PIPE_WIDTH)
-    shown = [row for row in found.rows if row.group == ALL]
+    shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
     for (truth, way), rows in groupby(shown, key=lambda row: (row.truth, row.way)):
         console.print(_error_table(truth_name(truth, way), list(rows)))
     console.print(_strategy_table(found))
+    console.print("over points, by floor and device, and each session: in the files and the page")
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
 
 
 def _error_table(title: str, rows: list[Row]) -> Table:
-    table = Table(title=f"Error at {title}, metres", title_justify="left", box=box.SIMPLE_HEAD)
-    for name in ("trajectories", "over", "strategy"):
+    table = Table(title=f"Error at {title}, over walks, metres", title_justify="left", box=box.SIMPLE_HEAD)
+    for name in ("trajectories", "strategy"):
         table.add_column(name)
     for name in ("walks", "labelled", *HEADS.values()):
         table.add_column(name, justify="right")
-    before = ""
-    for row in sorted(rows, key=lambda row: (row.selection, row.over != OVER_WALKS)):
-        kind = f"{row.selection} {row.over}"
-        if kind != before and before:
-            table.add_section()
-        share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f} %"
-        figures = (_cell(getattr(row, name), with_interval=name == "mean_m") for name in HEADS)
-        table.add_row(row.selection, row.over, escape(row.strategy), str(row.walks), share, *figures)
-        before = kind
+    for _, same in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
+        for row in same:
+            share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f} %"
+            figures = (_cell(getattr(row, name), with_interval=name == "mean_m") for name in HEADS)
+            table.add_row(row.selection, escape(row.strategy), str(row.walks), share, *figures)
+        table.add_section()
     return table
 
 

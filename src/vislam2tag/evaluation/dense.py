@@ -6,6 +6,7 @@ The way walked is the truth's own length, known where its points follow each oth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -132,9 +133,13 @@ def _drift(since_m: FloatArray, error_m: FloatArray) -> DriftSums:
     return DriftSums(points=len(d), d=d.sum(), e=e.sum(), dd=(d * d).sum(), de=(d * e).sum())
 
 
-def drift_per_metre(sums: DriftSums) -> float | None:
-    """Slope of the straight line through errors against the way since the last landmark; None where that is one way."""
-    spread = sums.points * sums.dd - sums.d**2
-    if spread <= 1e-9 * max(sums.points * sums.dd, 1.0):
+def drift_per_metre(walks: Sequence[DriftSums]) -> float | None:
+    """Slope of errors against the way since the last landmark, within walks; None where there is only one way.
+
+    One slope for all walks, each with a height of its own: a walk that is wrong as a whole does not count as drift.
+    """
+    known = [one for one in walks if one.points]
+    spread = sum(one.dd - one.d**2 / one.points for one in known)
+    if spread <= 1e-9 * max(sum(one.dd for one in known), 1.0):
         return None
-    return float((sums.points * sums.de - sums.d * sums.e) / spread)
+    return float(sum(one.de - one.d * one.e / one.points for one in known) / spread)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from vislam2tag.evaluation.dense import SINCE_EDGES_M, SPEED_EDGES_M_S, drift_per_metre
-from vislam2tag.evaluation.evaluation_record import Bin, DenseFigures, DenseRow, DriftSums, SessionEvaluation
+from vislam2tag.evaluation.evaluation_record import Bin, DenseFigures, DenseRow, SessionEvaluation
 
 RELATIVE, SINCE_LANDMARK, SPEED = "relative error", "since landmark", "speed"
 
@@ -31,7 +31,7 @@ def survey_drift(sessions: Sequence[SessionEvaluation], strategies: Sequence[str
     for strategy in strategies:
         figures = _figures(sessions, strategy)
         if figures:
-            slope = drift_per_metre(_summed_drift(one.drift for one in figures))
+            slope = drift_per_metre([one.drift for one in figures])
             found[strategy] = None if slope is None else round(slope, 6)
     return found
 
@@ -73,10 +73,3 @@ def _bin_rows(strategy: str, what: str, edges: Sequence[float], sessions: Sequen
                 )
             )
     return rows
-
-
-def _summed_drift(parts: Iterable[DriftSums]) -> DriftSums:
-    total = DriftSums()
-    for part in parts:
-        total = DriftSums(**{name: getattr(total, name) + getattr(part, name) for name in DriftSums.model_fields})
-    return total

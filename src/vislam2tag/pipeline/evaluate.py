@@ -16,6 +16,7 @@ from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.mapping import strategy_named, strategy_names
 from vislam2tag.pipeline.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
+from vislam2tag.pipeline.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.run import run_record
 from vislam2tag.pipeline.selection import Selection, refuse_among_sessions, selected
 from vislam2tag.pipeline.store import OutputFolder, claim
@@ -30,7 +31,7 @@ RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
 ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE = "errors.csv", "errors.tex", "sessions.csv", "dense.csv"
 
 Progress = Callable[[SessionEvaluation, int], None]
-"""Called after each session with what was found and the total number of sessions."""
+"""Called after each session with what is new, and the total number of calls; a station's sessions come twice."""
 
 
 def evaluate(
@@ -67,15 +68,26 @@ def evaluate(
     _refuse_without_truth(survey_root, todo)
     found: dict[str, SessionEvaluation] = {}
 
+    devices = station_jobs(todo)
+    total = len(refs) + sum(map(len, devices))
+
     def report(session: SessionEvaluation) -> None:
         found[session.slug] = session
         if progress is not None:
-            progress(session, len(refs))
+            progress(session, total)
+
+    def add(outcome: StationOutcome) -> None:
+        for slug, tracked in outcome.found.items():
+            news = found[slug].model_copy(update={"error": None, "missing": tracked.missing})
+            found[slug] = with_station(found[slug], tracked)
+            if progress is not None:
+                progress(news, total)
 
     run = run_record(survey.root, landmarks, settings, selection) | {"strategies": list(names)}
     with claim(out, run, PROGRAM) as folder:
         _clear(folder.root)
         process_all(evaluate_session, todo, jobs, report)
+        process_all(evaluate_station, devices, jobs, add)
         evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
         _write(folder, evaluation, survey.root.resolve().name)
     return evaluation
@@ -86,14 +98,14 @@ def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob]) -> None:
     if not any(_may_have_truth(job) for job in todo):
         raise SurveyError(
             f"{root}: there is no truth to compare labels with: neither control points (floor_K/refmarker.csv, and "
-            "refMarker.csv in the sessions) nor a truth file (truth.csv, .tum, .euroc or .kitti in a session, or with "
-            "--truth); vislam2tag check needs none"
+            "refMarker.csv in the sessions) nor a total station's track (tachy.csv) nor a truth file (truth.csv, .tum, "
+            ".euroc or .kitti in a session, or with --truth); vislam2tag check needs none"
         )
 
 
 def _may_have_truth(job: EvaluationJob) -> bool:
     folder, stem = job.truth_place
-    if any((folder / f"{stem}{suffix}").is_file() for suffix in READERS):
+    if any((folder / f"{stem}{suffix}").is_file() for suffix in READERS) or station_jobs([job]):
         return True
     return len(job.site.floor(job.ref.key.floor).control_points.ids) > 0
 

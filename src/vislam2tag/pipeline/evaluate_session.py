@@ -24,6 +24,7 @@ from vislam2tag.evaluation.measuring import measured, retention, sure_frames, su
 from vislam2tag.evaluation.movement import landmark_movement_m
 from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.evaluation.route_file import read_route
+from vislam2tag.evaluation.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.findings import Finding
@@ -65,7 +66,7 @@ class EvaluationJob:
 
 
 @dataclass
-class _Found:
+class Found:
     """What is found of the truths, one after the other."""
 
     measured: list[Measured] = field(default_factory=list)
@@ -109,7 +110,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
     chosen = {name: everything[name] for name in job.strategies}
     limit = job.settings.labels.max_sigma_m
     sure = {name: sure_frames(trajectory, limit) for name, trajectory in everything.items()}
-    found = _Found()
+    found = Found()
     _at_dense_truth(job, session, landmarks, chosen, found)
     _at_control_points(job, session, chosen, everything[REFERENCE], found)
     for name, trajectory in chosen.items():
@@ -120,7 +121,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
         missing=found.missing,
         findings=found.findings,
         faulty=is_faulty(everything["local"], everything["local-corrected"]) if sure["local"].any() else None,
-        movement_m=_rounded(landmark_movement_m(session.landmarks)),
+        movement_m=rounded(landmark_movement_m(session.landmarks)),
         retention={name: retention(sure["local"], sure[name]) for name in chosen},
         estimates=found.estimates,
         measured=found.measured,
@@ -128,7 +129,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
 
 
 def _at_dense_truth(
-    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: _Found
+    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: Found
 ) -> None:
     truth = _dense_truth(job, session, found)
     if truth is None:
@@ -143,7 +144,7 @@ def _at_dense_truth(
     _write(job, TRUTH, tum_text_of_truth(truth))
 
 
-def _dense_truth(job: EvaluationJob, session: Session, found: _Found) -> Truth | None:
+def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | None:
     """Read the truth; one that cannot be read, or lies outside the walk, is said to be missing."""
     try:
         truth = find_truth(*job.truth_place)
@@ -161,10 +162,11 @@ def _dense_truth(job: EvaluationJob, session: Session, found: _Found) -> Truth |
 
 
 def _at_control_points(
-    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: _Found
+    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: Found
 ) -> None:
     floor = job.site.floor(job.ref.key.floor)
-    if not len(session.presses_ns) and (found.measured or not len(floor.control_points.ids)):
+    tracked = (job.ref.folder / TRACK_FILE).is_file()
+    if not len(session.presses_ns) and (found.measured or tracked or not len(floor.control_points.ids)):
         return
     try:
         route = read_route(job.ref.folder.parents[2], job.ref.folder, floor.control_points.ids)
@@ -182,7 +184,7 @@ def _at_control_points(
             points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
             found.measured.append(measured(points, way, name))
     found.findings += press_truth_findings(truth)
-    found.estimates |= {"lead_s": _rounded(truth.lead.lead_s), "lead_sigma_s": _rounded(truth.lead.sigma_s)}
+    found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
 
 
 def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | None:
@@ -196,7 +198,8 @@ def _write(job: EvaluationJob, name: str, text: str) -> None:
     job.out.write_text(f"{TRAJECTORIES}/{job.ref.slug}.{name}.tum", text)
 
 
-def _rounded(value: float) -> float | None:
+def rounded(value: float) -> float | None:
+    """Round for the record; None where the value is not known."""
     return round(value, 4) if value == value else None
 
 
