@@ -191,3 +191,23 @@ def test_unusable_frames_take_no_part() -> None:
 def test_two_frames_are_enough() -> None:
     odometry = continuous_odometry(camera_track(np.array([0j, 0.1 + 0j]), np.array([0.0, 0.1])), nothing_logged())
     np.testing.assert_allclose(np.diff(odometry.path), [0.1])
+
+
+@pytest.mark.parametrize("hole_s", [3, 60, 600])
+@pytest.mark.parametrize("shift", [0.0, 20 + 5j])
+def test_a_hole_between_frames_is_a_loss_wherever_the_tracker_is_found_again(hole_s: int, shift: complex) -> None:
+    _, session = logged(20)
+    late = after(session, 500)
+    camera, log = moved(session, late, 0.0, shift, with_map=False)
+    odometry = continuous_odometry(replace(camera, time_ns=camera.time_ns + hole_s * 10**9 * late), log)
+    assert kinds(odometry) == ["loss"]
+    assert odometry.jumped[499]
+    assert np.sqrt(odometry.jump_m2[499]) == pytest.approx(0.5 * hole_s, rel=0.05)
+
+
+def test_frames_that_cannot_be_used_are_no_hole() -> None:
+    walk, (camera, log) = logged(21)
+    camera.status[500:600] = 1
+    odometry = continuous_odometry(camera, log.select([]))
+    assert odometry.events == ()
+    np.testing.assert_allclose(odometry.path[-1], walk.tracked[-1], atol=1e-6)

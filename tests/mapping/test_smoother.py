@@ -102,6 +102,22 @@ def test_landmarks_that_the_survey_does_not_know_count_as_unsurveyed() -> None:
     assert set(mapped(camera, stranger, survey).status) == {Status.NO_MAPPING}
 
 
+@pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (20.0, 0.0, 5.0)])
+def test_after_a_minute_without_frames_nobody_is_sure_until_the_next_landmark(
+    shift: tuple[float, float, float],
+) -> None:
+    walk = loops(5, TYPICAL, marks=8, laps=1)
+    camera, log = walk.logged()
+    late = np.arange(len(camera.time_ns)) >= 400
+    camera = replace(camera, time_ns=camera.time_ns + 60 * 10**9 * late)
+    camera.position_acs[late] += shift
+    log.position_acs[late[log.frame]] += shift
+    whole = mapped(camera, log, walk.landmarks())
+    assert errors_m(walk, whole).mean() < 0.2
+    forsaken = mapped(camera, rows(log, log.frame < 400), walk.landmarks())
+    assert forsaken.sigma_m[399] < 1 < 20 < forsaken.sigma_m[400]
+
+
 @pytest.mark.parametrize("apart_m", [0.0, 0.1, 0.3])
 def test_landmarks_side_by_side_tell_no_heading_unless_a_sheet_does(apart_m: float) -> None:
     walk = loops(5, TYPICAL, marks=4, laps=1)

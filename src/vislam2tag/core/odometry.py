@@ -35,6 +35,8 @@ TURN_SIGMA_RAD = 0.03
 """How well the landmarks tell the turn of a jump, and how far a loss may turn the map."""
 UNKNOWN_TURN_RAD = 0.1
 """The turn of a jump of which no landmark tells."""
+HOLE_S = 2.0
+"""A longer time without any frame is a loss: nobody knows whether the tracker went on."""
 FROZEN_WAY_M = 6.0
 """Somebody may have walked this far while the camera was frozen."""
 UNDONE = 0.3
@@ -107,13 +109,14 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     lost, frozen = lost_frames(camera, log, frame), frozen_frames(camera, frame, time_s)
     moves = map_moves(camera, log, steps.miss_m > SUSPICIOUS * steps.spread_m)
     with_map = raw[1:] - moves.carry(raw[:-1])
-    verdict = _judge(steps, moves, with_map, frozen[1:] | frozen[:-1])
+    hole = _holes(camera, frame)
+    verdict = _judge(steps, moves, with_map, frozen[1:] | frozen[:-1] | hole)
     turn = np.exp(-1j * np.concatenate(([0.0], np.cumsum(verdict.turned))))
     local = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
     local = np.where(verdict.update, with_map * turn[1:], local)
     jump_m2, jump_rad2 = _freedom(steps, moves, verdict)
-    losses = runs(lost | frozen)
-    for start, stop in _steps_of(losses, len(frame)):
+    losses = _losses(lost | frozen, hole)
+    for start, stop in losses:
         local[start:stop], freedom = bridge_loss(local[start:stop], steps.dt[start:stop])
         jump_m2[start:stop] += freedom
         jump_rad2[start:stop] += TURN_SIGMA_RAD**2 * steps.dt[start:stop] / steps.dt[start:stop].sum()
@@ -127,7 +130,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         jump_m2=jump_m2,
         jump_rad2=jump_rad2,
         rewritten=np.concatenate(([False], moves.moved)),
-        jumped=verdict.jump | lost[1:] | frozen[1:],
+        jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
         events=_events(frame, steps, moves, verdict, with_map, _claims(losses, raw)),
     )
 
@@ -192,15 +195,26 @@ def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatAr
     return jump_m2, np.where(verdict.jump, turn, np.where(verdict.update, uneven, 0.0)) ** 2
 
 
-def _steps_of(losses: list[tuple[int, int]], frames: int) -> list[tuple[int, int]]:
-    """Steps from the frame before each loss to the one after it."""
-    ends = [(max(first - 1, 0), min(after, frames - 1)) for first, after in losses]
-    return [(start, stop) for start, stop in ends if stop > start]
+def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
+    """Steps (n - 1,) amid which no frame was logged for :data:`HOLE_S`, not even one that cannot be used."""
+    logged_ns = np.maximum.accumulate(camera.time_ns)
+    before = np.flatnonzero(np.diff(logged_ns) > HOLE_S * 1e9)
+    step = np.searchsorted(frame, before, side="right") - 1
+    hole = np.zeros(len(frame) - 1, dtype=bool)
+    hole[step[(step >= 0) & (step < len(hole))]] = True
+    return hole
+
+
+def _losses(lost: BoolArray, hole: BoolArray) -> list[tuple[int, int]]:
+    """Steps from the frame before each run of lost frames (n,) to the one after it; each hole (n - 1,) on its own."""
+    ends = [(max(first - 1, 0), min(after, len(hole))) for first, after in runs(lost)]
+    rest = [(start + a, start + b) for start, stop in ends for a, b in runs(~hole[start:stop])]
+    return sorted(rest + [(step, step + 1) for step in np.flatnonzero(hole).tolist()])
 
 
 def _claims(losses: list[tuple[int, int]], raw: ComplexArray) -> list[tuple[int, float]]:
     """First frame of each loss and how far the tracker says that the camera moved over it, metres."""
-    return [(start + 1, float(abs(raw[stop] - raw[start]))) for start, stop in _steps_of(losses, len(raw))]
+    return [(start + 1, float(abs(raw[stop] - raw[start]))) for start, stop in losses]
 
 
 def _events(
