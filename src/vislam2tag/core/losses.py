@@ -13,6 +13,8 @@ STANDING_M_S = 0.3
 """A camera that moves less than this on average while tracking is lost is frozen, noise or not."""
 FASTEST_M_S = 3.0
 """Nobody walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
+LEAST_JUMP_M = 0.3
+"""... nor does a step shorter than this show that anything jumped as tracking was lost."""
 WALKING_M_S = 1.0
 FOUND_SIGMA_M = 0.1
 """How far off a tracker may be that goes on through a loss."""
@@ -51,6 +53,9 @@ def bridge_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, Float
     it finds itself again, is spread evenly, with the freedom of somebody who walks unseen.
     """
     share = dt / dt.sum()
+    jumped = np.abs(step) > np.maximum(FASTEST_M_S * dt, LEAST_JUMP_M)
+    jumped[-1] = False  # there a frozen camera makes good for the way
+    step = np.where(jumped, 0, step)
     if np.abs(step[:-1]).sum() >= STANDING_M_S * dt[:-1].sum() > 0:
         return step, FOUND_SIGMA_M**2 * share
     way = complex(step.sum())

@@ -33,7 +33,7 @@ class Noise:
     position_m: float = 0.016
     heading_rad: float = 0.0015
     scale: float = 0.0008
-    sighting_m: float = 0.11
+    sighting_m: float = 0.14
     sheet_rad: float = 0.03
 
     def level(self, source: Source) -> float:

@@ -8,6 +8,7 @@ Little and Taylor 1989), and estimating noise levels from the walk itself does n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,21 +32,35 @@ from vislam2tag.core.noise import (
     SIGHTING_TAIL,
     TAIL,
     USUAL,
+    Noise,
     Source,
 )
 
 
 @dataclass(frozen=True)
+class Square:
+    """Squares (k,) of noises: ``missed`` of the smoothed residuals, ``open`` what they could still be on average."""
+
+    missed: FloatArray
+    open: FloatArray
+
+    @property
+    def expected(self) -> FloatArray:
+        """Expected squares, given the observations."""
+        return np.asarray(self.missed + self.open)
+
+
+@dataclass(frozen=True)
 class Squares:
-    """Expected sums of squares in units of the unit-level covariances.
+    """Sums of squares in units of the unit-level covariances.
 
     ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
-    squared Mahalanobis distance from the survey, 0 where not surveyed.
+    expected squared Mahalanobis distance from the survey, 0 where not surveyed.
     """
 
-    stretch: dict[Source, FloatArray]
-    sighting: FloatArray
-    sheet: FloatArray
+    stretch: dict[Source, Square]
+    sighting: Square
+    sheet: Square
     landmark: FloatArray
 
 
@@ -59,7 +74,7 @@ def expected_squares(model: Model, known: KnownLandmarks, weights: Weights, solu
     )
 
 
-def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, FloatArray]:
+def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, Square]:
     parts = stretch_parts(model, weights)
     total = sum(parts.values()) + LEAST_DRIFT
     worth = np.linalg.inv(total)
@@ -69,16 +84,19 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[S
     cross = model.carry @ solution.next_covariance
     spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
     spread -= cross + cross.transpose(0, 2, 1)
-    surprise = worth @ (miss[:, :, None] * miss[:, None, :] + spread - total) @ worth
+    missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
+    told = worth @ (total - spread) @ worth
+    scale = {source: weights.noise.level(source) ** 2 * weights.stretch[source] for source in Source}
     return {
-        source: weights.noise.level(source) ** 2
-        * weights.stretch[source]
-        * np.maximum(model.ranks[source] + np.einsum("kij,kji->k", surprise, part), 0)
+        source: Square(
+            scale[source] * np.einsum("kij,kji->k", missed, part),
+            scale[source] * np.maximum(model.ranks[source] - np.einsum("kij,kji->k", told, part), 0),
+        )
         for source, part in parts.items()
     }
 
 
-def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -> FloatArray:
+def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
     landmark = model.walked.passes.landmark
     column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
     state = solution.state[1:-1]
@@ -86,15 +104,16 @@ def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -
     seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
     own = np.diag(solution.border_covariance)[column].sum(axis=1)
     shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
-    return np.asarray(np.sum(miss**2, axis=1) + seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared))
+    spread = seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared)
+    return Square(np.sum(miss**2, axis=1), np.asarray(spread))
 
 
-def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> FloatArray:
+def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
     column = 2 * len(known.position) + model.walked.passes.landmark
     miss = heading_residual(model, known) - solution.state[1:-1, 3] + solution.border[column]
     shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
     spread = solution.covariance[1:-1, 3, 3] + np.diag(solution.border_covariance)[column] - 2 * shared
-    return np.where(model.headed, miss**2 + spread, 0.0)
+    return Square(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
 
 
 def _landmark_squares(known: KnownLandmarks, solution: Solution) -> FloatArray:
@@ -109,40 +128,56 @@ def _landmark_squares(known: KnownLandmarks, solution: Solution) -> FloatArray:
 
 
 def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
-    """Noise levels and weights that fit the expected squares best, pulled gently to the usual noise."""
-    noise, passes = weights.noise, model.walked.passes
-    levels = {}
-    for source in ESTIMATED:
-        whole = float(np.sum(squares.stretch[source] / weights.stretch[source]))
-        levels[source] = _level(USUAL.level(source), whole, int(model.ranks[source].sum()))
-    usual = sighting_variance(model, noise)
-    growth = (1 + passes.distance_m**2) / 2
-    share = noise.sighting_m**2 * growth / usual
-    sighted = float(np.sum(squares.sighting * share / (growth * weights.sighting)))
-    sheets = float(np.sum(squares.sheet / weights.sheet))
-    better = replace(
-        noise,
-        position_m=levels[Source.POSITION],
-        heading_rad=levels[Source.HEADING],
-        scale=noise.scale if model.rough else levels[Source.SCALE],
-        sighting_m=_level(USUAL.sighting_m, sighted, 2 * len(growth)),
-        sheet_rad=_level(USUAL.sheet_rad, sheets, int(model.headed.sum())),
-    )
+    """Noise levels and weights that fit the squares best, pulled gently to the usual noise."""
+    better = _levels(model, weights, squares)
     stretch = {
-        source: _factor(squares.stretch[source] / better.level(source) ** 2, model.ranks[source], TAIL[source])
-        for source in Source
+        source: _factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
+        for source, square in squares.stretch.items()
     }
     return Weights(
         better,
         stretch,
-        _factor(squares.sighting / sighting_variance(model, better), 2, SIGHTING_TAIL),
-        _factor(squares.sheet / better.sheet_rad**2, 1, SHEET_TAIL),
+        _factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
+        _factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
         _factor(squares.landmark, 2, LANDMARK_TAIL),
     )
 
 
-def _level(usual: float, squares: float, numbers: int) -> float:
-    return float(np.sqrt((PRIOR_WEIGHT * usual**2 + squares) / (PRIOR_WEIGHT + numbers)))
+def _levels(model: Model, weights: Weights, squares: Squares) -> Noise:
+    noise, passes = weights.noise, model.walked.passes
+    drift = {
+        source: _level(
+            (noise.level(source), USUAL.level(source)),
+            model.ranks[source],
+            squares.stretch[source],
+            1 / weights.stretch[source],
+        )
+        for source in ESTIMATED
+    }
+    # Of the squares of a pass, its own scatter explains a part.
+    growth = (1 + passes.distance_m**2) / 2
+    share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
+    return Noise(
+        position_m=drift[Source.POSITION],
+        heading_rad=drift[Source.HEADING],
+        scale=noise.scale if model.rough else drift[Source.SCALE],
+        sighting_m=_level(
+            (noise.sighting_m, USUAL.sighting_m), 2 * share, squares.sighting, share**2 / (growth * weights.sighting)
+        ),
+        sheet_rad=_level((noise.sheet_rad, USUAL.sheet_rad), model.headed, squares.sheet, 1 / weights.sheet),
+    )
+
+
+def _level(levels: tuple[float, float], numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> float:
+    """New level from the present and the usual one: mean square over the numbers that the observations told.
+
+    The same fixed point as the mean of the expected squares, reached in few rounds however little is told (MacKay
+    1992).
+    """
+    present, usual = levels
+    told = float(np.sum(numbers - worth * square.open / present**2))
+    missed = float(np.sum(worth * square.missed))
+    return float(np.sqrt((PRIOR_WEIGHT * usual**2 + missed) / (PRIOR_WEIGHT + max(told, 0.0))))
 
 
 def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatArray:
@@ -172,4 +207,4 @@ def _widening(freedom: npt.ArrayLike) -> FloatArray:
     Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
     """
     freedom = np.asarray(freedom, dtype=np.float64)
-    return np.asarray(freedom / np.maximum(freedom - 1.2, 0.8))
+    return np.asarray(freedom / np.maximum(freedom - 1.45, 0.55))
