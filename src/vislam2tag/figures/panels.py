@@ -21,6 +21,8 @@ from vislam2tag.survey.plan_image import load_plan
 PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""
 MARGIN_M = 3.0
+MANY_DECADES = 1000.0
+"""Ratio of a logarithmic axis' ends from which on fewer numbers stand at it."""
 LEAST_ASPECT, GREATEST_ASPECT = 0.3, 1.2
 """Height over width that a panel may have."""
 
@@ -60,7 +62,9 @@ def in_metres(axes: Axes) -> None:
 
 def log_metres(axis: Axis) -> None:
     """Number an axis of metres that is scaled by its logarithm in plain figures: 0.1, 0.2, 0.5, 1, ..."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axis.get_view_interval()
+    steps = (1.0, 2.0, 5.0) if high / low < MANY_DECADES else (1.0, 3.0)
+    axis.set_major_locator(LogLocator(subs=steps))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 

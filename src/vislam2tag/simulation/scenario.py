@@ -40,7 +40,7 @@ FIRST_STARTS = {
 }
 
 ILLUSTRATIONS = (
-    (SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30"), 120.0, 0.2),
+    (SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30"), 180.0, 0.2),
     (SessionKey(4, "Galaxy", "2021-12-20T14:17:21"), 150.0, 0.3),
 )
 """Further walks, without presses, that figures of the paper show: key, duration in seconds, rank among the faults."""

@@ -1,0 +1,81 @@
+"""``vislam2tag paper``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.evaluation.table_text import figures_of, heads_of
+from vislam2tag.pipeline.paper import NAMES, PAGE_FILE, Reproduced, reproduce
+from vislam2tag.report.paper_page import TablePart
+
+HELP = """
+Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.
+
+DATA holds the published surveys in their layout (evaluation_data, giaIndoorLoc_raw), or is one of them. Made are
+Tables I and II (CSV, LaTeX, Markdown), Figures 1 to 7 and 9 (SVG, PDF), some that the paper does not have, walks.csv
+with every walk's errors, and index.html with everything. What DATA lacks is told there.
+
+Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong
+usage, no survey, or OUT cannot be written.
+
+Examples:
+
+    vislam2tag paper evaluation_data --out reproduced
+
+    vislam2tag simulate copy --like paper && vislam2tag paper copy --out reproduced
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("paper", help=HELP)(_paper)
+
+
+def _paper(
+    data: Annotated[Path, typer.Argument(help="Folder with the published surveys, or one of them.")],
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
+) -> None:
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("walks", total=None)
+
+        def advance(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        made = reproduce(data, out, progress=advance)
+    _print(made, out)
+    raise typer.Exit(1 if made.failed else 0)
+
+
+def _print(made: Reproduced, out: Path) -> None:
+    console = table_console()
+    for part in made.tables:
+        _print_table(part)
+    for figure in made.figures:
+        if figure.missing:
+            console.print(f"not drawn: {escape(figure.title)}: {escape(figure.missing)}", soft_wrap=True)
+    for sentence in made.failed:
+        console.print(f"[red]left out:[/] {escape(sentence)}", soft_wrap=True)
+    drawn = sum(not figure.missing for figure in made.figures)
+    console.print(f"{drawn} of {len(made.figures)} figures drawn")
+    console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
+
+
+def _print_table(part: TablePart) -> None:
+    console = table_console()
+    if part.missing:
+        console.print(f"{part.table.title}: {part.missing}", soft_wrap=True)
+        return
+    heads = [head for cell in part.table.rows[0].cells for head in heads_of(cell, NAMES[cell.strategy])]
+    shown = table(part.table.title, ("trajectories", "metric"), tuple(heads))
+    for row in part.table.rows:
+        shown.add_row(row.selection, row.metric, *(figure for cell in row.cells for figure in figures_of(cell)))
+    console.print(shown)

@@ -1,0 +1,104 @@
+"""The paper's evaluation in one go: its tables and figures from data in the published layout."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.errors import Vislam2tagError
+from vislam2tag.evaluation.paper import STRATEGIES
+from vislam2tag.evaluation.table_text import csv_text, latex_text, markdown_text, walks_csv
+from vislam2tag.evaluation.tables import WalkErrors, table_1, table_2
+from vislam2tag.figures.style import name_of, rendered
+from vislam2tag.pipeline.paper_data import open_paper_data
+from vislam2tag.pipeline.paper_figures import FIGURES, PaperFigure, Source
+from vislam2tag.pipeline.paper_walks import PaperWalks, paper_walks
+from vislam2tag.pipeline.selection import refuse_among_sessions
+from vislam2tag.pipeline.store import OutputFolder, claim
+from vislam2tag.report.paper_page import FigurePart, TablePart, write_paper_page
+from vislam2tag.settings import Settings
+
+PROGRAM = "vislam2tag paper"
+PAGE_FILE, WALKS_FILE = "index.html", "walks.csv"
+NAMES = {name: name_of(name) for name in STRATEGIES}
+
+Progress = Callable[[str, int, int], None]
+"""Called after each step with what is being done ("walks", "figures"), how many are done, and how many there are."""
+
+
+@dataclass(frozen=True)
+class Reproduced:
+    """What could be made of the paper, and what could not."""
+
+    tables: list[TablePart]
+    figures: list[FigurePart]
+    failed: list[str]
+    """One sentence for each session or phone that could not be evaluated."""
+
+
+def reproduce(
+    root: Path, out: Path, settings: Settings | None = None, progress: Progress = lambda _what, _done, _total: None
+) -> Reproduced:
+    """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
+
+    Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
+    ``index.html`` with all of it; what the data lacks is told there. Raises SurveyError where ``root`` holds no survey,
+    OutputError where ``out`` cannot be written.
+    """
+    settings = settings or Settings()
+    data = open_paper_data(root)
+    for survey in data.surveys:
+        refuse_among_sessions(survey, out)
+    run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
+    with claim(out, run, PROGRAM) as folder:
+        walks = paper_walks(data, settings, lambda done, total: progress("walks", done, total))
+        tables = _tables(walks)
+        for part in tables:
+            _write_table(folder, part)
+        folder.write_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
+        figures = []
+        for number, figure in enumerate(FIGURES, 1):
+            figures.append(_figure(folder, figure, Source(data, walks, settings)))
+            progress("figures", number, len(FIGURES))
+        title = root.resolve().name
+        folder.write(PAGE_FILE, lambda path: write_paper_page(path, title, NAMES, tables, figures, walks.failed))
+    return Reproduced(tables, figures, walks.failed)
+
+
+def _tables(walks: PaperWalks) -> list[TablePart]:
+    pressed, tracked = ([walk.errors for walk in some] for some in (walks.pressed, walks.tracked))
+    return [
+        TablePart("table_1", table_1(pressed, STRATEGIES), _unless(pressed, "over control points")),
+        TablePart("table_2", table_2(tracked, STRATEGIES), _unless(tracked, "before a total station")),
+    ]
+
+
+def _unless(walks: list[WalkErrors], which: str) -> str:
+    return "" if walks else f"No walk {which} is in this data."
+
+
+def _write_table(folder: OutputFolder, part: TablePart) -> None:
+    texts = {"csv": csv_text(part.table), "tex": latex_text(part.table, NAMES), "md": markdown_text(part.table, NAMES)}
+    for suffix, text in texts.items():
+        if not part.missing:
+            folder.write_text(f"{part.stem}.{suffix}", text)
+
+
+def _figure(folder: OutputFolder, figure: PaperFigure, source: Source) -> FigurePart:
+    try:
+        drawn = figure.draw(source)
+    except Vislam2tagError as error:
+        return FigurePart(figure.stem, figure.title, figure.about, missing=str(error))
+    files = {kind: rendered(drawn, kind) for kind in ("svg", "pdf")}
+    for kind, content in files.items():
+        _write(folder, f"{figure.stem}.{kind}", content)
+    return FigurePart(figure.stem, figure.title, figure.about, svg=files["svg"], width_in=drawn.get_figwidth())
+
+
+def _write(folder: OutputFolder, name: str, content: bytes) -> None:
+    def fill(path: Path) -> None:
+        path.write_bytes(content)
+
+    folder.write(name, fill)

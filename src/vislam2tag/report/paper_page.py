@@ -1,0 +1,66 @@
+"""The page that shows the paper's tables and figures as the data at hand gives them."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.evaluation.table_text import figures_of, heads_of
+from vislam2tag.evaluation.tables import PaperTable
+from vislam2tag.report.page import write_page
+
+
+@dataclass(frozen=True)
+class TablePart:
+    """A table and the stem of its files; ``missing`` says why there is none."""
+
+    stem: str
+    table: PaperTable
+    missing: str = ""
+
+
+@dataclass(frozen=True)
+class FigurePart:
+    """A figure and the stem of its files: what it shows, and its SVG, or why there is none (``missing``)."""
+
+    stem: str
+    title: str
+    about: str
+    svg: bytes = b""
+    width_in: float = 0.0
+    """Width in print, inches."""
+    missing: str = ""
+
+    @property
+    def data_uri(self) -> str:
+        """The figure, to be placed inside the page."""
+        return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode("ascii")
+
+
+def write_paper_page(
+    out_file: Path,
+    title: str,
+    names: Mapping[str, str],
+    tables: Sequence[TablePart],
+    figures: Sequence[FigurePart],
+    failed: Sequence[str],
+) -> None:
+    """Write the page ``out_file``; equal input gives equal bytes.
+
+    ``names`` are those of the strategies, ``failed`` one sentence for each session that could not be evaluated. Raises
+    OutputError where it cannot be written.
+    """
+    context = {
+        "title": title,
+        "version": __version__,
+        "names": names,
+        "tables": tables,
+        "figures": figures,
+        "failed": failed,
+        "figures_of": figures_of,
+        "heads_of": heads_of,
+    }
+    write_page(out_file, "paper.html.j2", context)
