@@ -9,12 +9,14 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.evaluation.control_points import press_truth
 from vislam2tag.evaluation.evaluation_record import SessionEvaluation
 from vislam2tag.evaluation.measuring import measured, sure_points
+from vislam2tag.evaluation.route_file import read_route
 from vislam2tag.evaluation.station_alignment import DeviceAlignment, StationWalk, align_device
 from vislam2tag.evaluation.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.evaluation.station_fit import Freedom
@@ -23,6 +25,7 @@ from vislam2tag.evaluation.station_presses import pressed_points
 from vislam2tag.evaluation.total_station import station_findings, station_point_errors
 from vislam2tag.pipeline.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
 from vislam2tag.pipeline.mappable import mappable_session
+from vislam2tag.pipeline.pose_lag import pose_lag_of
 from vislam2tag.sessions.model import Session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
@@ -91,10 +94,11 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         for walk in walks:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
         return outcome
+    lag_s = _pose_lag(walks)
     for number, walk in enumerate(walks):
         found = outcome.found[walk.job.ref.slug]
         found.findings += station_findings(standing[number], ways[AT_PRISM], number)
-        found.estimates |= _estimates(frame, ways[AT_PRISM])
+        found.estimates |= _estimates(frame, ways[AT_PRISM]) | {"pose_lag_s": lag_s}
         for way, alignment in ways.items():
             _compare(walk, way, alignment, number, found)
     return outcome
@@ -130,13 +134,20 @@ def _frame(walks: Sequence[_Walk]) -> StationFrame:
 
 
 def _pressed(walk: _Walk) -> CommonPoints | None:
-    """Control points that the session pressed at; None where it did at none."""
-    floor = walk.job.site.floor(walk.job.ref.key.floor)
+    """Control points that the session pressed at; None where it did at none, or they cannot be used."""
+    folder, floor = walk.job.ref.folder, walk.job.site.floor(walk.job.ref.key.floor)
     try:
-        presses = press_truth(walk.mapped[REFERENCE], walk.session.presses_ns, floor)
-    except SessionError:
+        route = read_route(folder.parents[2], folder, floor.control_points.ids)
+        presses = press_truth(walk.mapped[REFERENCE], walk.session.presses_ns, floor, route)
+        return pressed_points(walk.mapped[REFERENCE], walk.track, presses)
+    except (SessionError, SurveyError):
         return None
-    return pressed_points(walk.mapped[REFERENCE], walk.track, presses)
+
+
+def _pose_lag(walks: Sequence[_Walk]) -> float | None:
+    """Median over the device's walks of how late its poses are stamped, seconds; None where none can tell."""
+    lags = [lag_s for walk in walks if (lag_s := pose_lag_of(walk.session)) is not None]
+    return rounded(median(lags)) if lags else None
 
 
 def _compare(walk: _Walk, way: str, alignment: DeviceAlignment, number: int, found: Found) -> None:
