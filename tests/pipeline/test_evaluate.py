@@ -267,6 +267,9 @@ def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path:
     assert first["station_clock_sigma_s"] is not None
     assert first["station_clock_sigma_s"] < 0.1
     assert not any(session.missing for session in found.sessions)
+    assert "station_drift_ppm" not in first
+    drifting = evaluate(station_survey, tmp_path / "out", strategies=("smoother",), clock_drift=True)
+    assert "station_drift_ppm" in drifting.sessions[0].estimates
     assert bytes_of(station_survey) == before
 
 

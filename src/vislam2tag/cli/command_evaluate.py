@@ -76,6 +76,9 @@ def _evaluate(
             help="Take truth of the whole walk from FOLDER/SLUG.csv, .tum, .euroc or .kitti, not from the sessions.",
         ),
     ] = None,
+    clock_drift: Annotated[
+        bool, typer.Option("--clock-drift", help="Let a total station's clock run at another rate than the phone's.")
+    ] = False,
     floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
     device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
@@ -119,6 +122,7 @@ def _evaluate(
                 strategies=strategy or (),
                 landmarks=landmarks,
                 truth=truth,
+                clock_drift=clock_drift,
                 selection=selection,
                 jobs=jobs,
                 progress=advance,

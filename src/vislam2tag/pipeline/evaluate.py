@@ -42,6 +42,7 @@ def evaluate(
     strategies: Sequence[str] = (),
     landmarks: Path | None = None,
     truth: Path | None = None,
+    clock_drift: bool = False,
     selection: Selection | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -49,8 +50,9 @@ def evaluate(
     """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/evaluation.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
-    folders; ``landmarks`` is a file that replaces the floors' own. With ``jobs`` > 1 sessions run in that many
-    processes (call it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey
+    folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run
+    at another rate than the phone's. With ``jobs`` > 1 sessions run in that many processes (call it from under
+    ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey
     or has no truth at all, UsageError for an unknown strategy or a selection that matches nothing, OutputError where
     ``out`` cannot be written or is not ours; a bad session is only counted in ``SurveyEvaluation.failed``.
     """
@@ -64,7 +66,10 @@ def evaluate(
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
-    todo = [EvaluationJob(ref, survey.site, corrections, settings, names, truth, OutputFolder(out)) for ref in refs]
+    todo = [
+        EvaluationJob(ref, survey.site, corrections, settings, names, truth, OutputFolder(out), clock_drift)
+        for ref in refs
+    ]
     _refuse_without_truth(survey_root, todo)
     found: dict[str, SessionEvaluation] = {}
 
@@ -83,7 +88,10 @@ def evaluate(
             if progress is not None:
                 progress(news, total)
 
-    run = run_record(survey.root, landmarks, settings, selection) | {"strategies": list(names)}
+    run = run_record(survey.root, landmarks, settings, selection) | {
+        "strategies": list(names),
+        "clock_drift": clock_drift,
+    }
     with claim(out, run, PROGRAM) as folder:
         _clear(folder.root)
         process_all(evaluate_session, todo, jobs, report)

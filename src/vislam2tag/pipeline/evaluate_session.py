@@ -58,6 +58,8 @@ class EvaluationJob:
     truth: Path | None
     """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""
     out: OutputFolder
+    clock_drift: bool = False
+    """Whether a station's clock may run at another rate than the phone's."""
 
     @property
     def truth_place(self) -> tuple[Path, str]:

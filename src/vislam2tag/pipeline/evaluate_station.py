@@ -30,6 +30,7 @@ from vislam2tag.sessions.model import Session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
 """What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
+WAYS = (AT_PRISM, AT_CAMERA)
 FEWEST_COMMON = 2
 """With fewer shots of fixed points than this, presses in the station's view help to find its frame."""
 
@@ -89,7 +90,8 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
     try:
         frame = _frame(walks)
         standing = [StationWalk(walk.mapped[REFERENCE], walk.track, frame) for walk in walks]
-        ways = {AT_PRISM: align_device(standing), AT_CAMERA: align_device(standing, Freedom(prism=True))}
+        drift = jobs[0].clock_drift
+        ways = {way: align_device(standing, Freedom(drift=drift, prism=way == AT_CAMERA)) for way in WAYS}
     except Vislam2tagError as error:
         for walk in walks:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
@@ -160,8 +162,10 @@ def _compare(walk: _Walk, way: str, alignment: DeviceAlignment, number: int, fou
 
 
 def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, float | None]:
-    prism = alignment.prism
+    prism, drift = alignment.prism, alignment.drift_ppm
+    drifting = {} if drift is None else {"station_drift_ppm": drift.value, "station_drift_sigma_ppm": drift.sigma}
     return {
+        **{name: rounded(value) for name, value in drifting.items()},
         "station_clock_s": rounded(alignment.adjustment.clock_ns * 1e-9),
         "station_clock_sigma_s": rounded(alignment.clock_sigma_s),
         "station_frame_worst_m": rounded(float(frame.residual_m.max())),
