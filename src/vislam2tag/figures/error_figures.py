@@ -44,8 +44,12 @@ def control_point_errors(
         one.plot(*errors.label_bcs.T, ".", color=TRUTH, markersize=2.5, zorder=5, label="label at a press")
         show(one, extent)
     legend_below(figure, axes[:1])
-    letter(axes, [f"{name_of(name)}: {np.nanmean(errors.error_m):.2f} m" for name, (_, errors) in walks.items()])
+    letter(axes, [f"{name_of(name)}: {_mean(errors)}" for name, (_, errors) in walks.items()])
     return figure
+
+
+def _mean(errors: PointErrors) -> str:
+    return f"{errors.error_m[errors.labelled].mean():.2f} m" if errors.labelled.any() else "no label"
 
 
 @print_quality
