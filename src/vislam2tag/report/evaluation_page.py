@@ -9,17 +9,20 @@ from pathlib import Path
 
 from vislam2tag.evaluation.evaluation_record import Measured, Row, SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.evaluation_text import HEADS, figure_text, truth_name
-from vislam2tag.evaluation.pooling import ALL
+from vislam2tag.evaluation.pooling import ALL, OVER_POINTS, OVER_WALKS
 from vislam2tag.report.evaluation_figures import cdf_figure, drift_figure, movement_figure
 from vislam2tag.report.page import write_page
 
 
 @dataclass(frozen=True)
 class TruthView:
-    """One truth, made in one way: its rows over all walks, those of floors and devices, and its figures."""
+    """One truth, made in one way: its rows over all walks and over their points, over the walks of each floor and each
+    device, and its figures.
+    """
 
     name: str
-    rows: Sequence[Row]
+    walks: Sequence[Row]
+    points: Sequence[Row]
     groups: Sequence[Row]
     curves: str
     movement: str | None
@@ -48,8 +51,9 @@ def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
         rows = list(group)
         yield TruthView(
             name=truth_name(truth, way),
-            rows=[row for row in rows if row.group == ALL],
-            groups=[row for row in rows if row.group != ALL],
+            walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
+            points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
+            groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
             curves=cdf_figure(evaluation, truth, way),
             movement=movement_figure(evaluation, truth, way),
         )
