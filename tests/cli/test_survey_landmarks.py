@@ -57,6 +57,7 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(survey: Path, tmp_pa
     for arguments, message in (
         ((survey, "--out", own), "lies among the survey's own files; choose another name"),
         ((survey, "--out", tmp_path / "c.csv", "--report", own), "lies among the survey's own files"),
+        ((survey, "--out", tmp_path / "c.csv", "--report", tmp_path / "c.csv"), "one file cannot hold both"),
         ((tmp_path / "gone", "--out", tmp_path / "c.csv"), "no such folder; expected a survey folder"),
         ((survey, "--out", tmp_path / "gone" / "c.csv"), "c.csv: cannot be written (there is no such folder)"),
         ((survey, "--out", tmp_path / "c.csv", "--floor", "7"), "--floor 7: the survey has no session of it"),

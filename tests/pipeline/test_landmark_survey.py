@@ -156,6 +156,14 @@ def test_an_unreadable_session_is_told_and_the_others_go_on(survey: Path, tmp_pa
     assert np.mean(list(misses(result, truth).values())) < 0.5
 
 
+def test_a_session_without_frames_is_told_as_such(survey: Path, tmp_path: Path) -> None:
+    place = rewritten(survey, tmp_path / "s", few)
+    next(place.glob("floor_0/LG/*/poses.csv")).write_text("")
+    notes = [session.note for session in landmark_survey(survey_landmarks(place)).sessions if not session.used]
+    assert len(notes) == 1
+    assert "no usable camera frames" in notes[0]
+
+
 def test_a_floor_without_sessions_is_a_usage_error(survey: Path) -> None:
     with pytest.raises(UsageError, match="--floor 7: the survey has no session of it; there are: 0"):
         survey_landmarks(survey, floors=(7,))

@@ -15,13 +15,15 @@ PARTIAL = ".partial"
 
 
 def check_targets(survey_root: Path, *targets: Path) -> None:
-    """Raise OutputError where a file to be written has no folder, or lies among the survey's own files.
+    """Raise OutputError where a file to be written has no folder, lies among the survey's own, or is named twice.
 
     Before the work rather than after it.
     """
     root = survey_root.resolve()
     for target in targets:
         place = target.resolve()
+        if sum(place == other.resolve() for other in targets) > 1:
+            raise OutputError(f"{target}: one file cannot hold both the landmarks and the report; choose another name")
         if not target.parent.is_dir() or target.is_dir():
             reason = "is a folder" if target.is_dir() else "there is no such folder"
             raise OutputError(f"{target}: cannot be written ({reason}); choose another name")

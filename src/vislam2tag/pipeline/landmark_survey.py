@@ -19,14 +19,13 @@ from vislam2tag.core.storeys import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.walked import Walked
 from vislam2tag.errors import SessionError, UsageError
+from vislam2tag.mapping.smoother import FEWEST_FRAMES
 from vislam2tag.pipeline.workers import process_all
 from vislam2tag.sessions import corrected_session, open_survey, read_session
 from vislam2tag.sessions.floors_walked import CLIMB_M, considered_landmarks, landmarks_of_session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
-
-FEWEST_FRAMES = 2
 
 
 class Place(NamedTuple):
@@ -97,7 +96,7 @@ def _reduced(job: ReductionJob) -> ReducedSession:
     mine = landmarks_of_session(corrected, key, camera, log)
     log = log.select([i for i, name in enumerate(log.ids) if name not in mine.elsewhere])
     if camera.usable.sum() < FEWEST_FRAMES:
-        return ReducedSession(key, unused=mine.elsewhere)
+        raise SessionError(f"{key}: no usable camera frames; vislam2tag inspect says why")
     walked = Walked.of(camera, log, job.settings.smoother.sighting_range_m)
     if len(walked.passes.at) == 0:
         return ReducedSession(key, unused=mine.elsewhere)
