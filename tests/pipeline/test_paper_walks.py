@@ -25,6 +25,13 @@ def test_surveys_are_found_below_the_folder(paper_copy: Path) -> None:
     assert {ref.key for _, ref in open_paper_data(paper_copy).refs()} == set(SECONDS)
 
 
+def test_a_session_may_be_called_like_a_floor(paper_copy: Path, tmp_path: Path) -> None:
+    device = tmp_path / "floor_1" / "LG"
+    shutil.copytree(next((paper_copy / "floor_1" / "LG_ref").iterdir()), device / "floor_2_again")
+    (survey,) = open_paper_data(tmp_path).surveys
+    assert [ref.key for ref in survey.sessions] == [SessionKey(1, "LG", "floor_2_again")]
+
+
 def test_missing_session_is_named(paper_copy: Path) -> None:
     key = SessionKey(3, "S20", "never")
     with pytest.raises(SessionError, match="floor 3 / S20 / never is not in this data"):

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.errors import SessionError
+from vislam2tag.errors import SessionError, SurveyError
 from vislam2tag.pipeline.mappable import mappable_session
 from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.discover import floor_folders, subfolders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
 DEPTH = 2
@@ -31,7 +32,7 @@ class PaperData:
             for ref in survey.sessions:
                 if ref.key == key:
                     return survey, ref
-        raise SessionError(f"{self.root}: {key} is not in this data")
+        raise SessionError(f"{key} is not in this data")
 
     def refs(self) -> list[tuple[Survey, SessionRef]]:
         """Every session once, with its survey; those that corrections exclude are left out."""
@@ -46,17 +47,23 @@ class PaperData:
 
 def open_paper_data(root: Path) -> PaperData:
     """Look for surveys in ``root`` and below; raises SurveyError where there is none."""
-    folders = [root]
-    for _ in range(DEPTH):
-        folders += [path for folder in folders for path in _subfolders(folder) if path not in folders]
-    surveys = [folder for folder in folders if any(path.name.startswith("floor_") for path in _subfolders(folder))]
     # A folder without a survey is opened all the same: that says what is wrong with it.
-    return PaperData(root, tuple(open_survey(folder) for folder in sorted(surveys) or [root]))
+    return PaperData(root, tuple(open_survey(folder) for folder in _survey_folders(root, DEPTH) or [root]))
+
+
+def _survey_folders(folder: Path, depth: int) -> list[Path]:
+    """The folder itself if it holds floors, else the surveys in its subfolders."""
+    try:
+        floor_folders(folder)
+    except SurveyError:
+        inside = _subfolders(folder) if depth else []
+        return [found for below in inside for found in _survey_folders(below, depth - 1)]
+    return [folder]
 
 
 def _subfolders(folder: Path) -> list[Path]:
     try:
-        return [path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")]
+        return subfolders(folder)
     except OSError:
         return []
 
