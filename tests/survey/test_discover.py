@@ -81,6 +81,15 @@ def test_optional_columns_in_any_order(tmp_path: Path) -> None:
     assert [(floor.name, floor.elevation_m) for floor in site.floors] == [("Ground floor", 0.0), ("Floor 4", 12.5)]
 
 
+def test_a_heading_without_a_sigma_counts_and_a_sigma_without_a_heading_says_nothing(tmp_path: Path) -> None:
+    root = write_survey(tmp_path)
+    text = "id,x,y,heading_rad,heading_sigma_rad\n10,1,2,1.57,\n7,3,4,,0.02\n"
+    (root / "floor_1/marker_dict.csv").write_text(text)
+    marks = open_survey(root).site.landmarks.on_floor(1)
+    np.testing.assert_array_equal(marks.heading_rad, [1.57, np.nan])
+    np.testing.assert_array_equal(marks.heading_sigma_rad, [0.05, np.nan])
+
+
 BAD_LANDMARKS = "1,1,1\n\n2,one,1\n,1,1\n3,5\n4,1,1,0\n5,1e999,1\n1,2,2\n6,1,1,-1\n"
 DAMAGE: dict[str, tuple[dict[str, str | bytes | None], dict[tuple[str, str], tuple[int, ...]]]] = {
     "no extents": ({"floor_dimensions.csv": None}, {("missing_file", "floor_dimensions.csv"): ()}),

@@ -27,6 +27,8 @@ LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
 GREATEST_M = 1e6
 """No building reaches this far from the origin of its plan: such a coordinate is a fault, its square might overflow."""
+USUAL_HEADING_SIGMA_RAD = 0.05
+"""Standard deviation of a surveyed heading whose file gives none: as a sheet is held against a wall."""
 GREATEST_FLOOR = 999_999
 """As for the names of floor folders."""
 
@@ -166,9 +168,15 @@ def _landmark_of(
         z_m=z,
         sigma_m=default_sigma_m if sigma is None else sigma,
         heading_rad=math.nan if heading is None else heading,
-        heading_sigma_rad=math.nan if heading_sigma is None else heading_sigma,
+        heading_sigma_rad=_heading_sigma(heading, heading_sigma),
         source=table.place(line),
     )
+
+
+def _heading_sigma(heading: float | None, sigma: float | None) -> float:
+    if heading is None:
+        return math.nan
+    return USUAL_HEADING_SIGMA_RAD if sigma is None else sigma
 
 
 def _coordinate(text: str) -> float:
