@@ -13,9 +13,11 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.evaluation.check_record import SurveyCheck
+from vislam2tag.evaluation.evaluation_record import SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.pipeline.check import check
+from vislam2tag.pipeline.evaluate import evaluate
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
@@ -48,11 +50,13 @@ __all__ = [
     "Survey",
     "SurveyCheck",
     "SurveyError",
+    "SurveyEvaluation",
     "Trajectory",
     "UsageError",
     "VisitSettings",
     "Vislam2tagError",
     "check",
+    "evaluate",
     "label_readings",
     "mark_uncertain",
     "open_survey",
