@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,20 @@ def test_says_what_the_data_lacks(survey: Path, tmp_path: Path) -> None:
     assert "floor 4 / Galaxy / 2021-12-20T14:17:21 is not in this data" in done.stdout
     assert "1 of 12 figures drawn" in done.stdout
     assert (tmp_path / "out" / "index.html").is_file()
+
+
+def test_a_walk_that_cannot_be_evaluated_shows_in_the_exit_code(survey: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "survey"
+    shutil.copytree(survey, copy)
+    (poses,) = copy.glob("floor_0/LG/*/poses.csv")
+    poses.with_name("tachy.csv").write_text(
+        "time;X;Y\n2022-01-14 16:01:04.250;1.5;-2\n2022-01-14 16:01:04.350;1.6;-2\n"
+    )
+    done = vislam2tag("paper", copy, "--out", tmp_path / "out")
+    assert done.returncode == 1, done.stderr
+    assert "left out: floor 0 / LG: the total station's frame needs two common points at least, none is known" in (
+        done.stdout
+    )
 
 
 def test_a_folder_without_survey_is_one_line(tmp_path: Path) -> None:
