@@ -17,8 +17,8 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, elsewhere
     findings = []
     if missing:
         message = (
-            f"landmarks {', '.join(missing)} were seen but have no surveyed position; they are not used: add them to "
-            "marker_dict.csv"
+            f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
+            "less: add them to marker_dict.csv, or let vislam2tag survey-landmarks place them"
         )
         findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
     if elsewhere:
