@@ -37,7 +37,6 @@ def test_a_selection_keeps_what_belongs_together(local: LocalMap) -> None:
     last = local.select(np.array([False, False, True]))
     assert last.position.tolist() == local.position[2:].tolist()
     assert last.covariance.tolist() == local.covariance[np.ix_([4, 5, 8], [4, 5, 8])].tolist()
-    assert last.renumbered(np.array([0, 0, 7])).landmark.tolist() == [7]
 
 
 def test_headings_that_nobody_logged_are_not_observed(local: LocalMap) -> None:

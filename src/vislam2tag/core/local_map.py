@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,10 +46,6 @@ class LocalMap:
         """Rows of :attr:`covariance` that mean something."""
         headings = np.flatnonzero(np.isfinite(self.heading_rad))
         return np.concatenate((np.arange(2 * len(self.landmark)), 2 * len(self.landmark) + headings))
-
-    def renumbered(self, index: IntArray) -> LocalMap:
-        """Give landmark i the index ``index[i]``."""
-        return replace(self, landmark=index[self.landmark])
 
     def select(self, keep: BoolArray) -> LocalMap:
         """Keep only the landmarks of a mask (k,)."""
