@@ -8,10 +8,13 @@ import pytest
 from PIL import Image
 
 from tests.evaluation.maps import floor_with
-from tests.walks import landmarks_at
+from tests.walks import corridor_walk, landmarks_at
+from vislam2tag.core.similarity import Similarity2
 from vislam2tag.figures.scan_figures import scan_labels
-from vislam2tag.figures.site_figures import landmark_configuration
+from vislam2tag.figures.site_figures import landmark_configuration, workflow
 from vislam2tag.figures.style import rendered
+from vislam2tag.mapping import strategy_named
+from vislam2tag.settings import Settings
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 
 LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})
@@ -61,3 +64,12 @@ def test_each_scan_has_its_readings_and_their_mean(plan: Path) -> None:
     assert (colours[1] != colours[2]).any()
     means = next(line for line in axes.lines if line.get_label() == "mean of a scan")
     assert np.asarray(means.get_xydata()).tolist() == [[2, 2], [9, 4]]
+
+
+def test_walk_without_wifi_still_has_its_workflow(plan: Path) -> None:
+    camera, log, landmarks, _ = corridor_walk(Similarity2.identity(), {"a": (5.0, 0.4), "b": (15.0, -0.4)})
+    mapped = strategy_named("local", Settings()).map(camera, log, landmarks)
+    nothing = pl.DataFrame(schema={"scan": pl.Int32, "x": pl.Float64, "y": pl.Float64})
+    figure = workflow(planned_floor(plan), landmarks, camera, log, mapped, nothing)
+    assert len(figure.axes) == 4
+    assert rendered(figure, "svg").startswith(b"<?xml")
