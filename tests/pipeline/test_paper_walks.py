@@ -7,7 +7,7 @@ import pytest
 
 from tests.pipeline.paper_copy import SECONDS
 from vislam2tag.errors import SessionError, SurveyError
-from vislam2tag.evaluation.paper import STRATEGIES
+from vislam2tag.evaluation.paper import STRATEGIES, labelled_shares
 from vislam2tag.pipeline.paper_data import open_paper_data
 from vislam2tag.pipeline.paper_walks import PaperWalks, paper_walks
 from vislam2tag.settings import Settings
@@ -49,6 +49,14 @@ def test_walks_over_control_points_have_the_walkers_error(walks: PaperWalks) -> 
         assert not walk.faulty
         assert walk.movement_m < 0.05
         assert all(0.1 < walk.errors.error_m[name] < 0.8 for name in STRATEGIES)
+
+
+def test_shares_are_over_all_points(walks: PaperWalks) -> None:
+    shares = labelled_shares(walks.pressed)
+    assert set(shares) == set(STRATEGIES)
+    points = [walk.points["local"] for walk in walks.pressed]
+    assert shares["local"] == pytest.approx(sum(p.labelled.sum() for p in points) / sum(map(len, points)))
+    assert labelled_shares([]) == {}
 
 
 def test_walks_before_the_station_are_right_to_a_few_centimetres(walks: PaperWalks) -> None:

@@ -79,3 +79,4 @@ def _print_table(part: TablePart) -> None:
     for row in part.table.rows:
         shown.add_row(row.selection, row.metric, *(figure for cell in row.cells for figure in figures_of(cell)))
     console.print(shown)
+    console.print(f"labelled: {part.shares(NAMES)}", soft_wrap=True)

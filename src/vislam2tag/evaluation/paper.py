@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.evaluation.control_points import is_faulty, nearest_point_errors, walk_error
@@ -66,3 +68,10 @@ def paper_walk(
 def press_walk(session: Session, floor: Floor, mapped: Mapped, max_sigma_m: float) -> PaperWalk:
     """Compare a mapped session with the control points, at least one, nearest to its presses."""
     return paper_walk(session, mapped, lambda one: nearest_point_errors(one, session.presses_ns, floor), max_sigma_m)
+
+
+def labelled_shares(walks: Sequence[PaperWalk]) -> dict[str, float]:
+    """Share of all the walks' points that count as labelled, by strategy; nothing where there are no points."""
+    counted = [walk.counted for walk in walks]
+    labelled = {name: np.concatenate([one[name].labelled for one in counted]) for name in STRATEGIES if counted}
+    return {name: float(mask.mean()) for name, mask in labelled.items() if len(mask)}

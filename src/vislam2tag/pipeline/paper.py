@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.errors import Vislam2tagError
-from vislam2tag.evaluation.paper import STRATEGIES
+from vislam2tag.evaluation.paper import STRATEGIES, PaperWalk, labelled_shares
 from vislam2tag.evaluation.table_text import csv_text, latex_text, markdown_text, walks_csv
-from vislam2tag.evaluation.tables import WalkErrors, table_1, table_2
+from vislam2tag.evaluation.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.pipeline.paper_data import open_paper_data
 from vislam2tag.pipeline.paper_figures import FIGURES, PaperFigure, Source
@@ -68,15 +68,17 @@ def reproduce(
 
 
 def _tables(walks: PaperWalks) -> list[TablePart]:
-    pressed, tracked = ([walk.errors for walk in some] for some in (walks.pressed, walks.tracked))
     return [
-        TablePart("table_1", table_1(pressed, STRATEGIES), _unless(pressed, "over control points")),
-        TablePart("table_2", table_2(tracked, STRATEGIES), _unless(tracked, "before a total station")),
+        _table("table_1", table_1, walks.pressed, "over control points"),
+        _table("table_2", table_2, walks.tracked, "before a total station"),
     ]
 
 
-def _unless(walks: list[WalkErrors], which: str) -> str:
-    return "" if walks else f"No walk {which} is in this data."
+def _table(
+    stem: str, tabulate: Callable[[Sequence[WalkErrors], Sequence[str]], PaperTable], walks: list[PaperWalk], which: str
+) -> TablePart:
+    table = tabulate([walk.errors for walk in walks], STRATEGIES)
+    return TablePart(stem, table, labelled_shares(walks), "" if walks else f"No walk {which} is in this data.")
 
 
 def _write_table(folder: OutputFolder, part: TablePart) -> None:

@@ -15,11 +15,19 @@ from vislam2tag.report.page import write_page
 
 @dataclass(frozen=True)
 class TablePart:
-    """A table and the stem of its files; ``missing`` says why there is none."""
+    """A table, the stem of its files, and what share of the points each strategy labels (0 to 1).
+
+    ``missing`` says why there is none.
+    """
 
     stem: str
     table: PaperTable
+    labelled: Mapping[str, float]
     missing: str = ""
+
+    def shares(self, names: Mapping[str, str]) -> str:
+        """The shares as text, strategies called by ``names``."""
+        return ", ".join(f"{names[strategy]} {100 * share:.0f} %" for strategy, share in self.labelled.items())
 
 
 @dataclass(frozen=True)
