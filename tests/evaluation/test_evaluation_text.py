@@ -49,7 +49,7 @@ def test_latex_escapes_names_and_has_a_line_for_each_selection() -> None:
 
 def test_dense_rows() -> None:
     row = DenseRow(strategy="local", what="speed", low=2.5, high=None, points=3, mean_m=0.5, labelled=1.0)
-    assert dense_csv([row]).splitlines()[1] == "local,speed,2.5,,3,0.5,1.0"
+    assert dense_csv([row]).splitlines()[1] == "local,speed,2.5,,3,0.5,,1.0"
 
 
 def test_figures_and_names_as_people_read_them() -> None:

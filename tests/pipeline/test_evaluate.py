@@ -82,8 +82,8 @@ def test_every_truth_and_way_has_its_row(out: Path) -> None:
     assert list(ways) == [
         ("dense", ""),
         ("control_points", IDENTIFIED),
-        ("control_points", WITHOUT_LEAD),
         ("control_points", NEAREST),
+        ("control_points", WITHOUT_LEAD),
     ]
     dense = row_of(found, "dense", "", "smoother").mean_m.value
     identified = row_of(found, "control_points", IDENTIFIED, "smoother").mean_m.value
@@ -92,6 +92,17 @@ def test_every_truth_and_way_has_its_row(out: Path) -> None:
     # A finger adds its own error to that of the labels.
     assert 0.03 < dense < 0.4
     assert dense < identified < 1.0
+
+
+def test_a_walk_with_too_few_presses_for_a_lead_is_not_scored_without_it(survey: Path, tmp_path: Path) -> None:
+    few = tmp_path / "survey"
+    shutil.copytree(survey, few)
+    for presses in few.rglob("refMarker.csv"):
+        presses.write_text("".join(presses.read_text().splitlines(keepends=True)[:2]))
+    found = evaluate(few, tmp_path / "out", strategies=("smoother",))
+    ways = {one.way for session in found.sessions for one in session.measured}
+    assert ways == {"", IDENTIFIED, NEAREST}
+    assert found.sessions[0].estimates["lead_s"] is None
 
 
 def test_the_phone_held_ahead_is_found_and_taken_away(out: Path) -> None:
@@ -123,6 +134,9 @@ def test_dense_truth_tells_of_ways_and_speeds(out: Path) -> None:
         row.low: row.mean_m for row in found.dense if (row.strategy, row.what) == ("smoother", "relative error")
     }
     assert list(relative) == [1, 5, 10, 50]
+    both = [(row.mean_m, row.rmse_m) for row in found.dense if row.mean_m is not None and row.rmse_m is not None]
+    assert len(both) == len(STRATEGIES) * len(relative)
+    assert all(mean <= rmse for mean, rmse in both)
     assert relative[1] is not None
     assert relative[10] is not None
     assert 0 < relative[1] < relative[10]

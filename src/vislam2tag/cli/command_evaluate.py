@@ -37,8 +37,8 @@ track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the sessi
 OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM files, which
 evo reads). docs/evaluation.md tells what each figure is. Truth is never used to map.
 
-Exit code: 0 all right, 1 at least one session cannot be read or mapped, 2 wrong usage, not a survey, no truth, or OUT
-cannot be written, 130 interrupted.
+Exit code: 0 all right, 1 at least one session cannot be read or mapped, or none compared, 2 wrong usage, not a survey,
+no truth, or OUT cannot be written, 130 interrupted.
 
 Examples:
 
@@ -132,7 +132,9 @@ def _evaluate(
             raise typer.Exit(INTERRUPTED) from None
     _print(found)
     typer.echo(f"page: {out / PAGE_FILE}")
-    raise typer.Exit(1 if found.failed else 0)
+    if not found.rows:
+        typer.echo("no session could be compared with any truth", err=True)
+    raise typer.Exit(1 if found.failed or not found.rows else 0)
 
 
 def _print(found: SurveyEvaluation) -> None:

@@ -48,10 +48,18 @@ def _figures(sessions: Sequence[SessionEvaluation], strategy: str) -> list[Dense
 def _relative_rows(strategy: str, figures: Sequence[DenseFigures]) -> list[DenseRow]:
     rows = []
     for same in zip(*(one.relative for one in figures), strict=True):
-        pairs = sum(one.pairs for one in same)
-        mean = round(sum(one.sum_m for one in same) / pairs, 4) if pairs else None
-        distance = same[0].distance_m
-        rows.append(DenseRow(strategy=strategy, what=RELATIVE, low=distance, high=distance, points=pairs, mean_m=mean))
+        pairs, way = sum(one.pairs for one in same), same[0].distance_m
+        rows.append(
+            DenseRow(
+                strategy=strategy,
+                what=RELATIVE,
+                low=way,
+                high=way,
+                points=pairs,
+                mean_m=round(sum(one.sum_m for one in same) / pairs, 4) if pairs else None,
+                rmse_m=round((sum(one.sum_m2 for one in same) / pairs) ** 0.5, 4) if pairs else None,
+            )
+        )
     return rows
 
 

@@ -155,7 +155,10 @@ class DenseRow(_Model):
     """Its upper edge; None where there is none."""
     points: int
     mean_m: float | None
+    rmse_m: float | None = None
+    """Root mean square; of relative errors only."""
     labelled: float | None = None
+    """Share of the points; of bins only."""
 
 
 class SurveyEvaluation(_Model):

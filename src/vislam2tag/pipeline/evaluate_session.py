@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.visits import find_visits
@@ -178,9 +180,10 @@ def _at_control_points(
         return
     ways: dict[str, Callable[[Trajectory], PointErrors]] = {
         IDENTIFIED: lambda trajectory: press_errors(trajectory, truth),
-        WITHOUT_LEAD: lambda trajectory: press_errors(trajectory, truth, without_lead=True),
         NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor),
     }
+    if np.isfinite(truth.lead.lead_s):
+        ways[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
     for way, compare in ways.items():
         for name, trajectory in mapped.items():
             points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
