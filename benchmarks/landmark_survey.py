@@ -14,7 +14,7 @@ import argparse
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -114,7 +114,8 @@ def site_of(walks: list[Walk]) -> Site:
         known = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
         walked = Walked.of(walk.camera, known, SETTINGS.smoother.sighting_range_m)
         index = np.array([landmarks.index[name] for name in known.ids], dtype=np.int64)
-        maps.append(LocalMap.of(smooth_in_own_frame(walked)).renumbered(index))
+        local = LocalMap.of(smooth_in_own_frame(walked))
+        maps.append(replace(local, landmark=index[local.landmark]))
     return Site(walks, maps, landmarks)
 
 
