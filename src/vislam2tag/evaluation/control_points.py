@@ -128,8 +128,9 @@ def is_faulty(local: Trajectory, corrected: Trajectory) -> bool:
 
 def press_truth_findings(truth: PressTruth) -> list[Finding]:
     """Report the presses that are not scored."""
+    advice = "route.csv does not settle it" if truth.by_route else "a route.csv would tell"
     reasons = (
-        ("ambiguous_presses", truth.ambiguous, "made where two control points fit about as well: write a route.csv"),
+        ("ambiguous_presses", truth.ambiguous, f"made where two control points fit about as well ({advice})"),
         ("presses_outside_walk", truth.outside, "made before the first or after the last camera frame"),
         ("presses_on_other_floors", truth.elsewhere, "made on another floor than the session's own"),
     )
