@@ -10,7 +10,7 @@ import pytest
 from tests.core.test_equations import bent, linearised, uneven
 from tests.drifting import loops
 from vislam2tag.core import bridge, equations
-from vislam2tag.core.bridge import bridged
+from vislam2tag.core.bridge import KNOT_S, bridged
 from vislam2tag.core.chain import solve
 from vislam2tag.core.equations import Weights, normal_equations
 from vislam2tag.core.known import KnownLandmarks
@@ -91,6 +91,31 @@ def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
         assert start + 0.3 * (stop - start) < peak < start + 0.7 * (stop - start)
         assert sigma[peak] > 1.1 * max(sigma[start], sigma[stop])
     assert np.linalg.eigvalsh(knots.covariance).min() > 0
+
+
+def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    walk = loops(5, LIVELY, marks=4, laps=1)
+    first_of_knot = np.flatnonzero(np.diff(np.floor(walk.time_s / KNOT_S)) > 0) + 1
+    last = int(first_of_knot[len(first_of_knot) // 3]) + 1  # no knot but for the pause after it
+    late = np.arange(len(walk.time_s)) > last
+    model = linearised(replace(walk, time_s=walk.time_s + np.where(late, 600.0, 0.0)))
+    trusted = np.zeros(len(late) - 1)  # as where the phone was put down: nothing else marks the pause
+    odometry = replace(model.walked.odometry, jump_m2=trusted, jump_rad2=trusted)
+    model = replace(model, walked=replace(model.walked, odometry=odometry))
+    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    weights = Weights.even(LIVELY, 4, 4)
+    solution = solve(normal_equations(model, known, weights, pinned=False))
+    usual = bridged(model, weights, solution)
+    monkeypatch.setattr(bridge, "KNOT_S", 1e-3)  # every frame is a knot
+    dense = bridged(model, weights, solution)
+    assert last not in model.walked.nodes
+    assert len(usual.at) < len(dense.at) == len(late)
+    sigma = np.sqrt(np.trace(dense.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
+    assert abs(sigma[last + 1] - sigma[last]) > 0.05
+    near = slice(last - 2, last + 3)
+    covariance = usual.at_frames(usual.covariance, len(late))[near]
+    np.testing.assert_allclose(covariance, dense.covariance[near], atol=1e-3)
+    np.testing.assert_allclose(usual.at_frames(usual.state, len(late))[near], dense.state[near], atol=1e-2)
 
 
 def test_values_at_knots_are_met_at_their_frames() -> None:
