@@ -11,7 +11,13 @@ from tests.walks import camera_on, landmarks_at, log_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.errors import SessionError
-from vislam2tag.sessions.floors_walked import SessionLandmarks, considered_landmarks, landmarks_of_session
+from vislam2tag.findings import Finding
+from vislam2tag.sessions.floors_walked import (
+    SessionLandmarks,
+    ambiguous_floor,
+    considered_landmarks,
+    landmarks_of_session,
+)
 from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
 
@@ -46,6 +52,10 @@ def walked(height: FloatArray, logged: str) -> tuple[CameraTrack, LandmarkLog]:
 def choose(site: Site, height: FloatArray, logged: str) -> SessionLandmarks:
     camera, log = walked(height, logged)
     return landmarks_of_session(considered_landmarks(site, KEY.floor, log.ids), KEY, camera, log)
+
+
+def doubts(rows: list[Row], height: FloatArray, logged: str) -> list[Finding]:
+    return ambiguous_floor(site_of(rows).landmarks, KEY, *walked(height, logged))
 
 
 TWO_FLOORS: list[Row] = [(1, "a", 1, 1), (1, "b", 9, 1), (2, "a", 5, 5), (2, "c", 3, 3), (2, "d", 4, 4)]
@@ -123,3 +133,35 @@ def test_the_same_id_at_the_same_place_is_no_clash_and_the_own_floors_counts() -
 
 def test_a_clash_of_ids_that_were_not_seen_does_not_matter() -> None:
     assert "a" in choose(site_of(TWO_FLOORS), FLAT, "bcd").landmarks.index
+
+
+@pytest.mark.parametrize("own_first", [True, False])
+def test_a_climb_among_ids_that_two_floors_share_is_a_finding(own_first: bool) -> None:
+    rows = [*TWO_FLOORS, (0, "b", 2.0, 2.0), (2, "b", 7.0, 7.0)]
+    (finding,) = doubts(rows if own_first else rows[::-1], CLIMB, "xab")
+    assert (finding.kind, finding.severity, finding.count) == ("ambiguous_floor", "warning", 2)
+    line = {True: (2, 4), False: (8, 6)}[own_first]
+    assert (
+        f"landmark a hangs on floor 1 (floor_1/marker_dict.csv:{line[0]}) and elsewhere on floor 2 "
+        f"(floor_2/marker_dict.csv:{line[1]})"
+    ) in finding.message
+    assert "up or down by 2.9 m" in finding.message
+    assert "taken for floor 1's" in finding.message
+    assert "corrections.toml" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("height", "logged"),
+    [(FLAT, "ab"), (CLIMB, "b"), (CLIMB, "bx"), (CLIMB, "abc")],
+    ids=["no climb", "only its own", "its own and one unknown", "one of another floor"],
+)
+def test_a_walk_whose_floors_are_plain_is_no_such_finding(height: FloatArray, logged: str) -> None:
+    assert doubts(TWO_FLOORS, height, logged) == []
+
+
+def test_one_place_on_two_floors_leaves_no_doubt_where_landmarks_are() -> None:
+    assert doubts([(1, "a", 1, 1), (2, "a", 1, 1)], CLIMB, "a") == []
+
+
+def test_shared_ids_of_a_floor_that_nobody_surveyed_are_no_such_finding() -> None:
+    assert doubts([(2, "a", 1, 1), (3, "a", 5, 5)], CLIMB, "a") == []

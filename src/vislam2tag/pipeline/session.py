@@ -28,7 +28,12 @@ from vislam2tag.pipeline.store import RESULTS, OutputFolder
 from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
 from vislam2tag.results import FileAccount, SessionResult
 from vislam2tag.sessions import corrected_session, hash_inputs, read_session
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.floors_walked import (
+    ambiguous_floor,
+    ambiguous_landmarks,
+    considered_landmarks,
+    landmarks_of_session,
+)
 from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
@@ -57,6 +62,11 @@ class Job:
         considered = considered_landmarks(self.site, self.ref.key.floor, logged)
         sigma_m = self.settings.default_landmark_sigma_m
         return corrected_landmarks(considered, self.corrections, self.ref.key, sigma_m)
+
+    def landmarks_of_all_floors(self) -> Landmarks:
+        """The site's landmarks, corrected for the session; ids may repeat from floor to floor."""
+        sigma_m = self.settings.default_landmark_sigma_m
+        return corrected_landmarks(self.site.landmarks, self.corrections, self.ref.key, sigma_m)[0]
 
 
 @dataclass(frozen=True)
@@ -109,14 +119,16 @@ def _still_holds(job: Job, done: SessionResult) -> bool:
     if not all((job.out.root / name / f"{job.ref.slug}.parquet").is_file() for name in tables):
         return False
     try:
-        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref), job.landmarks(done.landmarks_logged)[0])
+        return done.fingerprint == _fingerprint(job, hash_inputs(job.ref), done.landmarks_logged)
     except SessionError:
         return False
 
 
-def _fingerprint(job: Job, hashes: dict[str, str], marks: Landmarks) -> str:
-    """SHA-256 over everything that the session's outputs follow from; ``marks``: the landmarks considered."""
+def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str:
+    """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks."""
+    marks, _ = job.landmarks(logged)
     storeys = marks.storeys
+    ambiguous = ambiguous_landmarks(job.landmarks_of_all_floors(), job.ref.key.floor, logged)
     parts = {
         "version": __version__,
         "key": str(job.ref.key),
@@ -125,6 +137,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], marks: Landmarks) -> str:
         "settings": job.settings.model_dump(mode="json"),
         "corrections": job.corrections.for_session(job.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
+        "ambiguous": [ambiguous.ids, ambiguous.floor.tolist(), ambiguous.source],
         "storeys": None if storeys is None else [storeys.number.tolist(), storeys.elevation_m.tolist()],
         "control_points": job.floor.control_points.position_bcs.tolist(),
         "truth": truth_mark(job.ref.folder),
@@ -154,13 +167,14 @@ def _process(job: Job) -> SessionResult:
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor)
     return _result(
         job,
-        fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}, considered),
+        fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}, session.landmarks.ids),
         error=_mapping_error(session, trajectory, strategy.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *session.findings,
             *press_findings(session, job.floor),
             *landmarks_without_position(session.landmarks, landmarks, mine.elsewhere),
+            *ambiguous_floor(job.landmarks_of_all_floors(), job.ref.key, session.camera, session.landmarks),
             *landmark_findings(
                 session.camera,
                 session.landmarks,

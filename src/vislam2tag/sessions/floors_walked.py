@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from vislam2tag.core.height import vertical_span_m
 from vislam2tag.core.storeys import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.errors import SessionError
+from vislam2tag.findings import Finding
 from vislam2tag.survey.model import SessionKey, Site
 
 CLIMB_M = 1.5
@@ -75,6 +76,36 @@ def landmarks_of_session(
     return SessionLandmarks(considered.select(sorted(first.values())))
 
 
+def ambiguous_landmarks(landmarks: Landmarks, own: int, logged: Sequence[str]) -> Landmarks:
+    """Of all floors' landmarks those that make it doubtful on which floor a session was, in pairs.
+
+    A landmark of the session's own floor that it logged is followed by one of the same id elsewhere on another floor.
+    None where the session logged a landmark that only other floors have: then these tell where it went.
+    """
+    if known_elsewhere(landmarks, own, logged):
+        return landmarks.select([])
+    own_first = landmarks.select(np.lexsort((landmarks.floor, landmarks.floor != own)).tolist())
+    pairs = {name: (one, other) for name, one, other in _clashes(own_first, logged) if own_first.floor[one] == own}
+    return own_first.select([row for pair in pairs.values() for row in pair])
+
+
+def ambiguous_floor(landmarks: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
+    """Report a walk that went up or down by :data:`CLIMB_M` and logged only ids that its own floor shares with others.
+
+    ``landmarks`` are all floors'. No error: ids repeat by layout, and a tracker's vertical axis may have drifted.
+    """
+    pairs = ambiguous_landmarks(landmarks, key.floor, log.ids)
+    if not pairs.ids or (span_m := vertical_span_m(camera, log)) < CLIMB_M:
+        return []
+    message = (
+        f"the walk went up or down by {span_m:.1f} m, but its landmarks do not tell to which floor: for instance, "
+        f"landmark {pairs.ids[0]} hangs on floor {pairs.floor[0]}{_line(pairs, 0)} and elsewhere on floor "
+        f"{pairs.floor[1]}{_line(pairs, 1)}; all were taken for floor {key.floor}'s: if it went to another floor, give "
+        "the sheets ids that differ between floors, or leave the time there out by [[exclude_span]] in corrections.toml"
+    )
+    return [Finding(kind="ambiguous_floor", file="", count=len(pairs.ids) // 2, message=message)]
+
+
 def _own_floor(considered: Landmarks, own: int) -> Landmarks:
     """The landmarks and the storey of one floor alone."""
     storeys = considered.storeys
@@ -86,21 +117,26 @@ def _own_floor(considered: Landmarks, own: int) -> Landmarks:
 
 def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str], elsewhere: Sequence[str]) -> None:
     """Raise SessionError where a logged id lies on two floors at places that are not known to be one."""
+    for name, one, other in _clashes(landmarks, logged):
+        raise SessionError(
+            f"{key}: saw landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
+            f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} "
+            f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another "
+            "id or leave it out by [[exclude_landmark]] in corrections.toml; if the walk never left floor "
+            f"{key.floor}, add landmark {', '.join(elsewhere)} to its marker_dict.csv"
+        )
+
+
+def _clashes(landmarks: Landmarks, logged: Sequence[str]) -> Iterator[tuple[str, int, int]]:
+    """Find logged ids whose first row and a further one lie at places that are not known to be one: id, both rows."""
     rows = defaultdict(list)
     for row, name in enumerate(landmarks.ids):
         rows[name].append(row)
     for name in logged:
         for other in rows[name][1:]:
-            one = rows[name][0]
-            apart = np.abs(landmarks.position_bcs[other] - landmarks.position_bcs[one])
+            apart = np.abs(landmarks.position_bcs[other] - landmarks.position_bcs[rows[name][0]])
             if not (apart <= SAME_PLACE_M).all():
-                raise SessionError(
-                    f"{key}: saw landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
-                    f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} "
-                    f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another "
-                    "id or leave it out by [[exclude_landmark]] in corrections.toml; if the walk never left floor "
-                    f"{key.floor}, add landmark {', '.join(elsewhere)} to its marker_dict.csv"
-                )
+                yield name, rows[name][0], other
 
 
 def _line(landmarks: Landmarks, row: int) -> str:

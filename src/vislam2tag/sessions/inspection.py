@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag.errors import SessionError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.sessions.discover import open_survey
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
 from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
@@ -141,6 +141,7 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
             "findings": (
                 *session.findings,
                 *landmarks_without_position(session.landmarks, mine.landmarks, mine.elsewhere),
+                *ambiguous_floor(survey.site.landmarks, key, session.camera, session.landmarks),
                 *press_findings(session, survey.site.floor(key.floor)),
             ),
         }
