@@ -24,7 +24,8 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, elsewhere
     if elsewhere:
         message = (
             f"landmark {', '.join(elsewhere)} was seen, which only other floors have; nothing else says that the walk "
-            "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here"
+            "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
+            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure"
         )
         findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(elsewhere), message=message))
     return findings
