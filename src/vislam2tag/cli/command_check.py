@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
-from rich.text import Text
 
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    Devices,
+    Floors,
+    Jobs,
+    LandmarkFile,
+    SurveyFolder,
+    selection_of,
+)
+from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.evaluation.check_record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.pipeline.check import CHECK_FILE, PAGE_FILE, check
@@ -21,7 +28,6 @@ from vislam2tag.report.check_page import FAULTS, median_left_out_m
 from vislam2tag.settings import LabelSettings, Settings
 
 DEFAULTS = Settings()
-INTERRUPTED = 130
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
 
@@ -50,20 +56,14 @@ def register(app: typer.Typer) -> None:
 
 
 def _check(
-    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    survey: SurveyFolder,
     out: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help=f"Write {CHECK_FILE} and {PAGE_FILE} there.")
     ] = None,
-    landmarks: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
-        ),
-    ] = None,
-    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
-    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    landmarks: LandmarkFile = None,
+    floor: Floors = None,
+    device: Devices = None,
+    jobs: Jobs = ALL_CORES,
     max_sigma: Annotated[
         float,
         typer.Option(
@@ -75,7 +75,7 @@ def _check(
     ] = DEFAULTS.labels.max_sigma_m,
 ) -> None:
     settings = Settings(strategy="smoother", labels=LabelSettings(max_sigma_m=max_sigma))
-    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
+    selection = selection_of(floor, device)
     try:
         found = _with_progress(survey, settings, out, landmarks, selection, jobs)
     except KeyboardInterrupt:
@@ -91,17 +91,16 @@ def _with_progress(
     survey: Path, settings: Settings, out: Path | None, landmarks: Path | None, selection: Selection, jobs: int
 ) -> SurveyCheck:
     """Check behind a progress bar; a line on standard error for each session that fails."""
-    console = Console(stderr=True)
-    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=None)
-
-        def advance(session: SessionCheck, total: int) -> None:
-            bar.update(task, advance=1, total=total)
-            if session.error:
-                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
-
-        return check(survey, settings, out=out, landmarks=landmarks, selection=selection, jobs=jobs, progress=advance)
+    with session_bar("sessions") as bar:
+        return check(
+            survey,
+            settings,
+            out=out,
+            landmarks=landmarks,
+            selection=selection,
+            jobs=jobs,
+            progress=lambda session, total: bar.advance(total, session.error),
+        )
 
 
 def _print(found: SurveyCheck) -> None:

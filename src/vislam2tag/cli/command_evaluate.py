@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
-import os
 from itertools import groupby
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from pydantic import ValidationError
 from rich import box
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
-from rich.text import Text
 
-from vislam2tag.errors import UsageError
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    Devices,
+    Floors,
+    Jobs,
+    LandmarkFile,
+    MaxStep,
+    SurveyFolder,
+    selection_of,
+    wrong_values_told,
+)
+from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.evaluation.evaluation_record import Figure, Row, SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.evaluation_text import HEADS, figure_text, truth_name
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.evaluate import PAGE_FILE, evaluate
-from vislam2tag.pipeline.selection import Selection
 from vislam2tag.settings import LabelSettings, LocalSettings, Settings
 
 DEFAULTS = Settings()
-INTERRUPTED = 130
 _PIPE_WIDTH = 160
 """Columns of the tables where the output is no terminal."""
 HELP = """
@@ -56,19 +62,13 @@ def register(app: typer.Typer) -> None:
 
 
 def _evaluate(
-    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    survey: SurveyFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier evaluation.")],
     strategy: Annotated[
         list[str] | None,
         typer.Option(help=f"Only this strategy; repeatable. There are: {', '.join(strategy_names())}."),
     ] = None,
-    landmarks: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
-        ),
-    ] = None,
+    landmarks: LandmarkFile = None,
     truth: Annotated[
         Path | None,
         typer.Option(
@@ -79,9 +79,9 @@ def _evaluate(
     clock_drift: Annotated[
         bool, typer.Option("--clock-drift", help="Let a total station's clock run at another rate than the phone's.")
     ] = False,
-    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
-    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    floor: Floors = None,
+    device: Devices = None,
+    jobs: Jobs = ALL_CORES,
     max_sigma: Annotated[
         float,
         typer.Option(
@@ -90,31 +90,12 @@ def _evaluate(
             help="A label less sure than this (one standard deviation per axis) counts as none; inf: all count.",
         ),
     ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: Annotated[
-        float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
-    ] = DEFAULTS.local.max_step_m,
+    max_step_m: MaxStep = DEFAULTS.local.max_step_m,
 ) -> None:
-    try:
+    with wrong_values_told():
         settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), local=LocalSettings(max_step_m=max_step_m))
-    except ValidationError as error:
-        wrong = error.errors()[0]
-        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
-        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
-    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
-    console = Console(stderr=True)
-    columns = (TextColumn("walks"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=None)
-
-        def advance(session: SessionEvaluation, total: int) -> None:
-            bar.update(task, advance=1, total=total)
-            if session.error:
-                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
-            for reason in session.missing:
-                where = f"floor {session.floor} / {session.device} / {session.session}"
-                console.print(Text("no truth ", "bold yellow") + Text(f"{where}: {reason}"), soft_wrap=True)
-
-        try:
+    try:
+        with session_bar("walks") as bar:
             found = evaluate(
                 survey,
                 out,
@@ -123,18 +104,24 @@ def _evaluate(
                 landmarks=landmarks,
                 truth=truth,
                 clock_drift=clock_drift,
-                selection=selection,
+                selection=selection_of(floor, device),
                 jobs=jobs,
-                progress=advance,
+                progress=lambda session, total: _advance(bar, session, total),
             )
-        except KeyboardInterrupt:
-            typer.echo(f"interrupted: {out} holds no evaluation", err=True)
-            raise typer.Exit(INTERRUPTED) from None
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: {out} holds no evaluation", err=True)
+        raise typer.Exit(INTERRUPTED) from None
     _print(found)
     typer.echo(f"page: {out / PAGE_FILE}")
     if not found.rows:
         typer.echo("no session could be compared with any truth", err=True)
     raise typer.Exit(1 if found.failed or not found.rows else 0)
+
+
+def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
+    bar.advance(total, session.error)
+    for reason in session.missing:
+        bar.tell("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
 
 
 def _print(found: SurveyEvaluation) -> None:

@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from pydantic import ValidationError
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    Devices,
+    Floors,
+    Jobs,
+    LandmarkFile,
+    MaxStep,
+    SurveyFolder,
+    selection_of,
+    wrong_values_told,
+)
 from vislam2tag.core.status import Status
-from vislam2tag.errors import UsageError
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.run import process
-from vislam2tag.pipeline.selection import Selection
 from vislam2tag.pipeline.session import Outcome
 from vislam2tag.report.summary import labelled_share
 from vislam2tag.results import Summary
 from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
 
 DEFAULTS = Settings()
-INTERRUPTED = 130
-"""Exit code of a command ended by Ctrl-C, as shells have it."""
 HELP = """
 Map every session of a survey and label every reading.
 
@@ -53,21 +59,15 @@ def register(app: typer.Typer) -> None:
 
 
 def _process(
-    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    survey: SurveyFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
-    landmarks: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
-        ),
-    ] = None,
+    landmarks: LandmarkFile = None,
     strategy: Annotated[
         str, typer.Option(help=f"Mapping strategy: {', '.join(strategy_names())}.")
     ] = DEFAULTS.strategy,
-    floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
-    device: Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    floor: Floors = None,
+    device: Devices = None,
+    jobs: Jobs = ALL_CORES,
     label_rule: Annotated[LabelRule, typer.Option(help="How a reading gets its position.")] = DEFAULTS.labels.rule,
     max_gap_s: Annotated[
         float, typer.Option(min=0.001, help="No interpolation between frames farther apart than this, seconds.")
@@ -84,22 +84,16 @@ def _process(
             "keep their position; inf: none.",
         ),
     ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: Annotated[
-        float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
-    ] = DEFAULTS.local.max_step_m,
+    max_step_m: MaxStep = DEFAULTS.local.max_step_m,
 ) -> None:
-    try:
+    with wrong_values_told():
         settings = Settings(
             strategy=strategy,
             visits=VisitSettings(radius_m=visit_radius_m),
             local=LocalSettings(max_step_m=max_step_m),
             labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s, max_sigma_m=max_sigma),
         )
-    except ValidationError as error:
-        wrong = error.errors()[0]
-        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
-        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
-    selection = Selection(floors=tuple(floor or ()), devices=tuple(device or ()))
+    selection = selection_of(floor, device)
     progress = SessionProgress(Console(stderr=True))
     try:
         with progress:

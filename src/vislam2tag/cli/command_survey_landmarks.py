@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
-from rich.text import Text
 
+from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.tables import table_console
 from vislam2tag.pipeline.completed_file import check_targets, write_completed
 from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
-from vislam2tag.pipeline.landmark_survey import JointSurvey, ReducedSession, survey_landmarks
+from vislam2tag.pipeline.landmark_survey import JointSurvey, survey_landmarks
 
 HELP = """
 Give landmarks without a position one, from all walks together.
@@ -36,8 +35,6 @@ Examples:
 
     vislam2tag process survey --out labels --landmarks completed.csv
 """
-_PIPE_WIDTH = 140
-"""Columns of the table where the output is no terminal."""
 
 
 def register(app: typer.Typer) -> None:
@@ -46,12 +43,12 @@ def register(app: typer.Typer) -> None:
 
 
 def _survey_landmarks(
-    survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
+    survey: SurveyFolder,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Landmark file to write, or to write anew.")],
     floor: Annotated[
         list[int] | None, typer.Option(help="Only walks that start on this floor; repeatable. FILE holds all floors.")
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    jobs: Jobs = ALL_CORES,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
@@ -64,23 +61,17 @@ def _survey_landmarks(
 
 
 def _with_progress(survey: Path, floors: tuple[int, ...], jobs: int) -> JointSurvey:
-    console = Console(stderr=True)
-    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=None)
-
-        def advance(session: ReducedSession, total: int) -> None:
-            bar.update(task, advance=1, total=total)
-            if session.error:
-                console.print(Text("failed ", "bold red") + Text(session.error), soft_wrap=True)
-
-        return survey_landmarks(survey, floors=floors, jobs=jobs, progress=advance)
+    with session_bar("sessions") as bar:
+        return survey_landmarks(
+            survey,
+            floors=floors,
+            jobs=jobs,
+            progress=lambda session, total: bar.advance(total, session.error),
+        )
 
 
 def _print(result: LandmarkSurvey, out: Path) -> None:
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=_PIPE_WIDTH)
+    console = table_console()
     console.print(_table(result))
     for session in result.sessions:
         if session.note:

@@ -1,0 +1,50 @@
+"""What several commands share: their arguments, what wrong values are told as, the exit code of an interrupt."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+from pydantic import ValidationError
+
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.selection import Selection
+
+INTERRUPTED = 130
+"""Exit code of a command ended by Ctrl-C, as shells have it."""
+ALL_CORES = os.cpu_count() or 1
+
+SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]
+LandmarkFile: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
+    ),
+]
+Floors: TypeAlias = Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")]
+Devices: TypeAlias = Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")]
+Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
+MaxStep: TypeAlias = Annotated[
+    float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
+]
+
+
+def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selection:
+    """Choose the sessions of these floors and devices; none given: all."""
+    return Selection(floors=tuple(floors or ()), devices=tuple(devices or ()))
+
+
+@contextmanager
+def wrong_values_told() -> Iterator[None]:
+    """Tell a value that the settings refuse by the name of its option."""
+    try:
+        yield
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
+        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error

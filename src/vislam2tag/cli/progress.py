@@ -1,0 +1,37 @@
+"""A progress bar over sessions on a terminal, and a line for each session that fails anywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.text import Text
+
+
+class SessionBar:
+    """Counts sessions; make it by :func:`session_bar`."""
+
+    def __init__(self, console: Console, bar: Progress) -> None:
+        self._console, self._bar = console, bar
+        self._task = bar.add_task("", total=None)
+
+    def advance(self, total: int, error: str | None) -> None:
+        """Count one finished session of ``total``, and say why it failed if it did."""
+        self._bar.update(self._task, advance=1, total=total)
+        if error:
+            self.tell("failed", "red", error)
+
+    def tell(self, what: str, colour: str, text: str) -> None:
+        """Print a line above the bar."""
+        self._console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
+
+
+@contextmanager
+def session_bar(name: str) -> Iterator[SessionBar]:
+    """Show a bar on standard error while sessions are worked at; ``name`` is what is counted."""
+    console = Console(stderr=True)
+    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield SessionBar(console, bar)
