@@ -110,7 +110,8 @@ def extract_agreement(into: Path) -> Path | None:
     if not archive.is_file():
         return None
     with tarfile.open(archive) as packed:
-        packed.extractall(into, filter="data")
+        packed.extraction_filter = getattr(tarfile, "data_filter", None)  # Python 3.11.2 has none
+        packed.extractall(into)
     return into
 
 

@@ -174,7 +174,7 @@ def test_corrections_are_used_and_reported(survey: Path, tmp_path: Path) -> None
 def test_what_is_no_survey_or_no_place_to_write(survey: Path, tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="not a survey"):
         process(tmp_path, tmp_path / "out")
-    with pytest.raises(OutputError, match="not made by this program"):
+    with pytest.raises(OutputError, match="not made by vislam2tag"):
         process(survey, survey)
     with pytest.raises(OutputError, match="among the survey's sessions"):
         process(survey, survey / "floor_0" / "labels")
