@@ -117,7 +117,7 @@ def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, p
     diagonal[1:] += drift
     border, corner = np.zeros((count, STATES, 3 * marks)), np.zeros((3 * marks, 3 * marks))
     right, corner_right = np.zeros((count, STATES)), np.zeros(3 * marks)
-    had = np.einsum("kij,kj->ki", drift, model.drifted(model.walked.nodes[:-1], model.walked.nodes[1:]))
+    had = np.einsum("kij,kj->ki", drift, model.stretches_drifted)
     right[1:] -= had
     right[:-1] += np.einsum("kji,kj->ki", model.carry, had)
     node, landmark = np.arange(1, count - 1), model.walked.passes.landmark

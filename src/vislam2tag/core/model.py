@@ -74,19 +74,27 @@ class Model:
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
 
     @cached_property
+    def centred(self) -> ComplexArray:
+        """(n,) the path about its middle, so that products of its coordinates keep their digits."""
+        return np.asarray(self.path - self.path.mean())
+
+    @cached_property
     def drifted_sums(self) -> FloatArray:
         """(n, 3) sums of the heading drift that the reference already has, times 1, x and y of the path."""
-        centred = self.path - self.path.mean()
         step = np.diff(np.unwrap(np.angle(self.turn)))
-        terms = np.stack((step, step * centred.real[1:], step * centred.imag[1:]), axis=1)
+        terms = np.stack((step, step * self.centred.real[1:], step * self.centred.imag[1:]), axis=1)
         return np.concatenate((np.zeros((1, 3)), np.cumsum(terms, axis=0)))
 
     def drifted(self, a: IntArray, b: IntArray) -> FloatArray:
         """(k, 4) the drift from frames ``a`` to ``b`` that the reference already has."""
         total, sx, sy = (self.drifted_sums[b] - self.drifted_sums[a]).T
-        centred = self.path - self.path.mean()
-        x, y = centred.real[b] * total - sx, centred.imag[b] * total - sy
+        x, y = self.centred[b].real * total - sx, self.centred[b].imag * total - sy
         return np.stack((-y, x, np.zeros_like(x), total), axis=1)
+
+    @cached_property
+    def stretches_drifted(self) -> FloatArray:
+        """(p + 1, 4) the drift between neighbouring nodes that the reference already has."""
+        return self.drifted(self.walked.nodes[:-1], self.walked.nodes[1:])
 
     @cached_property
     def carry(self) -> FloatArray:

@@ -80,7 +80,7 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[S
     worth = np.linalg.inv(total)
     state, covariance = solution.state, solution.covariance
     miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
-    miss = miss + model.drifted(model.walked.nodes[:-1], model.walked.nodes[1:])
+    miss = miss + model.stretches_drifted
     cross = model.carry @ solution.next_covariance
     spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
     spread -= cross + cross.transpose(0, 2, 1)

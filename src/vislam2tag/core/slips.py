@@ -23,7 +23,7 @@ def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
     """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
     walked, state = smoothed.model.walked, smoothed.solution.state
     off = state[1:] - np.einsum("kij,kj->ki", smoothed.model.carry, state[:-1])
-    off += smoothed.model.drifted(walked.nodes[:-1], walked.nodes[1:])
+    off += smoothed.model.stretches_drifted
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_M)
     found = []

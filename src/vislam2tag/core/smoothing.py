@@ -22,8 +22,8 @@ from vislam2tag.core.reweighting import equivalent_variances, expected_squares, 
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.walked import Walked
 
-ROUGH_ROUNDS = 10
-ROUNDS = 12
+ROUGH_ROUNDS = 7
+ROUNDS = 5
 """Rounds of re-weighting about each reference path."""
 RELINEARISATIONS = 2
 CAUTION, RELAXATION = 30.0, 0.4
