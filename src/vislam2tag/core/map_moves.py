@@ -77,9 +77,9 @@ def _fit(
     lever = LEVER_M if orientation_is_estimated(log) else 0.0
     known = np.bincount(step, minlength=count)
     share = np.maximum(known, 1)
-    centre_before, centre_after = (_sum(step, plane[rows], count) / share for rows in (before, after))
+    centre_before, centre_after = (group_sums(step, plane[rows], count) / share for rows in (before, after))
     arms = (plane[after] - centre_after[step]) * (plane[before] - centre_before[step]).conj()
-    turn = _unit(_sum(step, arms + lever**2 * heading[after] * heading[before].conj(), count))
+    turn = _unit(group_sums(step, arms + lever**2 * heading[after] * heading[before].conj(), count))
     miss = plane[after] - centre_after[step] - turn[step] * (plane[before] - centre_before[step])
     misfit = np.sqrt(np.bincount(step, np.abs(miss) ** 2, count) / share)
     return MapMoves(moved, sighted, turn, centre_before, centre_after, misfit, known)
@@ -99,8 +99,9 @@ def sheet_heading(orientation_acs: FloatArray) -> ComplexArray:
     return np.asarray(1 - 2 * (y * y + z * z) - 2j * (x * z - y * w))
 
 
-def _sum(step: IntArray, values: ComplexArray, count: int) -> ComplexArray:
-    return np.asarray(np.bincount(step, values.real, count) + 1j * np.bincount(step, values.imag, count))
+def group_sums(group: IntArray, values: ComplexArray, count: int) -> ComplexArray:
+    """Sums (count,) of complex values (k,) by the number (k,) of the group that each belongs to."""
+    return np.asarray(np.bincount(group, values.real, count) + 1j * np.bincount(group, values.imag, count))
 
 
 def _unit(values: ComplexArray) -> ComplexArray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.map_moves import MOVED_M, orientation_is_estimated, sheet_heading
+from vislam2tag.core.map_moves import MOVED_M, group_sums, orientation_is_estimated, sheet_heading
 from vislam2tag.core.odometry import Odometry
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
@@ -101,6 +101,4 @@ def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArra
 
 
 def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:
-    total = np.bincount(group, weight, count)
-    real, imag = (np.bincount(group, weight * part, count) for part in (values.real, values.imag))
-    return np.asarray((real + 1j * imag) / total)
+    return np.asarray(group_sums(group, weight * values, count) / np.bincount(group, weight, count))
