@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.map_moves import MOVED_M, group_sums, orientation_is_estimated, sheet_heading
 from vislam2tag.core.odometry import Odometry
 from vislam2tag.core.similarity import as_complex
@@ -41,10 +41,6 @@ class Passes:
     distance_m: FloatArray
     spread_m: FloatArray
     count: IntArray
-
-    def select(self, keep: BoolArray) -> Passes:
-        """Keep only the passes of a mask (p,)."""
-        return Passes(*(getattr(self, name)[keep] for name in self.__dataclass_fields__))
 
 
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
