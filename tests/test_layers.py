@@ -19,6 +19,7 @@ LAYERS = (
     ("labeling",),
     ("results",),
     ("evaluation",),
+    ("dataset",),
     ("figures",),
     ("simulation",),
     ("report",),

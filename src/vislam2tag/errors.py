@@ -16,6 +16,10 @@ class SessionError(Vislam2tagError):
     """One session cannot be read or mapped; the others go on."""
 
 
+class DatasetError(Vislam2tagError):
+    """The folder or file is no data set, or holds what a data set cannot be."""
+
+
 class OutputError(Vislam2tagError):
     """The output folder cannot be written, or belongs to something else."""
 

@@ -1,0 +1,188 @@
+"""A data set on disk: ``dataset.json``, one Parquet file a table, ``splits/`` and further files (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag import __version__
+from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
+from vislam2tag.dataset.schema import REQUIRED, SCHEMAS, UNITS
+from vislam2tag.dataset.whole_folder import whole_folder
+from vislam2tag.errors import DatasetError
+
+MANIFEST = "dataset.json"
+SPLITS = "splits"
+_ROWS_A_GROUP = 100_000
+_BYTES_AT_ONCE = 1 << 20
+
+
+def is_dataset(folder: Path) -> bool:
+    """Whether the folder holds a data set."""
+    return (folder / MANIFEST).is_file()
+
+
+def open_dataset(folder: Path) -> Dataset:
+    """Open a data set's folder; the tables are scanned lazily.
+
+    Raises DatasetError where it is none, of a later version, or incomplete.
+    """
+    info = _manifest(folder)
+    tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
+    missing = [name for name in REQUIRED if name not in tables]
+    if missing:
+        raise DatasetError(f"{folder / MANIFEST}: names no table {', '.join(missing)}; make the data set again")
+    plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
+    return Dataset(info, tables, {name: _split(folder, name) for name in info.splits}, plans)
+
+
+def write_dataset(dataset: Dataset, target: Path) -> Dataset:
+    """Write a data set whole, replacing one that is there; return it as it lies on disk."""
+    with dataset_folder(target) as folder:
+        folder.add_tables(dataset.tables)
+        folder.add_splits(dataset.splits)
+        folder.add_files(dataset.files)
+        folder.finish(dataset.info)
+    return open_dataset(target)
+
+
+@contextmanager
+def dataset_folder(target: Path) -> Iterator[FolderWriter]:
+    """Open a new data set folder for writing; it appears at ``target`` when the block ends well.
+
+    Raises OutputError where ``target`` holds something else or cannot be written.
+    """
+    with whole_folder(target, is_dataset) as partial:
+        yield FolderWriter(partial)
+
+
+@dataclass(frozen=True)
+class FolderWriter:
+    """Writes the parts of a data set; :meth:`finish` comes last and writes the manifest."""
+
+    root: Path
+
+    def add_tables(self, tables: Mapping[str, pl.LazyFrame]) -> None:
+        """Stream each table to its Parquet file; rows keep their order."""
+        for name, table in tables.items():
+            table.sink_parquet(
+                self.root / f"{name}.parquet",
+                compression="zstd",
+                row_group_size=_ROWS_A_GROUP,
+                metadata={"vislam2tag": _table_metadata(name)},
+            )
+
+    def add_splits(self, splits: Mapping[str, Split]) -> None:
+        """Write each split as ``splits/NAME.parquet`` (id, group) and ``splits/NAME.json`` (how, and its folds)."""
+        (self.root / SPLITS).mkdir(exist_ok=True)
+        for name, split in splits.items():
+            split.groups.write_parquet(self.root / SPLITS / f"{name}.parquet", compression="zstd")
+            (self.root / SPLITS / f"{name}.json").write_text(_json(split.info), encoding="utf-8")
+
+    def add_files(self, files: Mapping[str, Path]) -> None:
+        """Copy further files to their paths in the folder."""
+        for relative, source in files.items():
+            target = self.root / relative
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(source.read_bytes())
+
+    def finish(self, info: DatasetInfo) -> DatasetInfo:
+        """Write the manifest with each file's rows, size and checksum, and return it."""
+        tables = {name: self._account(f"{name}.parquet") for name in SCHEMAS if self._has(f"{name}.parquet")}
+        splits = {
+            path.stem: self._account(f"{SPLITS}/{path.name}") for path in sorted((self.root / SPLITS).glob("*.parquet"))
+        }
+        whole = info.model_copy(update={"tables": tables, "splits": splits})
+        (self.root / MANIFEST).write_text(_json(whole), encoding="utf-8")
+        return whole
+
+    def opened(self, info: DatasetInfo) -> Dataset:
+        """Open what has been written so far, for figures and cards that are made before the folder is in its place."""
+        self.finish(info)
+        return replace(open_dataset(self.root))
+
+    def _has(self, relative: str) -> bool:
+        return (self.root / relative).is_file()
+
+    def _account(self, relative: str) -> TableAccount:
+        path = self.root / relative
+        rows = int(pl.scan_parquet(path).select(pl.len()).collect().item())
+        return TableAccount(file=relative, rows=rows, size_bytes=path.stat().st_size, sha256=sha256_of(path))
+
+
+def sha256_of(path: Path) -> str:
+    """SHA-256 of a file, read piece by piece."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while piece := file.read(_BYTES_AT_ONCE):
+            digest.update(piece)
+    return digest.hexdigest()
+
+
+def _json(model: DatasetInfo | SplitInfo) -> str:
+    return model.model_dump_json(indent=1) + "\n"
+
+
+def _table_metadata(name: str) -> str:
+    units = {column: UNITS[column] for column in SCHEMAS[name] if column in UNITS}
+    return json.dumps(
+        {"frame": "BCS of the floor", "units": units, "stage": f"{name} of a data set", "version": __version__},
+        sort_keys=True,
+    )
+
+
+def _manifest(folder: Path) -> DatasetInfo:
+    path = folder / MANIFEST
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise DatasetError(
+            f"{folder}: is no data set (no {MANIFEST} that can be read: {error.strerror}); give a folder that "
+            "`vislam2tag dataset` or `vislam2tag import` wrote"
+        ) from error
+    try:
+        version = int(json.loads(text)["format_version"])
+        if version > FORMAT_VERSION:
+            raise DatasetError(
+                f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update"
+            )
+        return DatasetInfo.model_validate_json(text)
+    except (ValueError, KeyError, TypeError, ValidationError) as error:
+        raise DatasetError(f"{path}: is damaged ({_first_line(error)}); make the data set again") from error
+
+
+def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
+    path = folder / account.file
+    expected = SCHEMAS.get(name)
+    if expected is None:
+        raise DatasetError(f"{folder / MANIFEST}: names an unknown table {name}; update this program")
+    try:
+        table = pl.scan_parquet(path)
+        found = table.collect_schema()
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise DatasetError(f"{path}: cannot be read ({_first_line(error)}); make the data set again") from error
+    wrong = [column for column, kind in expected.items() if found.get(column) != kind]
+    if wrong:
+        raise DatasetError(f"{path}: column {wrong[0]} is missing or not {expected[wrong[0]]}; make the data set again")
+    return table
+
+
+def _split(folder: Path, name: str) -> Split:
+    path = folder / SPLITS / f"{name}.json"
+    try:
+        info = SplitInfo.model_validate_json(path.read_bytes())
+        groups = pl.read_parquet(path.with_suffix(".parquet"))
+    except (OSError, ValidationError, pl.exceptions.PolarsError) as error:
+        raise DatasetError(f"{path}: cannot be read ({_first_line(error)}); make the split again") from error
+    return Split(info, groups)
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

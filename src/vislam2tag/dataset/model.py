@@ -1,0 +1,168 @@
+"""The data set as a value: its manifest, its tables (lazy: they may be larger than memory) and its splits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import polars as pl
+from pydantic import BaseModel, ConfigDict, Field
+
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.findings import Finding
+
+FORMAT_VERSION = 1
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Person(_Model):
+    """Who made the data set."""
+
+    name: str
+    affiliation: str | None = None
+    orcid: str | None = None
+
+
+class FloorInfo(_Model):
+    """One floor; positions on it are in its BCS (origin at the lower left of the plan)."""
+
+    building: str = ""
+    number: int
+    name: str = ""
+    elevation_m: float | None = None
+    width_m: float | None = None
+    height_m: float | None = None
+    plan: str | None = None
+    """File in the data set's folder that shows exactly width x height."""
+
+
+class Grouping(_Model):
+    """How readings of one technology become fingerprints."""
+
+    technology: str
+    by: Literal["scan", "window"]
+    window_s: float | None = None
+    """Length of a window, seconds; None for scans."""
+
+
+class Source(_Model):
+    """What a data set was made of: a survey labelled by this program, or files of another format."""
+
+    kind: str
+    """``process`` or the name of an import format."""
+    name: str
+    """The folder's or file's own name."""
+    version: str
+    """Version of this program."""
+    settings: dict[str, object] = {}
+    inputs: dict[str, str] = {}
+    """SHA-256 of each input, or of all that a session's result follows from."""
+
+
+class TableAccount(_Model):
+    """One file of the data set."""
+
+    file: str
+    rows: int
+    size_bytes: int
+    sha256: str
+
+
+class DatasetInfo(_Model):
+    """The manifest (``dataset.json``), written last."""
+
+    format_version: int = FORMAT_VERSION
+    name: str
+    title: str = ""
+    description: str = ""
+    licence: str | None = None
+    """SPDX identifier."""
+    creators: tuple[Person, ...] = ()
+    keywords: tuple[str, ...] = ()
+    frame: str = "BCS of each floor, metres"
+    clock: Literal["boot", "unix", "none"] = "boot"
+    """What ``time_ns`` counts from: the phone's start, 1970, or there are no times."""
+    floors: tuple[FloorInfo, ...]
+    groupings: tuple[Grouping, ...] = ()
+    sources: tuple[Source, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    """What was odd about what it was made of: counted, never silently dropped."""
+    tables: dict[str, TableAccount] = Field(default_factory=dict)
+    splits: dict[str, TableAccount] = Field(default_factory=dict)
+
+
+class Fold(_Model):
+    """One way to train and test: the groups that test; all others train."""
+
+    name: str
+    test: tuple[str, ...]
+
+
+class SplitInfo(_Model):
+    """How a split was made (``splits/NAME.json``)."""
+
+    name: str
+    kind: str
+    """``random``, ``device``, ``trajectory``, ``day``, ``block``, ``floor`` or ``official``."""
+    parameters: dict[str, float | int | str] = {}
+    folds: tuple[Fold, ...]
+
+
+@dataclass(frozen=True)
+class Split:
+    """A split: every fingerprint's (and IMU window's) group, and which groups test in each fold.
+
+    ``groups`` has columns ``id`` (``scan_id`` or ``window_id``) and ``group`` (text; null: in neither part).
+    """
+
+    info: SplitInfo
+    groups: pl.DataFrame
+
+    def fold(self, name: str) -> Fold:
+        """Return the fold of this name; raises KeyError where there is none."""
+        for fold in self.info.folds:
+            if fold.name == name:
+                return fold
+        raise KeyError(name)
+
+    def parts(self, fold: Fold) -> tuple[pl.Series, pl.Series]:
+        """Return the ids that train and those that test."""
+        grouped = self.groups.filter(pl.col("group").is_not_null())
+        tests = pl.col("group").is_in(fold.test)
+        return grouped.filter(~tests)["id"], grouped.filter(tests)["id"]
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A data set; ``tables`` by the names of :mod:`vislam2tag.dataset.schema`, each with exactly that schema."""
+
+    info: DatasetInfo
+    tables: Mapping[str, pl.LazyFrame]
+    splits: Mapping[str, Split] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
+    """Further files by their path in the folder (plans); the values say where they lie now."""
+
+    @property
+    def fingerprints(self) -> pl.LazyFrame:
+        """One row for each scan (or window)."""
+        return self.tables[FINGERPRINTS]
+
+    @property
+    def readings(self) -> pl.LazyFrame:
+        """One row for each access point heard in a scan."""
+        return self.tables[READINGS]
+
+    @property
+    def access_points(self) -> pl.LazyFrame:
+        """One row for each transmitter."""
+        return self.tables[ACCESS_POINTS]
+
+    @property
+    def sessions(self) -> pl.LazyFrame:
+        """One row for each walk."""
+        return self.tables[SESSIONS]

@@ -1,0 +1,182 @@
+"""Columns, types and units of a data set's tables, in order (docs/datasets.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import polars as pl
+
+_TEXT, _I32, _I64, _F32, _F64, _BOOL = pl.String(), pl.Int32(), pl.Int64(), pl.Float32(), pl.Float64(), pl.Boolean()
+Schema = Mapping[str, pl.DataType]
+
+FINGERPRINTS = "fingerprints"
+READINGS = "readings"
+ACCESS_POINTS = "access_points"
+SESSIONS = "sessions"
+MAGNETIC = "magnetic"
+IMU_WINDOWS = "imu_windows"
+
+SCHEMAS: Mapping[str, Schema] = MappingProxyType(
+    {
+        FINGERPRINTS: {
+            "scan_id": _TEXT,
+            "technology": _TEXT,
+            "building": _TEXT,
+            "floor": _I32,
+            "x": _F64,
+            "y": _F64,
+            "z": _F64,
+            "sigma": _F64,
+            "x_median": _F64,
+            "y_median": _F64,
+            "spread": _F64,
+            "readings": _I32,
+            "labelled": _I32,
+            "labelled_share": _F64,
+            "status": _TEXT,
+            "heading_deg": _F64,
+            "speed_m_s": _F64,
+            "device": _TEXT,
+            "user": _TEXT,
+            "session": _TEXT,
+            "start_ns": _I64,
+            "end_ns": _I64,
+            "date": pl.Date(),
+        },
+        READINGS: {
+            "scan_id": _TEXT,
+            "bssid": _TEXT,
+            "rssi_dbm": _F32,
+            "frequency_mhz": _F32,
+            "time_ns": _I64,
+            "floor": _I32,
+            "x": _F64,
+            "y": _F64,
+            "sigma": _F64,
+        },
+        ACCESS_POINTS: {
+            "bssid": _TEXT,
+            "technology": _TEXT,
+            "ssid": _TEXT,
+            "radio": _TEXT,
+            "frequency_mhz": _F32,
+            "readings": _I32,
+            "fingerprints": _I32,
+            "sessions": _I32,
+            "floors": pl.List(_I32),
+            "strongest_dbm": _F32,
+            "randomised": _BOOL,
+            "mobile": _BOOL,
+            "nomap": _BOOL,
+        },
+        SESSIONS: {
+            "session": _TEXT,
+            "building": _TEXT,
+            "floor": _I32,
+            "device": _TEXT,
+            "user": _TEXT,
+            "name": _TEXT,
+            "started": pl.Datetime("us"),
+            "duration_s": _F64,
+            "distance_m": _F64,
+            "labelled_s": _F64,
+            "labelled_m": _F64,
+            "fingerprints": _I32,
+            "source": _TEXT,
+        },
+        MAGNETIC: {
+            "window_id": _TEXT,
+            "building": _TEXT,
+            "floor": _I32,
+            "x": _F64,
+            "y": _F64,
+            "z": _F64,
+            "sigma": _F64,
+            "readings": _I32,
+            "norm_ut": _F64,
+            "norm_deviation_ut": _F64,
+            "vertical_ut": _F64,
+            "horizontal_ut": _F64,
+            "device": _TEXT,
+            "session": _TEXT,
+            "start_ns": _I64,
+            "end_ns": _I64,
+        },
+        IMU_WINDOWS: {
+            "window_id": _TEXT,
+            "building": _TEXT,
+            "floor": _I32,
+            "start_ns": _I64,
+            "rate_hz": _F64,
+            "x_start": _F64,
+            "y_start": _F64,
+            "x_end": _F64,
+            "y_end": _F64,
+            "sigma_start": _F64,
+            "sigma_end": _F64,
+            "displacement_x": _F64,
+            "displacement_y": _F64,
+            "heading_change_rad": _F64,
+            "accelerometer": pl.List(_F32),
+            "gyroscope": pl.List(_F32),
+            "device": _TEXT,
+            "session": _TEXT,
+        },
+    }
+)
+"""Every table that a data set can have; the first four are always there."""
+REQUIRED = (FINGERPRINTS, READINGS, ACCESS_POINTS, SESSIONS)
+KEYS: Mapping[str, str] = MappingProxyType(
+    {
+        FINGERPRINTS: "scan_id",
+        ACCESS_POINTS: "bssid",
+        SESSIONS: "session",
+        MAGNETIC: "window_id",
+        IMU_WINDOWS: "window_id",
+    }
+)
+"""The column that is unique in a table; readings have none."""
+UNITS: Mapping[str, str] = MappingProxyType(
+    {
+        **dict.fromkeys(("x", "y", "x_median", "y_median", "x_start", "y_start", "x_end", "y_end"), "m, BCS"),
+        "z": "m above the building's zero",
+        **dict.fromkeys(("sigma", "sigma_start", "sigma_end"), "m, one standard deviation per axis"),
+        "spread": "m, root mean square distance of the labelled readings from their mean",
+        "heading_deg": "degrees from the BCS x axis, counter-clockwise",
+        "speed_m_s": "m/s",
+        "rssi_dbm": "dBm",
+        "strongest_dbm": "dBm",
+        "frequency_mhz": "MHz",
+        **dict.fromkeys(("time_ns", "start_ns", "end_ns"), "ns on the clock of the data set's manifest"),
+        **dict.fromkeys(("duration_s", "labelled_s"), "s"),
+        **dict.fromkeys(("distance_m", "labelled_m"), "m"),
+        **dict.fromkeys(("norm_ut", "norm_deviation_ut", "vertical_ut", "horizontal_ut"), "microtesla"),
+        "rate_hz": "Hz",
+        "displacement_x": "m, in the window's gravity-aligned frame",
+        "displacement_y": "m, in the window's gravity-aligned frame",
+        "heading_change_rad": "rad, counter-clockwise",
+        "accelerometer": "m/s^2, gravity-aligned, x y z of each sample in turn",
+        "gyroscope": "rad/s, gravity-aligned, x y z of each sample in turn",
+    }
+)
+
+
+def empty_table(name: str) -> pl.DataFrame:
+    """Make a table of this name without rows."""
+    return pl.DataFrame(schema=dict(SCHEMAS[name]))
+
+
+def in_schema(name: str, table: pl.DataFrame) -> pl.DataFrame:
+    """Put a table's columns into order and type; columns that it lacks are null.
+
+    Raises ValueError for a column that the schema does not have.
+    """
+    schema = SCHEMAS[name]
+    unknown = [column for column in table.columns if column not in schema]
+    if unknown:
+        raise ValueError(f"{name} has no column {', '.join(unknown)}")
+    return table.select(
+        (pl.col(column) if column in table.columns else pl.lit(None)).cast(kind).alias(column)
+        for column, kind in schema.items()
+    )

@@ -1,0 +1,101 @@
+"""A data set written and read back, and what is said of a damaged one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import polars as pl
+import pytest
+from polars.testing import assert_frame_equal
+
+from tests.dataset.factory import small_dataset
+from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, write_dataset
+from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.errors import DatasetError, OutputError
+
+
+def with_split(dataset: Dataset) -> Dataset:
+    ids = dataset.fingerprints.select(id="scan_id").collect()
+    groups = ids.with_columns(
+        group=pl.when(pl.int_range(pl.len()) % 3 == 0).then(pl.lit("test")).otherwise(pl.lit("train"))
+    )
+    info = SplitInfo(name="thirds", kind="random", folds=(Fold(name="thirds", test=("test",)),))
+    return Dataset(dataset.info, dataset.tables, {"thirds": Split(info, groups)})
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    dataset = with_split(small_dataset())
+    found = write_dataset(dataset, tmp_path / "set")
+    for name, table in dataset.tables.items():
+        assert_frame_equal(found.tables[name].collect(), table.collect())
+    assert_frame_equal(found.splits["thirds"].groups, dataset.splits["thirds"].groups)
+    assert found.splits["thirds"].info == dataset.splits["thirds"].info
+    assert found.info.floors == dataset.info.floors
+    assert found.info.tables["fingerprints"].rows == dataset.fingerprints.collect().height
+
+
+def test_same_set_same_bytes(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write_dataset(with_split(small_dataset()), tmp_path / name)
+    files = sorted(path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*") if path.is_file())
+    assert len(files) == 7
+    assert all((tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes() for file in files)
+
+
+def test_parts_of_a_fold() -> None:
+    split = with_split(small_dataset()).splits["thirds"]
+    train, test = split.parts(split.fold("thirds"))
+    assert len(test) * 2 == len(train)
+    assert not set(train) & set(test)
+    with pytest.raises(KeyError):
+        split.fold("none")
+
+
+def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
+    target = tmp_path / "set"
+    write_dataset(small_dataset(), target)
+    before = (target / MANIFEST).read_bytes()
+    with pytest.raises(RuntimeError):
+        _write_half(target)
+    assert (target / MANIFEST).read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def _write_half(target: Path) -> None:
+    with dataset_folder(target) as folder:
+        folder.add_tables(small_dataset().tables)
+        raise RuntimeError
+
+
+def test_a_foreign_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(OutputError, match="is not empty"):
+        write_dataset(small_dataset(), tmp_path)
+    with pytest.raises(OutputError, match="is a file"):
+        write_dataset(small_dataset(), tmp_path / "mine.txt")
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda root: (root / MANIFEST).write_text("{}"), "is damaged"),
+        (lambda root: (root / MANIFEST).write_text('{"format_version": 99}'), "format version 99"),
+        (lambda root: (root / "readings.parquet").write_text("no"), "cannot be read"),
+        (lambda root: (root / "readings.parquet").unlink(), "cannot be read"),
+        (lambda root: pl.DataFrame({"scan_id": ["a"]}).write_parquet(root / "readings.parquet"), "column bssid"),
+        (lambda root: (root / "splits" / "thirds.json").write_text("no"), "make the split again"),
+    ],
+)
+def test_a_damaged_set_is_told(tmp_path: Path, damage: object, said: str) -> None:
+    target = tmp_path / "set"
+    write_dataset(with_split(small_dataset()), target)
+    assert callable(damage)
+    damage(target)
+    with pytest.raises(DatasetError, match=said):
+        open_dataset(target)
+
+
+def test_no_set(tmp_path: Path) -> None:
+    assert not is_dataset(tmp_path)
+    with pytest.raises(DatasetError, match="is no data set"):
+        open_dataset(tmp_path)
