@@ -1,0 +1,23 @@
+"""Formats of the field: one file each, found by import, that registers how it is read, written, or both."""
+
+from vislam2tag.dataset.formats.registry import (
+    ExportFormat,
+    ImportContext,
+    ImportFormat,
+    export_formats,
+    export_named,
+    import_format_of,
+    import_formats,
+    import_named,
+)
+
+__all__ = [
+    "ExportFormat",
+    "ImportContext",
+    "ImportFormat",
+    "export_formats",
+    "export_named",
+    "import_format_of",
+    "import_formats",
+    "import_named",
+]
