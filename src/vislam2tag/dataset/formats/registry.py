@@ -1,6 +1,6 @@
 """What a format of the field must offer, and their registry; adding one touches one module of this package.
 
-A module ends with ``register_import("name", read, help, recognises)``, ``register_export("name", write, help)`` or both.
+A module ends with ``register_import(name, read, help, recognises)``, ``register_export(name, write, help)`` or both.
 """
 
 from __future__ import annotations
