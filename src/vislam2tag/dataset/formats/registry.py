@@ -18,7 +18,6 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 
-
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
 
 
