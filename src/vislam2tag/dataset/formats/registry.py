@@ -48,10 +48,24 @@ class Reader(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class ExportContext:
+    """What a writer is given besides its source and its folder."""
+
+    split: str | None = None
+    """Name of the split whose parts become the format's own; None: the official one where there is one."""
+    fold: str | None = None
+    """Name of the split's fold; None where it has one only."""
+    survey: Path | None = None
+    """The raw survey that labels were made of, for formats that put its files beside."""
+    advance: Callable[[int], None] = _no_progress
+    """Called after each part (chunk, table, walk) with how many there are."""
+
+
 class Writer(Protocol):
     """Writes one format from a data set."""
 
-    def __call__(self, dataset: Dataset, folder: Path) -> tuple[Finding, ...]:
+    def __call__(self, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
         """Write into an empty folder; return what could not be written, counted.
 
         Raises DatasetError where the set has nothing that this format can hold.
@@ -62,7 +76,7 @@ class Writer(Protocol):
 class LabelsWriter(Protocol):
     """Writes one format from the folder that ``process`` wrote."""
 
-    def __call__(self, labels: Path, folder: Path) -> tuple[Finding, ...]:
+    def __call__(self, labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
         """Write into an empty folder; return what could not be written, counted."""
         ...
 
