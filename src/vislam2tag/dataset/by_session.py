@@ -1,0 +1,31 @@
+"""One session after the other: what keeps memory flat however many sessions a data set has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import polars as pl
+
+
+@dataclass(frozen=True)
+class SessionTables:
+    """The fingerprints of one session and their readings, in memory."""
+
+    session: str
+    fingerprints: pl.DataFrame
+    readings: pl.DataFrame
+
+
+def each_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> Iterator[SessionTables]:
+    """Yield the tables session by session, in the order of their names; only one is in memory at a time.
+
+    Readings are found by the range of the session's scan ids first: ids of a session share their beginning, so that
+    Parquet's statistics spare reading the other sessions.
+    """
+    sessions = fingerprints.select("session").unique().collect(engine="streaming")["session"].sort()
+    for session in sessions:
+        own = fingerprints.filter(pl.col("session") == session).collect()
+        ids = own["scan_id"]
+        heard = readings.filter(pl.col("scan_id").is_between(pl.lit(ids.min()), pl.lit(ids.max())))
+        yield SessionTables(session, own, heard.join(own.lazy().select("scan_id"), on="scan_id", how="semi").collect())
