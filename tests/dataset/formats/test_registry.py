@@ -8,7 +8,7 @@ import pytest
 
 from tests.dataset.factory import small_dataset
 from vislam2tag.dataset.formats import registry
-from vislam2tag.dataset.formats.registry import ImportContext
+from vislam2tag.dataset.formats.registry import ExportContext, ImportContext
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
@@ -18,11 +18,11 @@ def read(path: Path, context: ImportContext) -> Dataset:
     return small_dataset()
 
 
-def write(dataset: Dataset, folder: Path) -> tuple[Finding, ...]:
+def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
     return ()
 
 
-def write_labels(labels: Path, folder: Path) -> tuple[Finding, ...]:
+def write_labels(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
     return ()
 
 
@@ -33,8 +33,8 @@ def formats(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_EXPORTS", {})
     registry.register_import("b", read, "reads b", lambda path: "b" in path.stem)
     registry.register_import("a", read, "reads a", lambda path: "a" in path.stem)
-    registry.register_export("a", write, "writes a")
-    registry.register_labels_export("c", write_labels, "writes c")
+    registry.register_export("a", write, "writes a", {"fingerprints": ["x"]}, takes=["split"])
+    registry.register_labels_export("c", write_labels, "writes c", {"wifi": ["x"]})
 
 
 @pytest.mark.usefixtures("formats")
@@ -43,6 +43,8 @@ def test_formats_by_name() -> None:
     assert registry.import_named("a").help == "reads a"
     assert registry.export_named("a").source == "dataset"
     assert registry.export_named("c").source == "labels"
+    assert registry.export_named("a").takes == {"split"}
+    assert registry.export_named("a").holds == {"fingerprints": {"x"}}
     with pytest.raises(UsageError, match=r"'c' can be read; there are: a, b"):
         registry.import_named("c")
     with pytest.raises(UsageError, match=r"'b' can be written; there are: a, c"):

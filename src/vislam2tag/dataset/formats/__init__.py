@@ -1,6 +1,7 @@
 """Formats of the field: one file each, found by import, that registers how it is read, written, or both."""
 
 from vislam2tag.dataset.formats.registry import (
+    ExportContext,
     ExportFormat,
     ImportContext,
     ImportFormat,
@@ -12,6 +13,7 @@ from vislam2tag.dataset.formats.registry import (
 )
 
 __all__ = [
+    "ExportContext",
     "ExportFormat",
     "ImportContext",
     "ImportFormat",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -100,6 +100,10 @@ class ExportFormat:
     name: str
     help: str
     """One line for ``export --help``: what is written."""
+    holds: Mapping[str, frozenset[str]]
+    """By table, the columns that survive; of labels the tables are those that ``process`` wrote."""
+    takes: frozenset[str] = frozenset()
+    """The options of :class:`ExportContext` that mean something here: ``split``, ``survey``."""
     write: Writer | None = None
     write_labels: LabelsWriter | None = None
 
@@ -118,14 +122,30 @@ def register_import(name: str, read: Reader, help: str, recognises: Callable[[Pa
     _IMPORTS[name] = ImportFormat(name, read, help, recognises)
 
 
-def register_export(name: str, write: Writer, help: str) -> None:
+def register_export(
+    name: str,
+    write: Writer,
+    help: str,
+    holds: Mapping[str, Iterable[str]],
+    takes: Iterable[str] = (),
+) -> None:
     """Make a format writable from a data set; called once at the end of the format's own module."""
-    _EXPORTS[name] = ExportFormat(name, help, write=write)
+    _EXPORTS[name] = ExportFormat(name, help, _frozen(holds), frozenset(takes), write=write)
 
 
-def register_labels_export(name: str, write: LabelsWriter, help: str) -> None:
+def register_labels_export(
+    name: str,
+    write: LabelsWriter,
+    help: str,
+    holds: Mapping[str, Iterable[str]],
+    takes: Iterable[str] = (),
+) -> None:
     """Make a format writable from the output of ``process``; called once at the end of the format's own module."""
-    _EXPORTS[name] = ExportFormat(name, help, write_labels=write)
+    _EXPORTS[name] = ExportFormat(name, help, _frozen(holds), frozenset(takes), write_labels=write)
+
+
+def _frozen(holds: Mapping[str, Iterable[str]]) -> Mapping[str, frozenset[str]]:
+    return MappingProxyType({table: frozenset(columns) for table, columns in holds.items()})
 
 
 @cache
