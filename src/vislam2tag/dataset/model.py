@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,8 +25,26 @@ class Person(_Model):
     """Who made the data set."""
 
     name: str
+    """``Family, Given``; without a comma it is an organisation."""
     affiliation: str | None = None
     orcid: str | None = None
+
+
+class Funding(_Model):
+    """Who paid for the data set."""
+
+    funder: str
+    award: str | None = None
+    """Number of the grant."""
+
+
+class Related(_Model):
+    """Something that a data set relates to: a paper, the raw data, an earlier version."""
+
+    identifier: str
+    """A DOI (``10...``), ``arXiv:...`` or a URL."""
+    relation: str
+    """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
 
 
 class FloorInfo(_Model):
@@ -84,6 +103,15 @@ class DatasetInfo(_Model):
     """SPDX identifier."""
     creators: tuple[Person, ...] = ()
     keywords: tuple[str, ...] = ()
+    version: str | None = None
+    """The data set's own version."""
+    published: dt.date | None = None
+    publisher: str | None = None
+    doi: str | None = None
+    contact: str | None = None
+    """Where to write to."""
+    funding: tuple[Funding, ...] = ()
+    related: tuple[Related, ...] = ()
     frame: str = "BCS of each floor, metres"
     clock: Literal["boot", "unix", "none"] = "boot"
     """What ``time_ns`` counts from: the phone's start, 1970, or there are no times."""
