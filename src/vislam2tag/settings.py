@@ -74,6 +74,33 @@ class FindingSettings(_Frozen):
     """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
 
 
+class SplitSettings(_Frozen):
+    """How a data set is split for training and testing (docs/datasets.md)."""
+
+    seed: int = 0
+    share: float = Field(default=0.3, gt=0, lt=1)
+    """Part that tests, of the fingerprints (``random``) or of the blocks (``block``); the paper's 30 %."""
+    folds: int = Field(default=5, ge=2)
+    """Folds that walks are dealt to (``trajectory``); fewer where there are fewer walks."""
+    block_m: float = Field(default=10.0, gt=0)
+    """Side of a block, metres."""
+    guard_m: float = Field(default=0.0, ge=0)
+    """Fingerprints nearer than this to a block that tests do not train, metres."""
+
+
+class ImuWindowSettings(_Frozen):
+    """How inertial readings are cut into windows for learned odometry (docs/datasets.md)."""
+
+    length_s: float = Field(default=1.0, gt=0)
+    """As in RoNIN and TLIO."""
+    step_s: float = Field(default=1.0, gt=0)
+    """From one window's start to the next, seconds; shorter than the length: they overlap."""
+    rate_hz: float | None = Field(default=None, gt=0)
+    """Samples a second; None: the one of Android's usual rates that is nearest to the session's own."""
+    max_sensor_gap_s: float = Field(default=0.1, gt=0)
+    """A window in which a sensor is silent for longer is dropped, seconds."""
+
+
 class Settings(_Frozen):
     """The resolved settings of a run."""
 

@@ -156,7 +156,7 @@ UNITS: Mapping[str, str] = MappingProxyType(
         "rate_hz": "Hz",
         "displacement_x": "m, in the window's gravity-aligned frame",
         "displacement_y": "m, in the window's gravity-aligned frame",
-        "heading_rad": "rad, direction of the x axis of the window's frame in the BCS, counter-clockwise from its x axis",
+        "heading_rad": "rad, direction of the window's x axis, counter-clockwise from the BCS x axis",
         "heading_change_rad": "rad, counter-clockwise",
         "accelerometer": "m/s^2, gravity-aligned, x y z of each sample in turn",
         "gyroscope": "rad/s, gravity-aligned, x y z of each sample in turn",
