@@ -10,12 +10,30 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag.core.faults import EventKind
 from vislam2tag.findings import Finding
 
+RUN_FILE = "run.json"
+"""Marks an output folder as ours and says what the run follows from; written first."""
+PROGRAM = "vislam2tag"
+"""What that file calls us."""
+RESULTS = "sessions"
+SUMMARY_FILE = "summary.json"
+"""Totals of a run; written last, so that it marks the run as ended."""
+
 Polyline = list[tuple[float, float]]
 """BCS points in metres, rounded to the centimetre."""
 
 
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FloorRecord(_Model):
+    """One floor of the site, as ``run.json`` keeps it."""
+
+    number: int
+    name: str
+    elevation_m: float | None
+    width_m: float | None
+    height_m: float | None
 
 
 class FileAccount(_Model):

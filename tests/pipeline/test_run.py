@@ -11,12 +11,12 @@ import pytest
 
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError
+from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline import session
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.pipeline.session import Outcome
-from vislam2tag.pipeline.tables import SCHEMAS
 from vislam2tag.results import Summary
 from vislam2tag.settings import LabelRule, LabelSettings, Settings
 from vislam2tag.survey.model import SessionRef

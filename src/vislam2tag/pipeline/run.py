@@ -21,7 +21,7 @@ from vislam2tag.pipeline.store import OutputFolder, claim
 from vislam2tag.pipeline.workers import process_all
 from vislam2tag.report.html import write_report
 from vislam2tag.report.summary import summarise
-from vislam2tag.results import SessionResult, Summary
+from vislam2tag.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
@@ -61,7 +61,7 @@ def process(
     refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
     refuse_among_sessions(survey, out)
-    with claim(out, run_record(survey.root, landmarks, settings, selection)) as folder:
+    with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
@@ -105,6 +105,21 @@ def run_record(root: Path, landmarks: Path | None, settings: Settings, selection
     }
 
 
+def site_record(survey: Survey) -> dict[str, object]:
+    """What the survey is called, and its floors, for those who read the labels without it."""
+    records = (
+        FloorRecord(
+            number=floor.number,
+            name=floor.name,
+            elevation_m=floor.elevation_m,
+            width_m=floor.width_m,
+            height_m=floor.height_m,
+        )
+        for floor in survey.site.floors
+    )
+    return {"survey": survey.root.resolve().name, "floors": [record.model_dump() for record in records]}
+
+
 def _sha256(path: Path) -> str | None:
     """Hash a file; None where it cannot be read (which the site's findings tell)."""
     try:
@@ -124,5 +139,5 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: 
 
     summary = summarise(results(), settings.strategy, __version__, survey.findings)
     folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
-    folder.write_text("summary.json", json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
+    folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary

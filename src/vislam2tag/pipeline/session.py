@@ -17,6 +17,7 @@ from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError
 from vislam2tag.findings import Finding
+from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.mapping import strategy_named
 from vislam2tag.pipeline import statistics
 from vislam2tag.pipeline.accuracy import error_record, truth_mark
@@ -24,9 +25,9 @@ from vislam2tag.pipeline.drawing import draw
 from vislam2tag.pipeline.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.landmark_findings import landmark_findings
 from vislam2tag.pipeline.pose_lag import pose_lag_of
-from vislam2tag.pipeline.store import RESULTS, OutputFolder
-from vislam2tag.pipeline.tables import SCHEMAS, TRAJECTORY, reading_tables, trajectory_table, write_table
-from vislam2tag.results import FileAccount, SessionResult
+from vislam2tag.pipeline.store import OutputFolder
+from vislam2tag.pipeline.tables import reading_tables, trajectory_table, write_table
+from vislam2tag.results import RESULTS, FileAccount, SessionResult
 from vislam2tag.sessions import corrected_session, hash_inputs, read_session
 from vislam2tag.sessions.floors_walked import (
     ambiguous_floor,

@@ -16,12 +16,9 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.errors import OutputError
-from vislam2tag.results import SessionResult
+from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 
 PARTIAL = ".partial"
-RUN_FILE = "run.json"
-RESULTS = "sessions"
-PROGRAM = "vislam2tag"
 
 
 @dataclass(frozen=True)
@@ -135,7 +132,7 @@ def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
     try:
         shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
         (folder.root / PARTIAL).mkdir()
-        for name in ("summary.json", "report.html"):
+        for name in (SUMMARY_FILE, "report.html"):
             (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error

@@ -1,4 +1,4 @@
-"""The Parquet tables of one session: columns, types and metadata as docs/formats.md specifies."""
+"""The Parquet tables of one session: made and written with their metadata."""
 
 from __future__ import annotations
 
@@ -13,56 +13,10 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings, status_text
+from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import LabelSettings
 from vislam2tag.survey.model import SessionKey
-
-TRAJECTORY = "trajectory"
-_TEXT, _I32, _I64, _F32, _F64 = pl.String(), pl.Int32(), pl.Int64(), pl.Float32(), pl.Float64()
-_KEY: dict[str, pl.DataType] = {"floor": _I32, "device": _TEXT, "session": _TEXT}
-_LABEL: dict[str, pl.DataType] = {"x": _F64, "y": _F64, "z": _F64, "sigma": _F64, "status": _TEXT}
-SCHEMAS: dict[str, dict[str, pl.DataType]] = {
-    TRAJECTORY: {
-        **_KEY,
-        "time_ns": _I64,
-        **dict.fromkeys(("x", "y", "z", "qx", "qy", "qz", "qw", "sigma", "cov_xx", "cov_xy", "cov_yy"), _F64),
-        "status": _TEXT,
-    },
-    "wifi": {
-        **_KEY,
-        "row": _I64,
-        "scan": _I32,
-        "time_ns": _I64,
-        "bssid": _TEXT,
-        "ssid": _TEXT,
-        "rssi_dbm": _F32,
-        "frequency_mhz": _F32,
-        **_LABEL,
-    },
-    "sensors": {
-        **_KEY,
-        "row": _I64,
-        "time_ns": _I64,
-        "sensor": _TEXT,
-        **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), _F64),
-        **_LABEL,
-    },
-}
-"""Columns of the tables that every session has, in order (docs/formats.md)."""
-UNITS = {
-    "x": "m",
-    "y": "m",
-    "z": "m",
-    "sigma": "m",
-    "cov_xx": "m^2",
-    "cov_xy": "m^2",
-    "cov_yy": "m^2",
-    **dict.fromkeys(("qx", "qy", "qz", "qw"), "unit quaternion, camera to BCS"),
-    "time_ns": "ns since boot of the phone",
-    "rssi_dbm": "dBm",
-    "frequency_mhz": "MHz",
-    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
-}
 
 
 def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
@@ -132,7 +86,7 @@ def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:
     values = {"floor": key.floor, "device": key.device, "session": key.session}
     firsts = [
         (pl.col(column) if column in frame.columns else pl.lit(values[column])).cast(kind).alias(column)
-        for column, kind in _KEY.items()
+        for column, kind in KEY.items()
     ]
-    others = [column for column in SCHEMAS.get(name, frame.schema) if column not in _KEY]
+    others = [column for column in SCHEMAS.get(name, frame.schema) if column not in KEY]
     return frame.select(*firsts, *others)

@@ -1,0 +1,52 @@
+"""Columns, types and units of the tables that ``process`` writes for each session (docs/formats.md)."""
+
+from __future__ import annotations
+
+import polars as pl
+
+TRAJECTORY = "trajectory"
+_TEXT, _I32, _I64, _F32, _F64 = pl.String(), pl.Int32(), pl.Int64(), pl.Float32(), pl.Float64()
+KEY: dict[str, pl.DataType] = {"floor": _I32, "device": _TEXT, "session": _TEXT}
+_LABEL: dict[str, pl.DataType] = {"x": _F64, "y": _F64, "z": _F64, "sigma": _F64, "status": _TEXT}
+SCHEMAS: dict[str, dict[str, pl.DataType]] = {
+    TRAJECTORY: {
+        **KEY,
+        "time_ns": _I64,
+        **dict.fromkeys(("x", "y", "z", "qx", "qy", "qz", "qw", "sigma", "cov_xx", "cov_xy", "cov_yy"), _F64),
+        "status": _TEXT,
+    },
+    "wifi": {
+        **KEY,
+        "row": _I64,
+        "scan": _I32,
+        "time_ns": _I64,
+        "bssid": _TEXT,
+        "ssid": _TEXT,
+        "rssi_dbm": _F32,
+        "frequency_mhz": _F32,
+        **_LABEL,
+    },
+    "sensors": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "sensor": _TEXT,
+        **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), _F64),
+        **_LABEL,
+    },
+}
+"""Columns of the tables that every session has, in order."""
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "z": "m",
+    "sigma": "m",
+    "cov_xx": "m^2",
+    "cov_xy": "m^2",
+    "cov_yy": "m^2",
+    **dict.fromkeys(("qx", "qy", "qz", "qw"), "unit quaternion, camera to BCS"),
+    "time_ns": "ns since boot of the phone",
+    "rssi_dbm": "dBm",
+    "frequency_mhz": "MHz",
+    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
+}
