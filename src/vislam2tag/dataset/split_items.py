@@ -1,0 +1,50 @@
+"""What is split: every fingerprint and window of a data set, with all that a split can go by."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, SESSIONS
+
+MAIN = "wifi"
+"""The technology that splits are drawn by where there is a choice."""
+IMU = "imu"
+COLUMNS = ("id", "kind", "building", "floor", "x", "y", "device", "session", "date", "time_ns", "labelled")
+
+
+def split_items(dataset: Dataset) -> pl.DataFrame:
+    """One row for each fingerprint, magnetic fingerprint and IMU window, in no particular order.
+
+    ``id``, ``kind`` (the technology, ``magnetic`` or ``imu``), ``building``, ``floor``, ``x``, ``y`` (m, BCS; those of
+    an IMU window are the middle of its ends), ``device``, ``session``, ``date``, ``time_ns`` (middle of a fingerprint,
+    start of a window) and ``labelled``: whether floor and position are known.
+    """
+    day = pl.col("started").dt.date()
+    dates = dataset.tables[SESSIONS].select("session", date=day).unique("session", keep="any")
+    parts = [_fingerprints(dataset.tables[FINGERPRINTS])]
+    if MAGNETIC in dataset.tables:
+        magnetic = dataset.tables[MAGNETIC].with_columns(kind=pl.lit(MAGNETIC), time_ns=_middle_ns())
+        parts.append(_windows(magnetic, dates))
+    if IMU_WINDOWS in dataset.tables:
+        x, y = ((pl.col(f"{axis}_start") + pl.col(f"{axis}_end")) / 2 for axis in "xy")
+        imu = dataset.tables[IMU_WINDOWS].with_columns(x=x, y=y, kind=pl.lit(IMU), time_ns="start_ns")
+        parts.append(_windows(imu, dates))
+    labelled = pl.all_horizontal(pl.col("floor", "x", "y").is_not_null())
+    table = pl.concat(parts).with_columns(pl.col("building").fill_null(""), labelled=labelled)
+    return table.select(COLUMNS).collect()
+
+
+def _fingerprints(table: pl.LazyFrame) -> pl.LazyFrame:
+    renamed = table.with_columns(id="scan_id", kind="technology", time_ns=_middle_ns())
+    return renamed.select(COLUMNS[:-1])
+
+
+def _windows(table: pl.LazyFrame, dates: pl.LazyFrame) -> pl.LazyFrame:
+    """Windows have the day on which their walk started."""
+    return table.with_columns(id="window_id").join(dates, on="session", how="left").select(COLUMNS[:-1])
+
+
+def _middle_ns() -> pl.Expr:
+    """Middle of start and end; the start where no end is known."""
+    return pl.col("start_ns") + (pl.col("end_ns").fill_null(pl.col("start_ns")) - pl.col("start_ns")) // 2
