@@ -5,11 +5,12 @@ Flags are null where the identifier is no address (``WAP001``): such data sets h
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import polars as pl
 
 from vislam2tag.dataset.by_session import SessionTables, each_session
+from vislam2tag.dataset.radios import ADDRESS, pair_differences, radios, sum_of_differences
 from vislam2tag.dataset.schema import ACCESS_POINTS, empty_table, in_schema
 
 STRONG_DBM = -55.0
@@ -21,7 +22,6 @@ FLOORS_APART = 3
 _CELL_M = 5.0
 _STRONG_READINGS = 3
 """A cell counts as one where a transmitter is strong from this many readings on: one odd label moves nothing."""
-ADDRESS = r"^[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}$"
 _LOCAL_BIT = 2
 """Bit of an address's first octet: given locally, not by a manufacturer (IEEE 802, 8.4)."""
 _PHONE_NAME = (
@@ -47,13 +47,17 @@ class _Tally:
     """bssid, frequency_mhz, count."""
     strong: pl.DataFrame
     """bssid, building, floor, column, row, count: cells of ``_CELL_M`` where it was heard strongly."""
+    differences: pl.DataFrame
+    """What :func:`.radios.pair_differences` finds."""
 
 
 def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names: pl.DataFrame) -> pl.DataFrame:
-    """Make the table of access points, ordered by BSSID; ``radio`` is left null (:mod:`.radios` fills it).
+    """Make the table of access points, ordered by BSSID.
 
     ``names`` has columns bssid, technology, ssid, count: how often each access point was heard by each name. The
     readings of one session at a time are in memory.
+
+    ``radio``: the least address of those that one radio sends (:mod:`.radios`).
 
     ``randomised``: the address is given locally. Phones draw such addresses at random, but access points with
     several networks derive theirs the same way: it tells no phone from an access point by itself. Null for BLE, whose
@@ -76,6 +80,7 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
         .join(_median_frequency(total.channels), on="bssid", how="left")
         .join(_names(names), on="bssid", how="left")
         .join(_wandering(total.strong), on="bssid", how="left")
+        .join(radios(total.heard["bssid"], total.differences), on="bssid", how="left")
         .with_columns(pl.col("floors").fill_null([]))
     )
     return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far").sort("bssid"))
@@ -98,23 +103,28 @@ def _tally(tables: SessionTables) -> _Tally:
         readings.select("bssid", "floor").drop_nulls().unique(),
         readings.drop_nulls("frequency_mhz").group_by("bssid", "frequency_mhz").agg(count=pl.len().cast(pl.Int64)),
         strong.group_by("bssid", "building", "floor", "column", "row").agg(count=pl.len().cast(pl.Int64)),
+        pair_differences(tables.readings),
     )
 
 
 def _sum(one: _Tally, other: _Tally) -> _Tally:
-    both = {part.name: pl.concat([getattr(one, part.name), getattr(other, part.name)]) for part in fields(_Tally)}
+    def both(part: str) -> pl.DataFrame:
+        parts: list[pl.DataFrame] = [getattr(one, part), getattr(other, part)]
+        return pl.concat(parts)
+
     counts = pl.col("count").sum()
     return _Tally(
-        both["heard"]
+        both("heard")
         .group_by("bssid")
         .agg(
             pl.col("technology").min(),
             pl.col("readings", "fingerprints", "sessions").sum(),
             pl.col("strongest_dbm").max(),
         ),
-        both["floors"].unique(),
-        both["channels"].group_by("bssid", "frequency_mhz").agg(counts),
-        both["strong"].group_by("bssid", "building", "floor", "column", "row").agg(counts),
+        both("floors").unique(),
+        both("channels").group_by("bssid", "frequency_mhz").agg(counts),
+        both("strong").group_by("bssid", "building", "floor", "column", "row").agg(counts),
+        sum_of_differences((one.differences, other.differences)),
     )
 
 
@@ -173,5 +183,4 @@ def _flags() -> dict[str, pl.Expr]:
         "randomised": pl.when(is_address & (pl.col("technology") == "wifi")).then(local),
         "mobile": pl.when(is_address & known).then(mobile),
         "nomap": pl.when(is_address).then(pl.col("nomap")),
-        "radio": pl.lit(None, pl.String),
     }

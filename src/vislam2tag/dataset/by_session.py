@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import polars as pl
@@ -29,3 +29,26 @@ def each_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> Iterator
         ids = own["scan_id"]
         heard = readings.filter(pl.col("scan_id").is_between(pl.lit(ids.min()), pl.lit(ids.max())))
         yield SessionTables(session, own, heard.join(own.lazy().select("scan_id"), on="scan_id", how="semi").collect())
+
+
+def readings_by_session(
+    fingerprints: pl.LazyFrame, readings: pl.LazyFrame, work: Callable[[pl.LazyFrame], pl.LazyFrame]
+) -> pl.LazyFrame:
+    """Do lazily what ``work`` does to the readings of a session, one session after the other.
+
+    For work that must see a scan whole, as grouping does: over all readings at once it would hold them all.
+    """
+    ids = pl.col("scan_id")
+    ranges = fingerprints.group_by("session").agg(first=ids.min(), last=ids.max()).collect(engine="streaming")
+    parts = [
+        work(
+            readings.filter(ids.is_between(pl.lit(first), pl.lit(last))).join(
+                fingerprints.filter(pl.col("session") == session).select("scan_id"),
+                on="scan_id",
+                how="semi",
+                maintain_order="left",
+            )
+        )
+        for session, first, last in ranges.sort("session").iter_rows()
+    ]
+    return pl.concat(parts) if parts else work(readings)
