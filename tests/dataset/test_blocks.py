@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.dataset.blocks import block_of, near_blocks
@@ -30,6 +30,7 @@ def test_each_point_lies_in_its_block(points: list[tuple[int, float, float]], si
     st.sampled_from((2.0, 5.0, 10.0)),
     st.sampled_from((0.0, 0.5, 3.0, 12.0)),
 )
+@settings(max_examples=30, deadline=None)
 def test_the_ring_against_brute_force(points: list[tuple[int, float, float]], side_m: float, guard_m: float) -> None:
     items = block_of(items_of(points), side_m)
     blocks = items.head(len(points) // 2).select("building", "floor", "column", "line").unique()

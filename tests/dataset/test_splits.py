@@ -181,10 +181,8 @@ def test_kinds_that_cannot_be_made_are_told() -> None:
 
 
 def test_labels_without_a_date_are_counted() -> None:
-    some = pl.when(pl.col("session") != SESSION_KEYS[0][2]).then(
-        pl.lit(dt.date(2026, 1, 2)) + pl.duration(days="floor")
-    )
-    dataset = with_fingerprints(SMALL, some.alias("date"))
+    of_floor = pl.lit(dt.date(2026, 1, 2)) + pl.duration(days="floor")
+    dataset = with_fingerprints(SMALL, date=pl.when(pl.col("session") != SESSION_KEYS[0][2]).then(of_floor))
     (finding,) = split_findings(dataset)
     assert (finding.kind, finding.count) == ("not_in_split", SCANS - 1)
     assert "--by day" in finding.message

@@ -44,4 +44,5 @@ def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
         low = items[index].to_numpy() * side_m
         place = items[axis].to_numpy()
         ways.append(np.maximum(np.maximum(low - place, place - low - side_m), 0.0))
-    return np.hypot(*ways)
+    distance: FloatArray = np.hypot(ways[0], ways[1])
+    return distance
