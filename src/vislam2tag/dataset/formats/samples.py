@@ -1,0 +1,125 @@
+"""The labelled fingerprints of a data set, session by session, as formats of plain samples need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from vislam2tag.dataset.by_session import SessionTables, each_session
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.errors import DatasetError
+from vislam2tag.findings import Finding, Severity
+
+_CELLS_AT_ONCE = 4_000_000
+"""Cells of a matrix in memory at once: 16 MB."""
+_NS = 1_000_000_000
+
+
+def labelled(dataset: Dataset, technology: str | None = None) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
+    """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
+
+    With ``technology`` only its fingerprints. Raises DatasetError where none is left.
+    """
+    known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
+    wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
+    counts = dataset.fingerprints.select(
+        kept=(known & wanted).sum(), unlabelled=(~known & wanted).sum(), other=(~wanted).sum()
+    ).collect(engine="streaming")
+    kept, unlabelled, other = counts.row(0)
+    if not kept:
+        what = "fingerprint" if technology is None else f"{technology} fingerprint"
+        raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
+    findings = []
+    if unlabelled:
+        message = "fingerprints without a position are left out: the format has no place for them"
+        findings.append(_left_out("unlabelled_left_out", unlabelled, message))
+    if other:
+        message = f"fingerprints of another technology than {technology} are left out"
+        findings.append(_left_out("technology_left_out", other, message))
+    return dataset.fingerprints.filter(known & wanted), tuple(findings)
+
+
+def each_labelled(
+    dataset: Dataset, fingerprints: pl.LazyFrame, advance: Callable[[int], None]
+) -> Iterator[SessionTables]:
+    """Yield the fingerprints and their readings session by session, telling ``advance`` after each."""
+    total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
+    for tables in each_session(fingerprints, dataset.readings):
+        yield tables
+        advance(total)
+
+
+def matrices(
+    tables: SessionTables, transmitters: pl.Series, not_heard: float
+) -> Iterator[tuple[pl.DataFrame, npt.NDArray[np.float32]]]:
+    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` where there is none.
+
+    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint become their mean.
+    """
+    columns = pl.DataFrame({"bssid": transmitters}).with_row_index("column")
+    height = max(1, _CELLS_AT_ONCE // max(1, len(transmitters)))
+    for rows in tables.fingerprints.iter_slices(height):
+        cells = (
+            tables.readings.join(rows.select("scan_id").with_row_index("row"), on="scan_id")
+            .join(columns, on="bssid")
+            .group_by("row", "column")
+            .agg(pl.col("rssi_dbm").mean())
+            .drop_nulls("rssi_dbm")
+        )
+        matrix = np.full((rows.height, len(transmitters)), not_heard, dtype=np.float32)
+        matrix[cells["row"].to_numpy(), cells["column"].to_numpy()] = cells["rssi_dbm"].to_numpy()
+        yield rows, matrix
+
+
+def matrix_findings(dataset: Dataset, fingerprints: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
+    """Count the readings that a matrix of levels cannot hold as they are."""
+    heard = dataset.readings.join(fingerprints.select("scan_id"), on="scan_id", how="semi")
+    levels = pl.col("rssi_dbm")
+    counts = heard.select(
+        unknown=levels.is_null().sum(),
+        hidden=(levels == not_heard).sum(),
+        several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
+    ).collect(engine="streaming")
+    messages = (
+        ("unknown_levels_left_out", "readings without a level are left out"),
+        ("levels_left_out", f"readings of {not_heard:g} dBm look like not heard, which the format writes this way"),
+        ("readings_averaged", "readings are further ones of an access point in a fingerprint: their mean is written"),
+    )
+    return tuple(
+        _left_out(kind, count, message) for count, (kind, message) in zip(counts.row(0), messages, strict=True) if count
+    )
+
+
+def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
+    """Return ``scan_id`` and ``unix_ns`` (start of the fingerprint, ns since 1970) of every fingerprint.
+
+    On the boot clock the time of day is that of the session's start, taken as UTC, plus what has passed since its
+    first fingerprint; null where it is not known.
+    """
+    start = pl.col("start_ns")
+    if dataset.info.clock == "unix":
+        return dataset.fingerprints.select("scan_id", unix_ns=start)
+    if dataset.info.clock == "none":
+        return dataset.fingerprints.select("scan_id", unix_ns=pl.lit(None, dtype=pl.Int64))
+    first = dataset.fingerprints.group_by("session").agg(first_ns=start.min())
+    started = dataset.sessions.select("session", started_ns=pl.col("started").dt.epoch("us") * 1000)
+    return (
+        dataset.fingerprints.select("scan_id", "session", "start_ns")
+        .join(first, on="session", how="left", maintain_order="left")
+        .join(started, on="session", how="left", maintain_order="left")
+        .select("scan_id", unix_ns=pl.col("started_ns") + start - pl.col("first_ns"))
+    )
+
+
+def seconds_text(time_ns: pl.Expr) -> pl.Expr:
+    """Write whole nanoseconds as seconds, without the digits that a floating-point number would lose."""
+    rest = (time_ns % _NS).cast(pl.String).str.zfill(9).str.strip_chars_end("0")
+    whole = (time_ns // _NS).cast(pl.String)
+    return pl.when(rest == "").then(whole).otherwise(pl.concat_str([whole, rest], separator="."))
+
+
+def _left_out(kind: str, count: int, message: str) -> Finding:
+    return Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)
