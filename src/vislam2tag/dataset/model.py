@@ -112,6 +112,8 @@ class DatasetInfo(_Model):
     """Where to write to."""
     funding: tuple[Funding, ...] = ()
     related: tuple[Related, ...] = ()
+    bssid_key: str | None = None
+    """Name of the key that identifiers of access points were hashed with (:mod:`.privacy`); None: they are plain."""
     frame: str = "BCS of each floor, metres"
     clock: Literal["boot", "unix", "none"] = "boot"
     """What ``time_ns`` counts from: the phone's start, 1970, or there are no times."""
