@@ -1,0 +1,134 @@
+"""Reading what ``process`` wrote, one session at a time: results as JSON, tables as Parquet (docs/formats.md)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+from pydantic import BaseModel, ValidationError
+
+from vislam2tag.errors import DatasetError
+from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
+
+_AGAIN = "run `vislam2tag process` again"
+
+
+class _Run(BaseModel):
+    """What ``run.json`` says that matters here; outputs of earlier versions have no floors."""
+
+    program: str
+    survey: str = ""
+    floors: tuple[FloorRecord, ...] = ()
+    settings: dict[str, object]
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True)
+class LabelledSession:
+    """One session of an output folder of ``process``."""
+
+    root: Path
+    slug: str
+
+    def result(self) -> SessionResult:
+        """Read what is kept of the session besides its tables; raises DatasetError where it cannot be read."""
+        path = self.root / RESULTS / f"{self.slug}.json"
+        try:
+            return SessionResult.model_validate_json(path.read_bytes())
+        except (OSError, ValidationError) as error:
+            raise DatasetError(
+                f"{path}: cannot be read ({_first_line(error)}); run `vislam2tag process` again"
+            ) from error
+
+    def has(self, table: str) -> bool:
+        """Whether the session has this table; those that not every phone logs may be missing."""
+        return self._path(table).is_file()
+
+    def table(self, table: str, columns: Iterable[str], only: pl.Expr | None = None) -> pl.DataFrame:
+        """Read columns of a table (:data:`vislam2tag.labeling.schemas.SCHEMAS`), rows as ``only`` chooses.
+
+        Raises DatasetError where the file is missing or damaged, or lacks one of the columns.
+        """
+        path = self._path(table)
+        wanted = list(columns)
+        try:
+            rows = pl.scan_parquet(path)
+            found = rows.collect_schema()
+            for column in wanted:
+                if found.get(column) != SCHEMAS[table][column]:
+                    raise DatasetError(f"{path}: column {column} is missing or not {SCHEMAS[table][column]}; {_AGAIN}")
+            return (rows if only is None else rows.filter(only)).select(wanted).collect()
+        except (OSError, pl.exceptions.PolarsError) as error:
+            raise DatasetError(
+                f"{path}: cannot be read ({_first_line(error)}); run `vislam2tag process` again"
+            ) from error
+
+    def unknown_columns(self, table: str) -> list[str]:
+        """Columns of a table that ``process`` does not write; nobody reads them."""
+        return [name for name in pl.scan_parquet(self._path(table)).collect_schema() if name not in SCHEMAS[table]]
+
+    def _path(self, table: str) -> Path:
+        return self.root / table / f"{self.slug}.parquet"
+
+
+@dataclass(frozen=True)
+class LabelledSurvey:
+    """An output folder of ``process``, looked at but not read."""
+
+    root: Path
+    survey: str
+    """Name of the survey's folder; empty where the output is of a version that did not record it."""
+    floors: tuple[FloorRecord, ...]
+    settings: Mapping[str, object]
+    version: str
+    sessions: tuple[LabelledSession, ...]
+    """Sorted by slug."""
+
+    @property
+    def max_sigma_m(self) -> float:
+        """The sigma above which ``process`` called a position uncertain, metres."""
+        labels = self.settings.get("labels")
+        return float(labels["max_sigma_m"]) if isinstance(labels, dict) and "max_sigma_m" in labels else float("inf")
+
+
+def is_labelled(folder: Path) -> bool:
+    """Whether the folder is an output folder of ``process``, finished or not."""
+    return (folder / RUN_FILE).is_file()
+
+
+def open_labelled(root: Path) -> LabelledSurvey:
+    """Look at an output folder of ``process``.
+
+    Raises DatasetError where it is none, its last run has not ended, or it holds no session.
+    """
+    run = _run(root)
+    if not (root / SUMMARY_FILE).is_file():
+        raise DatasetError(f"{root}: the run of `vislam2tag process` into it has not ended; run it again, it goes on")
+    sessions = tuple(LabelledSession(root, path.stem) for path in sorted((root / RESULTS).glob("*.json")))
+    if not sessions:
+        raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
+    return LabelledSurvey(root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions)
+
+
+def _run(root: Path) -> _Run:
+    path = root / RUN_FILE
+    try:
+        content = json.loads(path.read_bytes())
+        if not isinstance(content, dict) or content.get("program") != PROGRAM:
+            raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
+        return _Run.model_validate(content)
+    except OSError as error:
+        raise DatasetError(
+            f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror}) "
+            "and no survey folder"
+        ) from error
+    except ValueError as error:
+        raise DatasetError(f"{path}: is damaged ({_first_line(error)}); {_AGAIN}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,116 @@
+"""How the phone moved: heading and speed within spans of time, and the way that a walk is labelled for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+
+KNOT_NS = 500_000_000
+"""Way is summed between positions this far apart, so that gait and noise do not count as walking."""
+FASTEST_M_S = 6.0
+"""A faster step is a jump of the trajectory, no walking."""
+LEAST_SPAN_NS = 1_000_000_000
+"""Shorter spans are widened to this about their middle."""
+LEAST_LOOK = 0.5
+"""A camera that looks up or down by more than 60 degrees (horizontal part below 0.5) shows no heading."""
+TRAJECTORY_COLUMNS = ("time_ns", "x", "y", "qx", "qy", "qz", "qw", "status")
+UNUSABLE = ("duplicate", "invalid")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The usable frames of a trajectory (n,), times strictly increasing, with what is summed along them."""
+
+    time_ns: IntArray
+    known: BoolArray
+    """Frames with a position."""
+    unknown_before: IntArray
+    """(n + 1,) frames without a position before each one."""
+    look_before: FloatArray
+    """(n + 1, 2) sum of the camera's horizontal viewing directions (unit length) before each frame, BCS."""
+    knot_ns: IntArray
+    """(k,) times between which way is summed."""
+    way_m: FloatArray
+    """(k,) labelled way up to each of them, metres."""
+
+    @classmethod
+    def of(cls, trajectory: pl.DataFrame) -> Motion:
+        """Make it of a session's trajectory (:data:`TRAJECTORY_COLUMNS` as ``process`` writes them)."""
+        frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
+        time_ns = frames["time_ns"].to_numpy()
+        values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
+        known = np.isfinite(values[:, 0])
+        knots = np.flatnonzero(np.diff(time_ns // KNOT_NS, prepend=-1)) if len(time_ns) else np.empty(0, dtype=np.int64)
+        if len(time_ns):
+            knots = np.unique(np.append(knots, len(time_ns) - 1))
+        return cls(
+            time_ns,
+            known,
+            np.concatenate(([0], np.cumsum(~known))),
+            np.concatenate((np.zeros((1, 2)), np.cumsum(_look(values[:, 2:]), axis=0))),
+            time_ns[knots],
+            _way(time_ns[knots], values[knots, :2]),
+        )
+
+    @property
+    def labelled_m(self) -> float:
+        """Length of the labelled way, metres."""
+        return float(self.way_m[-1]) if len(self.way_m) else 0.0
+
+    def heading_and_speed(self, start_ns: IntArray, end_ns: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Heading (degrees from the BCS x axis, counter-clockwise, 0 to 360) and speed (m/s) within spans (s,).
+
+        Heading is where the camera looks, on average; NaN where the span has a frame without position, where none
+        lies in it, and where the camera looks up, down or all around. Speed is way over time; NaN in the same spans
+        and where it is faster than anybody walks.
+        """
+        start_ns, end_ns = _widened(start_ns, end_ns)
+        first = np.searchsorted(self.time_ns, start_ns)
+        stop = np.searchsorted(self.time_ns, end_ns, side="right")
+        frames = stop - first
+        whole = (frames > 0) & (self.unknown_before[stop] == self.unknown_before[first])
+        look = (self.look_before[stop] - self.look_before[first]) / np.maximum(frames, 1)[:, None]
+        clear = whole & (np.linalg.norm(look, axis=1) >= LEAST_LOOK)
+        heading = np.where(clear, np.degrees(np.arctan2(look[:, 1], look[:, 0])) % 360.0, np.nan)
+        return heading, np.where(whole, self._speed(start_ns, end_ns), np.nan)
+
+    def _speed(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
+        if len(self.knot_ns) < 2:
+            return np.full(len(start_ns), np.nan)
+        start_ns = np.maximum(start_ns, self.knot_ns[0])
+        end_ns = np.minimum(end_ns, self.knot_ns[-1])
+        way_m = np.interp(end_ns, self.knot_ns, self.way_m) - np.interp(start_ns, self.knot_ns, self.way_m)
+        speed = way_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
+        believable: FloatArray = np.where((end_ns - start_ns >= KNOT_NS) & (speed <= FASTEST_M_S), speed, np.nan)
+        return believable
+
+
+def _look(orientation: FloatArray) -> FloatArray:
+    """Horizontal viewing direction (n, 2) of a camera (it looks along its negative z axis) by quaternions (n, 4).
+
+    Zero where the orientation is not known or the camera looks steeply up or down.
+    """
+    x, y, z, w = orientation.T
+    look = -2.0 * np.stack((x * z + w * y, y * z - w * x), axis=1)
+    length = np.linalg.norm(look, axis=1)
+    level = np.isfinite(length) & (length >= LEAST_LOOK)
+    direction: FloatArray = np.where(level[:, None], look / np.where(level, length, 1.0)[:, None], 0.0)
+    return direction
+
+
+def _way(time_ns: IntArray, position: FloatArray) -> FloatArray:
+    """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
+    if not len(time_ns):
+        return np.empty(0)
+    step_m = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    walked = step_m <= FASTEST_M_S * np.diff(time_ns) * 1e-9
+    return np.concatenate(([0.0], np.cumsum(np.where(walked, step_m, 0.0))))
+
+
+def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:
+    missing = np.maximum(LEAST_SPAN_NS - (end_ns - start_ns), 0)
+    return start_ns - missing // 2, end_ns + (missing - missing // 2)
