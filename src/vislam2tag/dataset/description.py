@@ -1,0 +1,229 @@
+"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml`` (docs/datasets.md)."""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, ValidationError
+
+from vislam2tag.dataset.model import DatasetInfo, Funding, Person, Related
+from vislam2tag.errors import DatasetError
+
+DESCRIPTION_FILE = "dataset.toml"
+"""Also the name of the file that each data set's folder holds, filled in as far as known."""
+Relation = Literal[
+    "IsDescribedBy",
+    "IsDocumentedBy",
+    "IsSupplementTo",
+    "IsDerivedFrom",
+    "IsNewVersionOf",
+    "IsPreviousVersionOf",
+    "IsPartOf",
+    "HasPart",
+    "IsReferencedBy",
+    "References",
+    "Cites",
+    "IsCitedBy",
+    "IsCompiledBy",
+    "IsIdenticalTo",
+    "IsVariantFormOf",
+    "Requires",
+]
+"""Relations of DataCite 4.5 that a set of data can have."""
+_DOI = re.compile(r"10\.\d{4,9}(\.\d+)?/[A-Za-z0-9:/_;\-.()\[\]\\]+")
+_ORCID = re.compile(r"(\d{4}-){3}\d{3}[\dX]")
+_ADDRESS = re.compile(r"[^@\s]+@[^@\s]+\.[^@\s]+|https?://\S+")
+_RELATED = re.compile(r"arXiv:\S+|https?://\S+")
+
+
+def _licence(text: str) -> str:
+    try:
+        return str(canonicalize_license_expression(text))
+    except InvalidLicenseExpression as error:
+        raise ValueError(
+            f"'{text}' is no SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
+        ) from error
+
+
+def _doi(text: str) -> str:
+    bare = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:)", "", text, flags=re.IGNORECASE)
+    if not _DOI.fullmatch(bare):
+        raise ValueError(f"'{text}' is no DOI such as 10.5281/zenodo.1234567")
+    return bare
+
+
+def _orcid(text: str) -> str:
+    """Check an ORCID and its last digit (ISO 7064, MOD 11-2)."""
+    bare = re.sub(r"^https?://orcid\.org/", "", text)
+    total = 0
+    for digit in bare.replace("-", "")[:-1]:
+        total = (total + (int(digit) if digit.isdigit() else 0)) * 2
+    last = "0123456789X"[(12 - total % 11) % 11]
+    if not _ORCID.fullmatch(bare) or bare[-1] != last:
+        raise ValueError(f"'{text}' is no ORCID such as 0000-0002-1825-0097 (or a digit is wrong)")
+    return bare
+
+
+def _address(text: str) -> str:
+    if not _ADDRESS.fullmatch(text):
+        raise ValueError(f"'{text}' is neither an e-mail address nor a URL")
+    return text
+
+
+def _related(text: str) -> str:
+    if _RELATED.fullmatch(text) and "doi.org/" not in text:
+        return text
+    try:
+        return _doi(text)
+    except ValueError:
+        raise ValueError(f"'{text}' is no DOI, arXiv:number or URL") from None
+
+
+Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class _Creator(_Part):
+    name: Text
+    affiliation: Text | None = None
+    orcid: Annotated[str, AfterValidator(_orcid)] | None = None
+
+
+class _Funding(_Part):
+    funder: Text
+    award: Text | None = None
+
+
+class _RelatedPart(_Part):
+    identifier: Annotated[Text, AfterValidator(_related)]
+    relation: Relation
+
+
+class Description(_Part):
+    """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
+
+    title: Text | None = None
+    description: Text | None = None
+    licence: Annotated[Text, AfterValidator(_licence)] | None = None
+    keywords: tuple[Text, ...] = ()
+    version: Text | None = None
+    published: dt.date | None = None
+    publisher: Text | None = None
+    doi: Annotated[Text, AfterValidator(_doi)] | None = None
+    contact: Annotated[Text, AfterValidator(_address)] | None = None
+    creators: tuple[_Creator, ...] = ()
+    funding: tuple[_Funding, ...] = ()
+    related: tuple[_RelatedPart, ...] = ()
+
+
+def read_description(path: Path) -> Description:
+    """Read a ``dataset.toml``.
+
+    Raises DatasetError, naming file and field, where it cannot be read or says what a description cannot be.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DatasetError(
+            f"{path}: cannot be read ({error.strerror}); each data set's folder holds a {DESCRIPTION_FILE} to fill in"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise DatasetError(f"{path}: is no TOML file ({error}); correct it") from error
+    try:
+        return Description.model_validate(values)
+    except ValidationError as error:
+        raise DatasetError(f"{path}: {_wrong_field(error)}") from error
+
+
+def described(info: DatasetInfo, description: Description) -> DatasetInfo:
+    """Put a description into a manifest; what it does not say stays as it is."""
+    said = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related"})
+    lists = {
+        "creators": tuple(Person(**person.model_dump()) for person in description.creators),
+        "funding": tuple(Funding(**part.model_dump()) for part in description.funding),
+        "related": tuple(Related(**part.model_dump()) for part in description.related),
+    }
+    return info.model_copy(update=said | {name: parts for name, parts in lists.items() if parts})
+
+
+def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
+    """Return the fields that whoever publishes a set should state and nobody has, in the template's order."""
+    wanted = ("title", "description", "licence", "creators", "keywords", "version", "published", "publisher", "contact")
+    return tuple(name for name in wanted if not getattr(info, name))
+
+
+_TEMPLATE = (
+    ("title", "", "A data set of Wi-Fi fingerprints of our building"),
+    ("description", "what it is, where and how it was recorded, what it is good for", "Recorded by ..."),
+    ("licence", "SPDX identifier", "CC-BY-4.0"),
+    ("keywords", "", ("indoor positioning", "Wi-Fi fingerprints")),
+    ("version", "", "1.0.0"),
+    ("published", "a date without quotation marks", dt.date(2026, 3, 1)),
+    ("publisher", "the repository, such as Zenodo", "Zenodo"),
+    ("doi", "where the repository has reserved one", "10.5281/zenodo.1234567"),
+    ("contact", "e-mail address or URL", "maps@example.org"),
+)
+_TABLES: tuple[tuple[str, str, Mapping[str, str]], ...] = (
+    (
+        "creators",
+        "one block a person, Family, Given; or an organisation, without comma",
+        {"name": "Carberry, Josiah", "affiliation": "Brown University", "orcid": "0000-0002-1825-0097"},
+    ),
+    ("funding", "one block a grant", {"funder": "A foundation", "award": "12345"}),
+    (
+        "related",
+        f"DOI, arXiv:number or URL; relation: {', '.join(get_args(Relation))}",
+        {"identifier": "10.5555/12345678", "relation": "IsDescribedBy"},
+    ),
+)
+
+
+def description_text(info: DatasetInfo) -> str:
+    """Write a ``dataset.toml`` of what the manifest knows; what it does not know is a comment to fill in."""
+    lines = [
+        "# What only people know of this data set. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
+        "# Everything may be left out; a line that begins with # says nothing.",
+        "",
+    ]
+    for name, comment, example in _TEMPLATE:
+        value = getattr(info, name)
+        about = f"  # {comment}" if comment and not value else ""
+        lines.append(f"{'' if value else '# '}{name} = {_toml(value or example)}{about}")
+    for name, comment, table in _TABLES:
+        parts = [part.model_dump(exclude_none=True) for part in getattr(info, name)]
+        lines += ["", f"# {comment}"]
+        for part in parts or [table]:
+            lines += [f"{'' if parts else '# '}{line}" for line in (f"[[{name}]]", *map(_line, part.items()))]
+    return "\n".join(lines) + "\n"
+
+
+def _line(item: tuple[str, object]) -> str:
+    return f"{item[0]} = {_toml(item[1])}"
+
+
+def _toml(value: object) -> str:
+    """Write a value as TOML: its strings are JSON's, but for U+007F."""
+    if isinstance(value, dt.date):
+        return value.isoformat()
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _wrong_field(error: ValidationError) -> str:
+    """Say the first wrong field as it stands in the file, and why it is wrong."""
+    wrong = error.errors()[0]
+    place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
+    if wrong["type"] == "extra_forbidden":
+        parts: dict[str, type[_Part]] = {"creators": _Creator, "funding": _Funding, "related": _RelatedPart}
+        known = Description if len(wrong["loc"]) == 1 else parts[str(wrong["loc"][0])]
+        return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
+    return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"

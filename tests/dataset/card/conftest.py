@@ -1,0 +1,45 @@
+"""A described data set in a folder, with its card."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.described import FULL
+from tests.dataset.factory import small_dataset
+from vislam2tag.dataset.card.write import write_card
+from vislam2tag.dataset.description import described, read_description
+from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.model import Dataset, Fold, Source, Split, SplitInfo
+from vislam2tag.dataset.statistics import dataset_statistics
+from vislam2tag.findings import Finding
+
+FINDING = Finding(kind="stale_readings", file="a.csv", count=3, message="Given again by the scan after, left out.")
+
+
+def _written(target: Path, dataset: Dataset) -> Path:
+    opened = write_dataset(dataset, target)
+    write_card(opened, dataset_statistics(opened), target)
+    return target
+
+
+@pytest.fixture(scope="session")
+def described_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Everything stated, one split, one finding."""
+    folder = tmp_path_factory.mktemp("card")
+    (folder / "dataset.toml").write_text(FULL, encoding="utf-8")
+    dataset = small_dataset()
+    info = described(dataset.info, read_description(folder / "dataset.toml")).model_copy(
+        update={"findings": (FINDING,), "sources": (Source(kind="process", name="survey", version="0.1.0"),)}
+    )
+    groups = dataset.fingerprints.select(id="scan_id", group="device").collect()
+    folds = tuple(Fold(name=name, test=(name,)) for name in ("Galaxy", "Pixel"))
+    split = Split(SplitInfo(name="device", kind="device", folds=folds), groups)
+    return _written(folder / "set", Dataset(info, dataset.tables, {"device": split}))
+
+
+@pytest.fixture(scope="session")
+def bare_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Nothing stated."""
+    return _written(tmp_path_factory.mktemp("bare") / "set", small_dataset())

@@ -1,0 +1,99 @@
+"""README.md tells what is known, says what is not stated, and its code runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import polars as pl
+import pytest
+import yaml
+
+from vislam2tag.dataset.card.columns import meaning
+from vislam2tag.dataset.card.hugging_face import front_matter
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.schema import SCHEMAS
+
+COLUMNS = [(table, column) for table, schema in SCHEMAS.items() for column in schema]
+
+
+def matter(folder: Path) -> dict[str, object]:
+    text = (folder / "README.md").read_text("utf-8")
+    found: dict[str, object] = yaml.safe_load(text.split("---\n")[1])
+    return found
+
+
+def test_front_matter_has_a_configuration_for_each_table(described_set: Path) -> None:
+    found = matter(described_set)
+    assert found["configs"] == [
+        {"config_name": "fingerprints", "data_files": "fingerprints.parquet", "default": True},
+        {"config_name": "readings", "data_files": "readings.parquet"},
+        {"config_name": "access_points", "data_files": "access_points.parquet"},
+        {"config_name": "sessions", "data_files": "sessions.parquet"},
+    ]
+    assert found["license"] == "cc-by-4.0"
+    assert found["size_categories"] == ["n<1K"]
+    assert (described_set / "README.md").read_text("utf-8").startswith("---\n")
+
+
+def test_front_matter_of_a_bare_set_states_no_licence(bare_set: Path) -> None:
+    assert "license" not in matter(bare_set)
+
+
+@pytest.mark.parametrize(
+    ("licence", "link"),
+    [("GPL-3.0-only", "https://spdx.org/licenses/GPL-3.0-only.html"), ("LicenseRef-Ours", "LICENSE")],
+)
+def test_a_licence_unknown_to_hugging_face_has_name_and_link(licence: str, link: str, bare_set: Path) -> None:
+    info = open_dataset(bare_set).info.model_copy(update={"licence": licence})
+    found = yaml.safe_load(front_matter(info).strip("-\n"))
+    assert found["license"] == "other"
+    assert found["license_name"] == licence.lower()
+    assert found["license_link"] == link
+
+
+def test_what_is_stated_is_told(described_set: Path) -> None:
+    text = (described_set / "README.md").read_text("utf-8")
+    for part in (
+        "# Wi-Fi of a simulated building",
+        "Carberry, Josiah; The surveyors' club",
+        "(2026): *Wi-Fi of a simulated building*, version 1.0.0. Zenodo. https://doi.org/10.5281/zenodo.1234567",
+        "| creators | Carberry, Josiah; The surveyors' club |",
+        "<https://creativecommons.org/licenses/by/4.0/>",
+        "labels of the survey `survey` by vislam2tag 0.1.0",
+        "`stale_readings` in `a.csv` (3)",
+        "| wifi | 48 | 44 |",
+        "4 of 48 fingerprints of wifi have no position",
+        "`splits/device.parquet`: device; 2 folds",
+    ):
+        assert part in text
+    assert "ot stated" not in text
+
+
+def test_what_is_not_stated_is_told(bare_set: Path) -> None:
+    text = (bare_set / "README.md").read_text("utf-8")
+    for part in (
+        "| licence | not stated |",
+        "Not stated: description, licence, creators, keywords, version, published, publisher, contact.",
+        "Not stated: no creator is named.",
+        "There is no `datacite.json`",
+    ):
+        assert part in text
+    assert "None" not in text
+
+
+@pytest.mark.parametrize("library", ["polars", "pandas"])
+def test_the_lines_that_load_it_run(library: str, described_set: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (described_set / "README.md").read_text("utf-8"), re.DOTALL)
+    (code,) = [block for block in blocks if f"import {library}" in block]
+    monkeypatch.chdir(described_set)
+    names: dict[str, pl.DataFrame | pd.DataFrame] = {}
+    exec(code, names)
+    assert len(names["fingerprints"]) == 44
+    assert len(names["rssi"]) == 44
+
+
+@pytest.mark.parametrize(("table", "column"), COLUMNS)
+def test_every_column_has_a_meaning(table: str, column: str) -> None:
+    assert meaning(table, column)
