@@ -47,6 +47,17 @@ class Related(_Model):
     """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
 
 
+class Georeference(_Model):
+    """Where a floor's BCS lies on the earth (WGS84)."""
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    """Of the BCS origin."""
+    longitude_deg: float = Field(ge=-180, le=180)
+    """Of the BCS origin."""
+    bearing_deg: float = 0.0
+    """Direction of the BCS y axis (up on the plan), clockwise from true north."""
+
+
 class FloorInfo(_Model):
     """One floor; positions on it are in its BCS (origin at the lower left of the plan)."""
 
@@ -58,6 +69,7 @@ class FloorInfo(_Model):
     height_m: float | None = None
     plan: str | None = None
     """File in the data set's folder that shows exactly width x height."""
+    georeference: Georeference | None = None
 
 
 class Grouping(_Model):

@@ -1,0 +1,54 @@
+"""From a floor's building frame to longitude and latitude."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.dataset.model import Georeference
+
+SEMI_MAJOR_M = 6_378_137.0
+FLATTENING = 1 / 298.257223563
+"""Of the WGS84 ellipsoid."""
+_SQUARED_ECCENTRICITY = FLATTENING * (2 - FLATTENING)
+_ROUNDS = 4
+"""Each leaves a thousandth of the latitude's error, so that this many leave nothing that a double holds."""
+
+
+def to_wgs84(position_bcs: FloatArray, georeference: Georeference) -> FloatArray:
+    """Turn positions (n, 2), metres in the BCS, into longitude and latitude (n, 2), degrees.
+
+    The BCS is the plane that touches the ellipsoid at its origin: buildings are small enough for that (2 cm of height
+    in 500 m).
+    """
+    bearing = np.radians(georeference.bearing_deg)
+    x, y = position_bcs.T
+    east = x * np.cos(bearing) + y * np.sin(bearing)
+    north = y * np.cos(bearing) - x * np.sin(bearing)
+    return _to_geodetic(_to_earth(east, north, georeference))
+
+
+def _to_earth(east: FloatArray, north: FloatArray, georeference: Georeference) -> FloatArray:
+    """Earth-centred coordinates (3, n), metres, of points on the tangent plane."""
+    latitude, longitude = np.radians((georeference.latitude_deg, georeference.longitude_deg))
+    radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * np.sin(latitude) ** 2)
+    outward = radius * np.cos(latitude) - north * np.sin(latitude)
+    upward = radius * (1 - _SQUARED_ECCENTRICITY) * np.sin(latitude) + north * np.cos(latitude)
+    return np.stack(
+        (
+            outward * np.cos(longitude) - east * np.sin(longitude),
+            outward * np.sin(longitude) + east * np.cos(longitude),
+            upward,
+        )
+    )
+
+
+def _to_geodetic(earth: FloatArray) -> FloatArray:
+    x, y, z = earth
+    distance = np.hypot(x, y)
+    latitude = np.arctan2(z, distance * (1 - _SQUARED_ECCENTRICITY))
+    for _ in range(_ROUNDS):
+        sine = np.sin(latitude)
+        radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * sine**2)
+        latitude = np.arctan2(z + _SQUARED_ECCENTRICITY * radius * sine, distance)
+    return np.degrees(np.column_stack((np.arctan2(y, x), latitude)))
