@@ -51,4 +51,5 @@ def _to_geodetic(earth: FloatArray) -> FloatArray:
         sine = np.sin(latitude)
         radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * sine**2)
         latitude = np.arctan2(z + _SQUARED_ECCENTRICITY * radius * sine, distance)
-    return np.degrees(np.column_stack((np.arctan2(y, x), latitude)))
+    degrees: FloatArray = np.degrees(np.column_stack((np.arctan2(y, x), latitude)))
+    return degrees

@@ -24,8 +24,8 @@ from vislam2tag.findings import Finding, Severity
 FILE = "fingerprints.geojson"
 READINGS = ("bssid", "rssi_dbm", "frequency_mhz", "time_ns")
 """What is written of each reading of a fingerprint."""
-_DECIMALS = {True: 9, False: 6}
-"""Of degrees and of metres: a tenth of a millimetre and finer."""
+_DECIMALS = 9
+"""Of degrees: a tenth of a millimetre."""
 HOLDS = {
     FINGERPRINTS: tuple(SCHEMAS[FINGERPRINTS]),
     "readings": ("scan_id", *READINGS),
@@ -85,8 +85,8 @@ def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> 
         floors = points.select("building", "floor").rows()
         for floor in set(floors):
             own = np.array([each == floor for each in floors])
-            position[own] = to_wgs84(position[own], known[floor])
-    coordinates: list[list[float]] = np.round(position, _DECIMALS[bool(known)]).tolist()
+            position[own] = np.round(to_wgs84(position[own], known[floor]), _DECIMALS)
+    coordinates: list[list[float]] = position.tolist()
     return coordinates
 
 
