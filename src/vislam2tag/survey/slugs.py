@@ -16,27 +16,27 @@ _GREATEST_STEM = 120
 
 
 def session_slugs(keys: Sequence[SessionKey]) -> tuple[str, ...]:
-    """Give each session its slug, e.g. ``floor_4.LG_ref.2022-01-14T163530``.
-
-    Colons go, other unsafe characters become ``-``. Slugs that would collide (also on a file system that
-    ignores case) or be too long get a short hash of the exact folder names.
-    """
-    stems = [_stem(key) for key in keys]
-    uses = Counter(stem.lower() for stem in stems)
-    return tuple(
-        stem if uses[stem.lower()] == 1 and len(stem) <= _GREATEST_STEM else f"{stem[:_GREATEST_STEM]}-{_digest(key)}"
-        for key, stem in zip(keys, stems, strict=True)
+    """Give each session its slug, e.g. ``floor_4.LG_ref.2022-01-14T163530``."""
+    parts = [(str(key.floor), key.device, key.session) for key in keys]
+    return unique_slugs(
+        [".".join((f"floor_{floor}", device, session)) for floor, device, session in parts],
+        ["\0".join(part) for part in parts],
     )
 
 
-def _stem(key: SessionKey) -> str:
-    return ".".join((f"floor_{key.floor}", _safe(key.device), _safe(key.session)))
+def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Make a slug of each name; ``exact`` tells names apart where the names alone do not.
+
+    Colons go, other unsafe characters become ``-``. Slugs that would collide (also on a file system that
+    ignores case) or be too long get a short hash of the exact names.
+    """
+    stems = [_UNSAFE.sub("-", name.replace(":", "")) for name in names]
+    uses = Counter(stem.lower() for stem in stems)
+    return tuple(
+        stem if uses[stem.lower()] == 1 and len(stem) <= _GREATEST_STEM else f"{stem[:_GREATEST_STEM]}-{_digest(key)}"
+        for key, stem in zip(exact or names, stems, strict=True)
+    )
 
 
-def _safe(name: str) -> str:
-    return _UNSAFE.sub("-", name.replace(":", ""))
-
-
-def _digest(key: SessionKey) -> str:
-    exact = "\0".join((str(key.floor), key.device, key.session))
+def _digest(exact: str) -> str:
     return hashlib.sha256(exact.encode("utf-8", "surrogateescape")).hexdigest()[:_SUFFIX_LENGTH]
