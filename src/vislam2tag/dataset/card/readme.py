@@ -20,6 +20,8 @@ from vislam2tag.dataset.schema import SCHEMAS, UNITS
 from vislam2tag.dataset.statistics_record import DatasetStatistics
 
 NOT_STATED = "not stated"
+LABELS = "process"
+"""Kind of a source that this program labelled."""
 _ABOUT = {
     "fingerprints": "one row a scan (or window of time): where it was taken and how sure that is",
     "readings": "one row for each transmitter heard in a scan",
@@ -54,6 +56,7 @@ def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "registered": datacite_text(info) is not None,
         "authors": _authors(info),
         "made": [_made(source) for source in info.sources],
+        "by_labels": any(source.kind == LABELS for source in info.sources),
         "version": __version__,
     }
     return _environment().get_template("README.md.j2").render(context)
@@ -97,6 +100,6 @@ def _authors(info: DatasetInfo) -> str:
 
 
 def _made(source: Source) -> str:
-    if source.kind == "process":
+    if source.kind == LABELS:
         return f"labels of the survey `{source.name}` by vislam2tag {source.version}"
     return f"`{source.name}`, format {source.kind}, by vislam2tag {source.version}"
