@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -36,7 +37,8 @@ def described_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
     groups = dataset.fingerprints.select(id="scan_id", group="device").collect()
     folds = tuple(Fold(name=name, test=(name,)) for name in ("Galaxy", "Pixel"))
     split = Split(SplitInfo(name="device", kind="device", folds=folds), groups)
-    return _written(folder / "set", Dataset(info, dataset.tables, {"device": split}))
+    again = replace(split, info=split.info.model_copy(update={"name": "again", "folds": folds[:1]}))
+    return _written(folder / "set", Dataset(info, dataset.tables, {"device": split, "again": again}))
 
 
 @pytest.fixture(scope="session")

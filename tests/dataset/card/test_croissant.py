@@ -43,6 +43,7 @@ def test_files_are_named_with_their_checksums(described_set: Path) -> None:
         "readings.parquet",
         "access_points.parquet",
         "sessions.parquet",
+        "splits/again.parquet",
         "splits/device.parquet",
     ]
     for file in files:

@@ -65,7 +65,7 @@ def test_what_is_stated_is_told(described_set: Path) -> None:
         "`stale_readings` in `a.csv` (3)",
         "| wifi | 48 | 44 |",
         "4 of 48 fingerprints of wifi have no position",
-        "`splits/device.parquet`: device; 2 folds\n\n",
+        "\n\n- `splits/again.parquet`: device; one fold\n- `splits/device.parquet`: device; 2 folds\n\n`splits/NAME",
         "IPIN 2022; please cite it, too.\n\n## ",
     ):
         assert part in text
