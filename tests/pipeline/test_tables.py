@@ -11,7 +11,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.pipeline.tables import trajectory_of, trajectory_table
+from vislam2tag.labeling.trajectory_table import trajectory_of
+from vislam2tag.pipeline.tables import trajectory_table
 from vislam2tag.results import SessionResult
 from vislam2tag.survey.model import SessionKey
 

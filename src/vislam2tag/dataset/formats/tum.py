@@ -1,0 +1,50 @@
+"""Trajectories in the TUM format, one file a session, from what ``process`` wrote."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vislam2tag.core.status import has_position
+from vislam2tag.dataset.formats.registry import ExportContext, register_labels_export
+from vislam2tag.dataset.labelled import LabelledSession, open_labelled
+from vislam2tag.errors import DatasetError
+from vislam2tag.evaluation.trajectory_files import tum_text
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.trajectory_table import trajectory_of
+
+HOLDS = {TRAJECTORY: ("time_ns", "x", "y", "z", "qx", "qy", "qz", "qw", "session", "device", "floor")}
+EXPORT_HELP = "a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and metres in the BCS; evo reads it"
+
+
+def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    """Write the frames that have a position; sessions without any are left out and counted.
+
+    Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position.
+    """
+    sessions = open_labelled(labels).sessions
+    unmapped = 0
+    for session in sessions:
+        unmapped += not _write(session, folder)
+        context.advance(len(sessions))
+    if unmapped == len(sessions):
+        raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+    return _findings(unmapped)
+
+
+def _write(session: LabelledSession, folder: Path) -> bool:
+    trajectory = trajectory_of(session.table(TRAJECTORY, SCHEMAS[TRAJECTORY]))
+    if not has_position(trajectory.status).any():
+        return False
+    (folder / f"{session.slug}.tum").write_text(tum_text(trajectory), encoding="utf-8")
+    return True
+
+
+def _findings(unmapped: int) -> tuple[Finding, ...]:
+    if not unmapped:
+        return ()
+    message = "sessions without a position are left out"
+    return (Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO),)
+
+
+register_labels_export("tum", write, EXPORT_HELP, HOLDS)
