@@ -193,8 +193,8 @@ def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: f
     old = int((~grouped["current"]).sum())
     if old:
         message = (
-            f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which keep "
-            "their own position and do not pull the scan's"
+            f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
+            "keep their own position and do not pull the scan's"
         )
         findings.append(Finding(kind="cached_readings", file="", count=old, message=message, severity=Severity.INFO))
     unlabelled = int((table["placed"] == 0).sum())

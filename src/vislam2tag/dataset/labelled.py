@@ -18,11 +18,11 @@ _AGAIN = "run `vislam2tag process` again"
 
 
 class _Run(BaseModel):
-    """What ``run.json`` says that matters here; outputs of earlier versions have no floors."""
+    """What ``run.json`` says that matters here."""
 
     program: str
-    survey: str = ""
-    floors: tuple[FloorRecord, ...] = ()
+    survey: str
+    floors: tuple[FloorRecord, ...]
     settings: dict[str, object]
     versions: dict[str, str]
 
@@ -81,7 +81,7 @@ class LabelledSurvey:
 
     root: Path
     survey: str
-    """Name of the survey's folder; empty where the output is of a version that did not record it."""
+    """Name of the survey's folder."""
     floors: tuple[FloorRecord, ...]
     settings: Mapping[str, object]
     version: str
@@ -126,6 +126,9 @@ def _run(root: Path) -> _Run:
             f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror}) "
             "and no survey folder"
         ) from error
+    except ValidationError as error:
+        field = ".".join(map(str, error.errors()[0]["loc"]))
+        raise DatasetError(f"{path}: has no usable '{field}' (an earlier version's?); {_AGAIN}") from error
     except ValueError as error:
         raise DatasetError(f"{path}: is damaged ({_first_line(error)}); {_AGAIN}") from error
 

@@ -1,0 +1,130 @@
+"""``vislam2tag dataset``."""
+
+from __future__ import annotations
+
+import re
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, wrong_values_told
+from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
+from vislam2tag.settings import DatasetSettings
+
+DEFAULTS = DatasetSettings()
+HELP = """
+Build a data set: fingerprints, readings, access points, walks, splits, statistics and a card that describes it.
+
+Give a survey (it is processed first) or what `process` wrote; several of either make one data set. One fingerprint a
+scan: the mean of its readings' positions, weighted by their certainty. docs/datasets.md tells what each column is.
+
+Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, 2 wrong
+usage, a source cannot be used, or DS cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag dataset survey --out fingerprints
+
+    vislam2tag dataset labels --out fingerprints --survey survey --max-sigma 0.3
+
+    vislam2tag dataset labels --out short --window 1s
+
+    vislam2tag dataset main-building annex --building main --building annex --out campus
+"""
+_UNITS_S = {"ms": 1e-3, "s": 1.0, "min": 60.0}
+_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(ms|s|min)\s*")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("dataset", help=HELP)(_dataset)
+
+
+def seconds_of(text: str, option: str) -> float:
+    """Read a duration such as ``500ms``, ``2s`` or ``1.5 min``; raises UsageError for anything else."""
+    match = _DURATION.fullmatch(text)
+    if match is None or float(match.group(1)) == 0:
+        raise UsageError(f"{option} {text}: give a time above zero with its unit, such as 500ms, 2s or 1.5min")
+    return float(match.group(1)) * _UNITS_S[match.group(2)]
+
+
+def _dataset(
+    sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help="Surveys, or output folders of process.")],
+    out: Annotated[Path, typer.Option(help="Folder for the data set: new, empty or an earlier data set.")],
+    name: Annotated[str | None, typer.Option(help="Name of the data set; else that of its surveys.")] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(metavar="DURATION", help="Group Wi-Fi readings by windows of time, such as 1s, not by scan."),
+    ] = None,
+    ble_window: Annotated[
+        str, typer.Option(metavar="DURATION", help="Group BLE readings by windows of this length.")
+    ] = f"{DEFAULTS.ble_window_s:g}s",
+    magnetic_window: Annotated[
+        str, typer.Option(metavar="DURATION", help="Average magnetic readings over windows of this length.")
+    ] = f"{DEFAULTS.magnetic_window_s:g}s",
+    max_sigma: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            min=0.0001,
+            help="Fingerprints less sure than this are marked uncertain and keep their position; else as process did.",
+        ),
+    ] = None,
+    building: Annotated[
+        list[str] | None, typer.Option(help="Name of a source's building; repeatable, one for each source.")
+    ] = None,
+    survey: Annotated[
+        list[Path] | None,
+        typer.Option(help="The survey that a source was made of, for its plans; repeatable, in order of the sources."),
+    ] = None,
+    labels: Annotated[
+        Path | None, typer.Option(help="Keep in this folder what process writes, if the source is a survey.")
+    ] = None,
+    jobs: Jobs = ALL_CORES,
+) -> None:
+    with wrong_values_told():
+        settings = DatasetSettings(
+            wifi_window_s=None if window is None else seconds_of(window, "--window"),
+            ble_window_s=seconds_of(ble_window, "--ble-window"),
+            magnetic_window_s=seconds_of(magnetic_window, "--magnetic-window"),
+        )
+    options = BuildOptions(
+        name=name,
+        buildings=tuple(building or ()),
+        surveys=tuple(survey or ()),
+        labels=labels,
+        max_sigma_m=max_sigma,
+    )
+    try:
+        dataset = _built(sources, out, settings, options, jobs)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: no data set was written to {out}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(dataset, out)
+    raise typer.Exit(1 if any(finding.kind == "session_without_label" for finding in dataset.info.findings) else 0)
+
+
+def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: BuildOptions, jobs: int) -> Dataset:
+    with ExitStack() as stack:
+        bars: dict[str, SessionBar] = {}
+
+        def advance(stage: str, error: str | None, total: int) -> None:
+            if stage not in bars:
+                stack.close()  # one bar at a time
+                bars[stage] = stack.enter_context(session_bar(f"walks: {stage}"))
+            bars[stage].advance(total, error)
+
+        return build_dataset(sources, out, settings, options, jobs=jobs, progress=advance)
+
+
+def _print(dataset: Dataset, out: Path) -> None:
+    info = dataset.info
+    rows = ", ".join(f"{account.rows} {table.replace('_', ' ')}" for table, account in info.tables.items())
+    typer.echo(f"{out}: {rows}")
+    for finding in info.findings:
+        typer.echo(f"{finding.kind} {finding.count}: {finding.message}")

@@ -1,0 +1,173 @@
+"""Building a data set: labelled surveys go in; fingerprints, statistics, splits, report and card come out."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.dataset.access_points import access_point_table
+from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
+from vislam2tag.dataset.labelled import is_labelled
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.errors import DatasetError
+from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
+from vislam2tag.pipeline.dataset_sources import LabelledSource, merged_floors, named_sessions, open_sources
+from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.workers import process_all
+from vislam2tag.settings import DatasetSettings
+
+Progress = Callable[[str, str | None, int], None]
+"""Called after each session with the stage (``label`` or ``build``), its error, and the number of sessions."""
+LABEL, BUILD = "label", "build"
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """How a data set is built, besides its settings."""
+
+    name: str | None = None
+    """Name of the data set; None: that of its surveys."""
+    buildings: tuple[str, ...] = ()
+    """Name of each source's building, in their order; none: all are of one building without a name."""
+    surveys: tuple[Path, ...] = ()
+    """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
+    labels: Path | None = None
+    """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
+    max_sigma_m: float | None = None
+    """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""
+
+
+def build_dataset(
+    sources: Sequence[Path] | Path,
+    out: Path,
+    settings: DatasetSettings | None = None,
+    options: BuildOptions | None = None,
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> Dataset:
+    """Build a data set of surveys or of output folders of ``process``, and open it.
+
+    A survey is processed first. With ``jobs`` > 1 sessions are worked at in that many processes (call it from under
+    ``if __name__ == "__main__":``). Raises SurveyError or DatasetError where a source is neither, cannot be read, or
+    clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
+    """
+    settings, options, report = settings or DatasetSettings(), options or BuildOptions(), progress or _silent
+    folders = [sources] if isinstance(sources, Path) else list(sources)
+    with _labelled(folders, out, options, jobs, report) as opened:
+        _build(opened, out, settings, options, jobs, report)
+    return open_dataset(out)
+
+
+def _silent(_stage: str, _error: str | None, _total: int) -> None:
+    """Report nothing."""
+
+
+@contextmanager
+def _labelled(
+    folders: Sequence[Path], out: Path, options: BuildOptions, jobs: int, report: Progress
+) -> Iterator[tuple[LabelledSource, ...]]:
+    """Process those sources that are surveys, and open all."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}.labels.", dir=out.parent) as scratch:
+        outs: list[Path] = []
+        raw: list[Path | None] = []
+        given = iter(options.surveys)
+        for number, folder in enumerate(folders):
+            if is_labelled(folder):
+                outs.append(folder)
+                raw.append(next(given, None))
+                continue
+            if is_dataset(folder):
+                raise DatasetError(
+                    f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote"
+                )
+            labels = _labels_folder(options.labels, len(folders), Path(scratch), number, folder)
+            process(folder, labels, jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
+            outs.append(labels)
+            raw.append(folder)
+        yield open_sources(outs, options.buildings, raw)
+
+
+def _labels_folder(labels: Path | None, sources: int, scratch: Path, number: int, survey: Path) -> Path:
+    if labels is None:
+        return scratch / str(number)
+    return labels if sources == 1 else labels / survey.resolve().name
+
+
+def _build(
+    sources: tuple[LabelledSource, ...],
+    out: Path,
+    settings: DatasetSettings,
+    options: BuildOptions,
+    jobs: int,
+    report: Progress,
+) -> None:
+    floors, plans = merged_floors(sources)
+    with dataset_folder(out) as folder:
+        parts = folder.root / ".parts"
+        todo = list(_session_jobs(sources, parts, settings, options.max_sigma_m))
+        outcomes = _build_sessions(todo, jobs, report)
+        _join_parts(folder, parts)
+        shutil.rmtree(parts)
+        folder.add_files(plans)
+        folder.finish(
+            DatasetInfo(
+                name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in sources)),
+                floors=floors,
+                groupings=_groupings(outcomes, settings),
+                sources=tuple(source.record(settings) for source in sources),
+                findings=tuple(survey_findings(outcomes)),
+            )
+        )
+
+
+def _session_jobs(
+    sources: Sequence[LabelledSource], parts: Path, settings: DatasetSettings, max_sigma_m: float | None
+) -> Iterator[SessionJob]:
+    for number, (name, source, labelled) in enumerate(named_sessions(sources)):
+        limit_m = source.labelled.max_sigma_m if max_sigma_m is None else max_sigma_m
+        yield SessionJob(labelled, name, source.building, number, parts, settings, limit_m)
+
+
+def _build_sessions(todo: list[SessionJob], jobs: int, report: Progress) -> list[SessionOutcome]:
+    """Build all sessions' parts; return the outcomes in the data set's order."""
+    outcomes: list[SessionOutcome] = []
+
+    def note(outcome: SessionOutcome) -> None:
+        outcomes.append(outcome)
+        report(BUILD, None, len(todo))
+
+    process_all(build_session, todo, jobs, note)
+    return sorted(outcomes, key=lambda outcome: outcome.session)
+
+
+def _join_parts(folder: FolderWriter, parts: Path) -> None:
+    """Stream the sessions' parts into the tables, then count the access points."""
+    tables = [name for name in SCHEMAS if (parts / name).is_dir()]
+    folder.add_tables({name: _parts_of(parts, name) for name in tables})
+    names = _parts_of(parts, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+    fingerprints, readings = (pl.scan_parquet(folder.root / f"{name}.parquet") for name in (FINGERPRINTS, READINGS))
+    counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+    folder.add_tables({ACCESS_POINTS: access_point_table(fingerprints, readings, counted).lazy()})
+
+
+def _parts_of(parts: Path, name: str) -> pl.LazyFrame:
+    return pl.scan_parquet(sorted((parts / name).glob("*.parquet")))
+
+
+def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:
+    """How readings became fingerprints, for each technology that occurs."""
+    technologies = sorted({name for outcome in outcomes for name in outcome.readings})
+    windows = {name: settings.window_of(name) for name in technologies}
+    return tuple(
+        Grouping(technology=name, by="scan" if length_s is None else "window", window_s=length_s)
+        for name, length_s in windows.items()
+    )

@@ -1,0 +1,122 @@
+"""What a data set is made of: output folders of ``process``, their buildings, floors and plans."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.model import FloorInfo, Source
+from vislam2tag.errors import DatasetError, UsageError
+from vislam2tag.results import RUN_FILE, FloorRecord
+from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.slugs import unique_slugs
+
+PLANS = "plans"
+
+
+@dataclass(frozen=True)
+class LabelledSource:
+    """One labelled survey, the building it is of, and its plans by floor number."""
+
+    labelled: LabelledSurvey
+    building: str
+    plans: dict[int, Path]
+
+    def record(self, settings: DatasetSettings) -> Source:
+        """What the manifest keeps of it."""
+        run = self.labelled.root / RUN_FILE
+        return Source(
+            kind="process",
+            name=self.labelled.survey,
+            version=self.labelled.version,
+            settings={"process": dict(self.labelled.settings), "dataset": settings.model_dump(mode="json")},
+            inputs={RUN_FILE: hashlib.sha256(run.read_bytes()).hexdigest()},
+        )
+
+
+def open_sources(
+    outs: Sequence[Path], buildings: Sequence[str], surveys: Sequence[Path | None]
+) -> tuple[LabelledSource, ...]:
+    """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
+
+    Raises DatasetError where a folder is none, UsageError where there is not one building's name for each.
+    """
+    if buildings and len(buildings) != len(outs):
+        raise UsageError(
+            f"--building: {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
+        )
+    names = list(buildings) or [""] * len(outs)
+    return tuple(
+        LabelledSource(open_labelled(out), building, _plans(survey))
+        for out, building, survey in zip(outs, names, surveys, strict=True)
+    )
+
+
+def _plans(survey: Path | None) -> dict[int, Path]:
+    if survey is None:
+        return {}
+    site, _ = read_site(survey)
+    return {floor.number: floor.plan for floor in site.floors if floor.plan is not None}
+
+
+def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, ...], dict[str, Path]]:
+    """List the floors of all sources, sorted, and their plans by the path that they get in the data set.
+
+    Raises DatasetError where two sources have different floors of one number in one building.
+    """
+    found: dict[tuple[str, int], tuple[FloorInfo, LabelledSource]] = {}
+    plans: dict[str, Path] = {}
+    for source in sources:
+        for record in source.labelled.floors:
+            key = (source.building, record.number)
+            plan = source.plans.get(record.number)
+            path = None if plan is None else _plan_path(source.building, record.number, plan)
+            if path is not None and plan is not None:
+                plans.setdefault(path, plan)
+            if key in found:
+                _refuse_clash(*found[key], record, source)
+            if key not in found or (path and found[key][0].plan is None):
+                found[key] = (_floor(record, source.building, path), source)
+    return tuple(info for _, (info, _) in sorted(found.items(), key=lambda item: item[0])), plans
+
+
+def _plan_path(building: str, number: int, plan: Path) -> str:
+    stem = f"floor_{number}" if not building else f"{unique_slugs([building])[0]}.floor_{number}"
+    return f"{PLANS}/{stem}{plan.suffix.lower()}"
+
+
+def _floor(record: FloorRecord, building: str, plan: str | None) -> FloorInfo:
+    return FloorInfo(building=building, plan=plan, **record.model_dump())
+
+
+def _refuse_clash(floor: FloorInfo, first: LabelledSource, record: FloorRecord, second: LabelledSource) -> None:
+    for name, unit in (("width_m", "wide"), ("height_m", "deep"), ("elevation_m", "high up")):
+        one, other = getattr(floor, name), getattr(record, name)
+        if one != other and one is not None and other is not None:
+            raise DatasetError(
+                f"floor {record.number} is {one:g} m {unit} in {first.labelled.root} and {other:g} m in "
+                f"{second.labelled.root}: these are two buildings; tell them apart by a --building NAME for each source"
+            )
+
+
+def named_sessions(sources: Sequence[LabelledSource]) -> list[tuple[str, LabelledSource, LabelledSession]]:
+    """Name every session of the sources, sorted by name: its slug, behind the building's name where it has one.
+
+    Raises DatasetError where two sources have a session of one name.
+    """
+    found: dict[str, tuple[LabelledSource, LabelledSession]] = {}
+    for source in sources:
+        prefix = f"{unique_slugs([source.building])[0]}." if source.building else ""
+        for session in source.labelled.sessions:
+            name = prefix + session.slug
+            if name in found:
+                raise DatasetError(
+                    f"session {session.slug} is in {found[name][0].labelled.root} and in {session.root}: give each "
+                    "walk once; two buildings are told apart by a --building NAME for each source"
+                )
+            found[name] = (source, session)
+    return [(name, *found[name]) for name in sorted(found)]
