@@ -105,6 +105,20 @@ def test_devices_and_floors_that_nobody_names_are_counted_all_the_same() -> None
     assert [(floor.floor, floor.labels.fingerprints) for floor in found.by_floor] == [(0, 22), (1, 22), (None, 4)]
 
 
+def test_uncertain_fingerprints_are_not_labelled_but_their_sigma_counts() -> None:
+    doubtful = pl.when(pl.col("scan_id").str.ends_with("000000")).then(pl.lit("uncertain")).otherwise(pl.col("status"))
+    wifi = dataset_statistics(with_table(small_dataset(), FINGERPRINTS, status=doubtful)).technologies["wifi"]
+    assert wifi.labels.labelled == 40
+    assert wifi.sigma is not None
+    assert wifi.sigma.fingerprints == 44
+
+
+def test_points_without_a_way_have_no_cost() -> None:
+    points = dataset_statistics(with_table(small_dataset(), SESSIONS, distance_m=pl.lit(None, pl.Float64)))
+    assert points.effort is None
+    assert points.walks.duration_s == 4 * 36
+
+
 def test_an_empty_set_has_statistics() -> None:
     names = (FINGERPRINTS, READINGS, ACCESS_POINTS, SESSIONS)
     empty = replace(small_dataset(), tables={name: empty_table(name).lazy() for name in names})

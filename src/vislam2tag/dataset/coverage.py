@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import each_session
 from vislam2tag.dataset.cell_grid import CellGrid, WalkableArea
 from vislam2tag.dataset.model import Dataset
@@ -96,7 +97,8 @@ def coverage(
     for tables in each_session(dataset.fingerprints, dataset.readings):
         scans = tables.fingerprints.with_columns(pl.col("building").fill_null(""), pl.col("device").fill_null(UNKNOWN))
         readings = tables.readings.join(scans.select("scan_id", "building"), on="scan_id", how="left")
-        cells.count(scans.filter(pl.col("technology") == technology).lazy())
+        sure = (pl.col("technology") == technology) & (pl.col("status") == Status.OK.label)
+        cells.count(scans.filter(sure).lazy())
         cells.touch(scans.lazy(), "x", "y")
         cells.touch(readings.lazy(), "x", "y")
     for name, x, y in _PATHS:

@@ -87,7 +87,7 @@ def _walks(sessions: Sequence[SessionStatistics]) -> Walks:
 
 @dataclass(frozen=True)
 class _Cost:
-    """The walks whose duration is known, and what they took."""
+    """The walks whose duration and length are known, and what they took."""
 
     timed: frozenset[str]
     minutes: float
@@ -95,7 +95,7 @@ class _Cost:
 
     @classmethod
     def of(cls, sessions: Iterable[SessionStatistics], field_work: FieldWork | None) -> _Cost | None:
-        timed = [walk for walk in sessions if walk.duration_s]
+        timed = [walk for walk in sessions if walk.duration_s and walk.distance_m is not None]
         walked_s = _sum(walk.duration_s for walk in timed)
         if not walked_s:
             return None

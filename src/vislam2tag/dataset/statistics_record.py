@@ -39,7 +39,7 @@ class Walks(_Model):
 
 
 class Labels(_Model):
-    """Fingerprints, how many of them have a position, and what share that is (None where there are none)."""
+    """Fingerprints, how many of them are labelled (status ``ok``), and what share that is; None where there are none."""
 
     fingerprints: int
     labelled: int
@@ -81,7 +81,7 @@ class WholeNumbers(_Model):
 
 
 class Sigma(_Model):
-    """How sure the labels are: sigma of the labelled fingerprints that state one, metres."""
+    """How sure the positions are: sigma of the fingerprints that state one, uncertain ones included, metres."""
 
     fingerprints: int
     median_m: float
@@ -119,7 +119,7 @@ class TechnologyStatistics(_Model):
     by_device: dict[str, Labels]
     by_floor: tuple[FloorLabels, ...]
     statuses: dict[str, int]
-    """Fingerprints by status: ``ok``, or why there is no position."""
+    """Fingerprints by status: ``ok``, or why there is no position, or none that is sure."""
     heard: WholeNumbers
     """Access points (or beacons) a fingerprint."""
     rssi: dict[str, DeviceRssi]
@@ -165,7 +165,7 @@ class DatasetStatistics(_Model):
     walks: Walks
     by_device: dict[str, Walks]
     effort: Effort | None
-    """None where no walk has a duration."""
+    """None where no walk has a duration and a length, as in sets of single points."""
     technologies: dict[str, TechnologyStatistics]
     sessions: tuple[SessionStatistics, ...]
 

@@ -10,10 +10,13 @@ from typing import Any
 import polars as pl
 
 from vislam2tag.core import log_bins
+from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.device_offsets import PlaceMeans
 from vislam2tag.dataset.statistics_record import UNKNOWN
 
+LABELLED = Status.OK.label
+"""Fingerprints that are ``uncertain`` keep their position, but count as labelled nowhere."""
 _LABELS = {
     "technology": pl.String,
     "session": pl.String,
@@ -43,7 +46,7 @@ class Tally:
 
     @property
     def labels(self) -> pl.DataFrame:
-        """Fingerprints, and those with a position, by technology, session, device, building, floor and status."""
+        """Fingerprints, and labelled ones, by technology, session, device, building, floor and status."""
         return pl.concat([pl.DataFrame(schema=_LABELS), *self._labels])
 
     def add(self, tables: SessionTables, floors: Mapping[str, int | None]) -> None:
@@ -54,7 +57,7 @@ class Tally:
             pl.col("building").fill_null(""),
             pl.col("status").fill_null(UNKNOWN),
         )
-        labelled = pl.col("x").is_not_null()
+        labelled = pl.col("status") == LABELLED
         keys = list(_LABELS)[:-2]
         counts = {"fingerprints": pl.len().cast(pl.Int64), "labelled": labelled.sum().cast(pl.Int64)}
         self._labels.append(scans.group_by(keys).agg(**counts).sort(keys))
