@@ -1,0 +1,71 @@
+"""Readings of one sensor, or frames, of a session as arrays, and where a window may not lie because of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+
+FINE, SENSOR_GAP, FLOOR_CHANGE, JUMP = 0, 100, 101, 102
+"""Faults; others are codes of :class:`~vislam2tag.core.status.Status`."""
+
+
+@dataclass(frozen=True)
+class SensorSeries:
+    """Readings in time order, each time once, all values finite.
+
+    ``time_ns`` (n,), ``values`` (n, k), ``status`` (n,) codes of Status, ``floor`` (n,).
+    """
+
+    time_ns: IntArray
+    values: FloatArray
+    status: AnyArray
+    floor: IntArray
+
+    def __len__(self) -> int:
+        """Return how many readings there are."""
+        return len(self.time_ns)
+
+    def faults(self, max_gap_s: float) -> IntArray:
+        """Tell for each pair of neighbouring readings (n - 1,) why no window may hold both, or FINE."""
+        first, second = self.status[:-1], self.status[1:]
+        cause = np.where(has_position(first), second, first).astype(np.int64)
+        cause[has_position(first) & has_position(second)] = FINE
+        changed = (cause == FINE) & (np.diff(self.floor) != 0)
+        cause[changed] = FLOOR_CHANGE
+        silent = (cause == FINE) & (np.diff(self.time_ns) > max_gap_s * 1e9)
+        cause[silent] = SENSOR_GAP
+        return cause
+
+
+def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) -> SensorSeries:
+    """Take one sensor from a session's ``sensors`` table; repeated and non-finite readings are left out."""
+    finite = pl.all_horizontal(pl.col(columns).is_finite().fill_null(False))
+    known = pl.col("status") != Status.DUPLICATE.label
+    rows = sensors.filter(pl.col("sensor") == name, known, finite).unique("time_ns", keep="first").sort("time_ns")
+    return SensorSeries(
+        rows["time_ns"].to_numpy(),
+        rows.select(columns).to_numpy().reshape(-1, len(columns)),
+        rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
+        rows["floor"].cast(pl.Int64).to_numpy(),
+    )
+
+
+def first_fault(time_ns: IntArray, faults: IntArray, start_ns: IntArray, end_ns: IntArray) -> IntArray:
+    """Tell for each window (w,) its first fault, from the reading at or before its start to that at or after its end.
+
+    ``faults`` (n - 1,) of the pairs of readings at ``time_ns`` (n,). A window that the readings do not reach over is a
+    SENSOR_GAP.
+    """
+    first = np.searchsorted(time_ns, start_ns, side="right") - 1
+    last = np.searchsorted(time_ns, end_ns, side="left")
+    found = np.where((first < 0) | (last >= len(time_ns)), SENSOR_GAP, FINE)
+    places = np.append(np.flatnonzero(faults != FINE), len(time_ns))
+    next_one = places[np.searchsorted(places, first)]
+    met = next_one < np.minimum(last, len(faults))
+    found[met] = faults[next_one[met]]
+    return found
