@@ -8,13 +8,14 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, Protocol, TypeVar
 
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.privacy import Privacy
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 
@@ -58,6 +59,8 @@ class ExportContext:
     """Name of the split's fold; None where it has one only."""
     survey: Path | None = None
     """The raw survey that labels were made of, for formats that put its files beside."""
+    privacy: Privacy = field(default_factory=Privacy)
+    """What formats made of labels leave out or hide; a data set comes without it already."""
     advance: Callable[[int], None] = _no_progress
     """Called after each part (chunk, table, walk) with how many there are."""
 
