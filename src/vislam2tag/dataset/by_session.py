@@ -18,17 +18,22 @@ class SessionTables:
 
 
 def each_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> Iterator[SessionTables]:
-    """Yield the tables session by session, in the order of their names; only one is in memory at a time.
+    """Yield the tables session by session, in the order of their names; only one is in memory at a time."""
+    sessions = fingerprints.select("session").unique().collect(engine="streaming")["session"].sort()
+    for session in sessions:
+        yield one_session(fingerprints, readings, session)
+
+
+def one_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, session: str) -> SessionTables:
+    """Read the tables of one session.
 
     Readings are found by the range of the session's scan ids first: ids of a session share their beginning, so that
     Parquet's statistics spare reading the other sessions.
     """
-    sessions = fingerprints.select("session").unique().collect(engine="streaming")["session"].sort()
-    for session in sessions:
-        own = fingerprints.filter(pl.col("session") == session).collect()
-        ids = own["scan_id"]
-        heard = readings.filter(pl.col("scan_id").is_between(pl.lit(ids.min()), pl.lit(ids.max())))
-        yield SessionTables(session, own, heard.join(own.lazy().select("scan_id"), on="scan_id", how="semi").collect())
+    own = fingerprints.filter(pl.col("session") == session).collect()
+    ids = own["scan_id"]
+    heard = readings.filter(pl.col("scan_id").is_between(pl.lit(ids.min()), pl.lit(ids.max())))
+    return SessionTables(session, own, heard.join(own.lazy().select("scan_id"), on="scan_id", how="semi").collect())
 
 
 def readings_by_session(

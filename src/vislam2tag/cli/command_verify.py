@@ -1,0 +1,117 @@
+"""``vislam2tag verify``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.comparable import WHOLE_SET
+from vislam2tag.dataset.comparison import Comparison, compare
+from vislam2tag.dataset.table_comparison import TableDifferences
+
+SHOWN = 20
+"""Tables that differ and are shown; --json has all."""
+_COLUMNS_SHOWN = 3
+HELP = """
+Verify: are two sets the same within a tolerance, and if not, where?
+
+For those who rebuild a published set from raw data. A and B are both data sets, both outputs of `vislam2tag process`,
+or both folders in the published labelled layout (wifi_annotated.csv and sensors_annotated.csv in each session; spaces
+around fields and the form of numbers do not matter). Rows are matched by scan and access point, by line of the raw
+file, or by time. Nothing is written.
+
+Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
+
+Examples:
+
+    vislam2tag verify published rebuilt
+
+    vislam2tag verify out-before out-now --tolerance 0.001 --json > differences.json
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("verify", help=HELP)(_verify)
+
+
+def _verify(
+    a: Annotated[Path, typer.Argument(help="The first folder.")],
+    b: Annotated[Path, typer.Argument(help="The second folder.")],
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            help="Metres that positions may lie apart; other numbers with fractions may differ by as much in their "
+            "own unit. Times, whole numbers and texts must be equal.",
+        ),
+    ] = 0.01,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")] = False,
+) -> None:
+    found = _compare_with_progress(a, b, tolerance)
+    if json:
+        typer.echo(found.model_dump_json(indent=1))
+    else:
+        _print(found)
+    raise typer.Exit(0 if found.same else 1)
+
+
+def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
+    console = Console(stderr=True)
+    columns = (TextColumn("tables"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+        return compare(a, b, tolerance, lambda done, total: bar.update(task, completed=done, total=total))
+
+
+def _print(found: Comparison) -> None:
+    console = table_console()
+    for letter, sessions in (("A", found.missing_sessions), ("B", found.extra_sessions)):
+        for session in sessions:
+            console.print(f"only {letter} has session {escape(session)}", soft_wrap=True)
+    if found.facts:
+        console.print(f"the manifests differ in {', '.join(found.facts)}", soft_wrap=True)
+    if found.differences:
+        console.print(_tables(found.differences[:SHOWN]))
+    if len(found.differences) > SHOWN:
+        console.print(f"{len(found.differences) - SHOWN} more tables differ; --json has all", soft_wrap=True)
+    console.print(_last_line(found), soft_wrap=True)
+
+
+def _tables(differences: tuple[TableDifferences, ...]) -> Table:
+    rows = table("Differences", ("session", "table", "what differs"), ("rows in both", "only in A", "only in B"))
+    for one in differences:
+        counts = (str(count) for count in (one.matched, one.missing, one.extra))
+        rows.add_row(escape(one.session) if one.session != WHOLE_SET else "-", one.table, escape(_texts(one)), *counts)
+    return rows
+
+
+def _texts(one: TableDifferences) -> str:
+    lines = []
+    for letter, names in (("A", one.missing_columns), ("B", one.extra_columns)):
+        if names:
+            lines.append(f"only {letter} has column {', '.join(names)} (or its type differs)")
+    for column in one.columns[:_COLUMNS_SHOWN]:
+        most = "" if column.greatest is None else f", at most {column.greatest:.4g}"
+        lines.append(f"{column.column}: {column.rows} rows{most} (at {column.where})")
+    if len(one.columns) > _COLUMNS_SHOWN:
+        lines.append(f"and {', '.join(column.column for column in one.columns[_COLUMNS_SHOWN:])}")
+    for letter, names in (("A", one.missing_rows), ("B", one.extra_rows)):
+        if names:
+            lines.append(f"only in {letter}: {names[0]}" + (", ..." if len(names) > 1 else ""))
+    return "\n".join(lines)
+
+
+def _last_line(found: Comparison) -> str:
+    compared = f"{found.tables} tables with {found.rows} common rows, tolerance {found.tolerance:g}"
+    if found.same:
+        return f"the same: {compared}"
+    sessions = len(found.missing_sessions) + len(found.extra_sessions)
+    return f"different: {len(found.differences)} of {compared}; {sessions} sessions on one side only"
