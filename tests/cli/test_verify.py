@@ -35,7 +35,7 @@ def test_the_same(sets: tuple[Path, Path]) -> None:
 def test_different(sets: tuple[Path, Path]) -> None:
     done = vislam2tag("verify", *sets)
     assert done.returncode == 1
-    assert " rows, at most 3 (at floor_0.Galaxy.walk/wifi/" in done.stdout
+    assert "rows, at most 3 (at" in done.stdout
     assert "different: 4 of" in done.stdout
     assert vislam2tag("verify", *sets, "--tolerance", "3").returncode == 0
 
