@@ -195,3 +195,10 @@ def test_splits_are_saved_with_the_set(tmp_path: Path) -> None:
     for name, split in splits.items():
         assert opened.splits[name].info == split.info
         assert opened.splits[name].groups.equals(split.groups)
+
+
+def test_uncertain_fingerprints_are_in_neither_part() -> None:
+    first = pl.col("scan_id") == SMALL.fingerprints.collect()["scan_id"][0]
+    dataset = with_fingerprints(SMALL, status=pl.when(first).then(pl.lit("uncertain")).otherwise("status"))
+    for split in standard_splits(dataset).values():
+        assert split.groups["group"].null_count() == len(SESSION_KEYS) + 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import polars as pl
 
+from vislam2tag.core.status import Status
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, SESSIONS
 
@@ -18,7 +19,7 @@ def split_items(dataset: Dataset) -> pl.DataFrame:
 
     ``id``, ``kind`` (the technology, ``magnetic`` or ``imu``), ``building``, ``floor``, ``x``, ``y`` (m, BCS; those of
     an IMU window are the middle of its ends), ``device``, ``session``, ``date``, ``time_ns`` (middle of a fingerprint,
-    start of a window) and ``labelled``: whether floor and position are known.
+    start of a window) and ``labelled``: whether floor and position are known, and sure (a fingerprint's status is ``ok``).
     """
     day = pl.col("started").dt.date()
     dates = dataset.tables[SESSIONS].select("session", date=day).unique("session", keep="any")
@@ -30,19 +31,23 @@ def split_items(dataset: Dataset) -> pl.DataFrame:
         x, y = ((pl.col(f"{axis}_start") + pl.col(f"{axis}_end")) / 2 for axis in "xy")
         imu = dataset.tables[IMU_WINDOWS].with_columns(x=x, y=y, kind=pl.lit(IMU), time_ns="start_ns")
         parts.append(_windows(imu, dates))
-    labelled = pl.all_horizontal(pl.col("floor", "x", "y").is_not_null())
-    table = pl.concat(parts).with_columns(pl.col("building").fill_null(""), labelled=labelled)
-    return table.select(COLUMNS).collect()
+    return pl.concat(parts).with_columns(pl.col("building").fill_null("")).collect()
 
 
 def _fingerprints(table: pl.LazyFrame) -> pl.LazyFrame:
-    renamed = table.with_columns(id="scan_id", kind="technology", time_ns=_middle_ns())
-    return renamed.select(COLUMNS[:-1])
+    sure = (pl.col("status") == Status.OK.label).fill_null(False)
+    renamed = table.with_columns(id="scan_id", kind="technology", time_ns=_middle_ns(), labelled=_known() & sure)
+    return renamed.select(COLUMNS)
 
 
 def _windows(table: pl.LazyFrame, dates: pl.LazyFrame) -> pl.LazyFrame:
     """Windows have the day on which their walk started."""
-    return table.with_columns(id="window_id").join(dates, on="session", how="left").select(COLUMNS[:-1])
+    named = table.with_columns(id="window_id", labelled=_known())
+    return named.join(dates, on="session", how="left").select(COLUMNS)
+
+
+def _known() -> pl.Expr:
+    return pl.all_horizontal(pl.col("floor", "x", "y").is_not_null())
 
 
 def _middle_ns() -> pl.Expr:
