@@ -14,10 +14,10 @@ from vislam2tag.core.equations import (
     position_residual,
     sighting_variance,
     start_precision,
-    stretch_parts,
+    stretch_drift,
 )
 from vislam2tag.core.known import KnownLandmarks
-from vislam2tag.core.model import LEAST_DRIFT, Model
+from vislam2tag.core.model import Model
 
 
 def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tuple[FloatArray, FloatArray]:
@@ -36,7 +36,7 @@ def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tupl
         values.extend(root @ value)
 
     add({0: np.eye(STATES)}, np.zeros(STATES), np.asarray(np.linalg.inv(start_precision(model, pinned=False))))
-    drift = sum(stretch_parts(model, weights).values()) + LEAST_DRIFT
+    drift = stretch_drift(model, weights)
     for k in range(nodes - 1):
         parts = {STATES * k: -model.carry[k], STATES * (k + 1): np.eye(STATES)}
         had = model.drifted(model.walked.nodes[k : k + 1], model.walked.nodes[k + 1 : k + 2])[0]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.chain import Solution
 from vislam2tag.core.drift import transitions
-from vislam2tag.core.equations import Weights
+from vislam2tag.core.equations import Weights, stretch_drift
 from vislam2tag.core.model import LEAST_DRIFT, Model
 from vislam2tag.core.noise import Source
 
@@ -22,11 +23,34 @@ A pause is a step that lasts longer: interpolation goes by frame, so that its st
 
 @dataclass(frozen=True)
 class Knots:
-    """States (k, 4) and their covariances (k, 4, 4) at some frames (k,) of the odometry, sorted."""
+    """States (k, 4) at some frames (k,) of the odometry, sorted, and what their covariances follow from.
+
+    Each knot lies on a ``stretch`` (k,) between two nodes. Its state is ``rest`` (k, 4, 4) times the node's before it,
+    plus ``gain`` (k, 4, 4) times the one's after it; ``drift`` (k, 4, 4) leads from the node before to it, ``whole``
+    (p + 1, 4, 4) over each stretch.
+    """
 
     at: IntArray
     state: FloatArray
-    covariance: FloatArray
+    solution: Solution
+    stretch: IntArray
+    rest: FloatArray
+    gain: FloatArray
+    drift: FloatArray
+    whole: FloatArray
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(k, 4, 4) of :attr:`state`."""
+        solution, stretch, gained = self.solution, self.stretch, self.gain.transpose(0, 2, 1)
+        mixed = self.rest @ solution.next_covariance[stretch] @ gained
+        return np.asarray(
+            self.rest @ solution.covariance[stretch] @ self.rest.transpose(0, 2, 1)
+            + self.gain @ (solution.covariance[1:] - self.whole)[stretch] @ gained
+            + mixed
+            + mixed.transpose(0, 2, 1)
+            + self.drift
+        )
 
     def at_frames(self, values: FloatArray, count: int) -> FloatArray:
         """Interpolate values (k, ...) of the knots linearly to all ``count`` frames."""
@@ -41,23 +65,15 @@ def bridged(model: Model, weights: Weights, solution: Solution) -> Knots:
     nodes, at = model.walked.nodes, _knots(model)
     stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     first, last = nodes[stretch], nodes[stretch + 1]
-    before = _drift(model, weights, stretch, first, at)
-    whole = _drift(model, weights, stretch, first, last) + LEAST_DRIFT
+    drift = _drift(model, weights, stretch, first, at)
+    whole = stretch_drift(model, weights)
     onward = transitions(model.path, at, last)
-    gain = before @ onward.transpose(0, 2, 1) @ np.linalg.inv(whole)
+    gain = drift @ onward.transpose(0, 2, 1) @ np.linalg.inv(whole)[stretch]
     rest = transitions(model.path, first, at) - gain @ model.carry[stretch]
-    state = np.einsum("kij,kj->ki", rest, solution.state[stretch])
-    state += np.einsum("kij,kj->ki", gain, solution.state[stretch + 1] + model.drifted(first, last))
-    state -= model.drifted(first, at)
-    mixed = rest @ solution.next_covariance[stretch] @ gain.transpose(0, 2, 1)
-    covariance = (
-        rest @ solution.covariance[stretch] @ rest.transpose(0, 2, 1)
-        + gain @ (solution.covariance[stretch + 1] - whole) @ gain.transpose(0, 2, 1)
-        + mixed
-        + mixed.transpose(0, 2, 1)
-        + before
-    )
-    return Knots(at, state, covariance)
+    after = solution.state[1:] + model.stretches_drifted
+    state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)
+    state += np.einsum("kij,kj->ki", gain, after[stretch])
+    return Knots(at, state, solution, stretch, rest, gain, drift, whole)
 
 
 def _knots(model: Model) -> IntArray:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 ROUNDS = 12
 WIDEST = 4.0
@@ -37,6 +39,10 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> Fl
 
     The measurements must leave no unknown free. Sparse: cost grows linearly where each unknown has few neighbours.
     """
+    # Only walks through buildings whose heights matter come here; the others need not wait for these to load.
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import spsolve
+
     matrix, value = _whitened(measurements, len(start))
     tailed = np.concatenate([np.full(len(part.value), part.tailed) for part in measurements])
     solution = start
@@ -50,6 +56,8 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> Fl
 
 def _whitened(measurements: Sequence[Differences], unknowns: int) -> tuple[csr_array, FloatArray]:
     """All rows divided by their sigma: a sparse matrix (r, unknowns) and a right-hand side (r,)."""
+    from scipy.sparse import csr_array
+
     first = np.concatenate([part.first for part in measurements])
     second = np.concatenate([part.second for part in measurements])
     weight = 1.0 / np.concatenate([part.sigma for part in measurements])

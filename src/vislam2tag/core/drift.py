@@ -33,23 +33,28 @@ class Drift:
     kind: Kind
     path: ComplexArray
     sums: FloatArray
-    """(n, 6): variance, times x, times y, times xx, xy, yy of the path after each step."""
+    """(6, n): variance, times x, y, xx, xy, yy of the path after each step; (1, n) of the position's drift."""
 
     @classmethod
     def along(cls, kind: Kind, path: ComplexArray, variance: FloatArray) -> Drift:
         """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
         centred = path - path.mean()
-        x, y = centred.real[1:], centred.imag[1:]
-        terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
-        return cls(kind, centred, np.concatenate((np.zeros((1, 6)), np.cumsum(terms, axis=1).T)))
+        terms = variance[None]
+        if kind is not Kind.POSITION:
+            x, y = centred.real[1:], centred.imag[1:]
+            terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
+        sums = np.zeros((len(terms), len(path)))
+        np.cumsum(terms, axis=1, out=sums[:, 1:])
+        return cls(kind, centred, sums)
 
     def between(self, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
-        total, sx, sy, sxx, sxy, syy = (self.sums[b] - self.sums[a]).T
+        sums = self.sums.take(b, axis=1) - self.sums.take(a, axis=1)
         drift = np.zeros((len(a), STATES, STATES))
         if self.kind is Kind.POSITION:
-            drift[:, 0, 0] = drift[:, 1, 1] = total
+            drift[:, 0, 0] = drift[:, 1, 1] = sums[0]
             return drift
+        total, sx, sy, sxx, sxy, syy = sums
         x, y = self.path.real[b], self.path.imag[b]
         mean_x, mean_y = x * total - sx, y * total - sy
         xx = np.maximum(x * x * total - 2 * x * sx + sxx, 0)

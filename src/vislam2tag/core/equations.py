@@ -43,12 +43,14 @@ class Weights:
         )
 
 
-def stretch_parts(model: Model, weights: Weights) -> dict[Source, FloatArray]:
-    """Covariances (p + 1, 4, 4) of each source's drift between neighbouring nodes."""
-    return {
-        source: (weights.noise.level(source) ** 2 * weights.stretch[source])[:, None, None] * unit
-        for source, unit in model.stretches.items()
-    }
+def stretch_scale(weights: Weights) -> FloatArray:
+    """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
+    return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in Source])
+
+
+def stretch_drift(model: Model, weights: Weights) -> FloatArray:
+    """Covariances (p + 1, 4, 4) of all drift between neighbouring nodes."""
+    return np.asarray(np.einsum("sk,skij->kij", stretch_scale(weights), model.units) + LEAST_DRIFT)
 
 
 def sighting_variance(model: Model, noise: Noise) -> FloatArray:
@@ -82,7 +84,7 @@ def position_residual(model: Model, known: KnownLandmarks) -> FloatArray:
 
 def landmark_origin(model: Model, known: KnownLandmarks) -> ComplexArray:
     """(m,) complex positions that the landmarks' errors are counted from: surveyed, or where first seen."""
-    landmark, first = np.unique(model.walked.passes.landmark, return_index=True)
+    landmark, first = model.first_seen
     seen = np.zeros(len(known.position), dtype=np.complex128)
     seen[landmark] = model.seen_at[first]
     return np.asarray(np.where(known.surveyed, known.position, seen))
@@ -90,10 +92,9 @@ def landmark_origin(model: Model, known: KnownLandmarks) -> ComplexArray:
 
 def heading_origin(model: Model, known: KnownLandmarks) -> FloatArray:
     """(m,) headings that the sheets' errors are counted from, rad: surveyed, or by the reference where first logged."""
-    headed = np.flatnonzero(model.headed)
-    landmark, first = np.unique(model.walked.passes.landmark[headed], return_index=True)
+    landmark, first = model.first_headed
     seen = np.zeros(len(known.position))
-    seen[landmark] = model.heading_rad[headed[first]]
+    seen[landmark] = model.heading_rad[first]
     return np.where(np.isfinite(known.heading_rad), known.heading_rad, seen)
 
 
@@ -108,7 +109,7 @@ def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, p
 
     The border holds the landmarks' errors: x, y of each, then their headings.
     """
-    drift = np.linalg.inv(sum(stretch_parts(model, weights).values()) + LEAST_DRIFT)
+    drift = np.linalg.inv(stretch_drift(model, weights))
     count, marks = len(model.walked.nodes), len(known.position)
     diagonal = np.zeros((count, STATES, STATES))
     diagonal[0] = start_precision(model, pinned=pinned)

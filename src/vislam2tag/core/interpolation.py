@@ -108,8 +108,11 @@ def _chosen(floor: IntArray, frame: IntArray) -> IntArray:
 
 
 def _blend(values: FloatArray, before: IntArray, after: IntArray, share: FloatArray) -> FloatArray:
-    start = values[before]
-    blended: FloatArray = start + share * (values[after] - start)
+    start = values.take(before, axis=0)
+    blended: FloatArray = values.take(after, axis=0)  # many times quicker than values[after] where values has columns
+    blended -= start
+    blended *= share
+    blended += start
     return blended
 
 

@@ -87,10 +87,12 @@ def _fit(
 
 def orientation_is_estimated(log: LandmarkLog) -> bool:
     """Whether logged orientations say anything: some logs hold a constant for sheets that hang or move otherwise."""
-    held = ~log.lost
-    position, orientation = log.position_acs[held], log.orientation_acs[held]
-    constant = bool(np.all(orientation == orientation[:1]))
-    return not (constant and np.any(np.abs(position - position[:1]) > MOVED_M))
+    held = np.flatnonzero(~log.lost)
+    first = held[:1]
+    if (log.orientation_acs[held[-1:]] != log.orientation_acs[first]).any():
+        return True
+    constant = bool(np.all(log.orientation_acs[held] == log.orientation_acs[first]))
+    return not (constant and np.any(np.abs(log.position_acs[held] - log.position_acs[first]) > MOVED_M))
 
 
 def sheet_heading(orientation_acs: FloatArray) -> ComplexArray:

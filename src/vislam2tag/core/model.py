@@ -69,6 +69,11 @@ class Model:
         return {source: self.drift(source, nodes[:-1], nodes[1:]) for source in Source}
 
     @cached_property
+    def units(self) -> FloatArray:
+        """(s, p + 1, 4, 4) :attr:`stretches` of all sources."""
+        return np.stack(list(self.stretches.values()))
+
+    @cached_property
     def ranks(self) -> dict[Source, IntArray]:
         """Ranks (p + 1,) of :attr:`stretches`: how many numbers each source's drift consists of."""
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
@@ -119,6 +124,19 @@ class Model:
         matrix[:, 0, 2], matrix[:, 1, 2] = self.offset.real, self.offset.imag
         matrix[:, 0, 3], matrix[:, 1, 3] = -self.offset.imag, self.offset.real
         return matrix
+
+    @cached_property
+    def first_seen(self) -> tuple[IntArray, IntArray]:
+        """Landmarks that were passed (l,), and the first pass (l,) of each."""
+        landmark, first = np.unique(self.walked.passes.landmark, return_index=True)
+        return landmark, first
+
+    @cached_property
+    def first_headed(self) -> tuple[IntArray, IntArray]:
+        """Landmarks whose sheet's heading is logged (l,), and the first pass (l,) of each with a heading."""
+        headed = np.flatnonzero(self.headed)
+        landmark, first = np.unique(self.walked.passes.landmark[headed], return_index=True)
+        return landmark, headed[first]
 
     @cached_property
     def headed(self) -> BoolArray:

@@ -38,12 +38,11 @@ class Noise:
 
     def level(self, source: Source) -> float:
         """Standard deviation that scales the drift of this source."""
-        levels = {
-            Source.POSITION: self.position_m,
-            Source.HEADING: self.heading_rad,
-            Source.SCALE: self.scale,
-        }
-        return levels.get(source, 1.0)
+        if source is Source.POSITION:
+            return self.position_m
+        if source is Source.HEADING:
+            return self.heading_rad
+        return self.scale if source is Source.SCALE else 1.0
 
 
 USUAL = Noise()

@@ -18,6 +18,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.losses import FASTEST_M_S, bridge_loss, frozen_frames, lost_frames, runs
 from vislam2tag.core.map_moves import MapMoves, map_moves
+from vislam2tag.core.medians import median_of
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 
@@ -151,8 +152,10 @@ def _predicted(step: ComplexArray, dt: FloatArray, neighbours: tuple[int, ...]) 
     rate = step / dt
     reach = max(AFTER)
     padded = np.pad(rate, reach, mode="edge")
-    around = np.stack([padded[reach + k : reach + k + len(rate)] for k in neighbours])
-    return np.asarray((np.median(around.real, axis=0) + 1j * np.median(around.imag, axis=0)) * dt)
+    x, y = (
+        median_of([part[reach + k : reach + k + len(rate)] for k in neighbours]) for part in (padded.real, padded.imag)
+    )
+    return np.asarray((x + 1j * y) * dt)
 
 
 def _twist(orientation_acs: FloatArray) -> FloatArray:

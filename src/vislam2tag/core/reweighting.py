@@ -20,10 +20,11 @@ from vislam2tag.core.equations import (
     heading_residual,
     position_residual,
     sighting_variance,
-    stretch_parts,
+    stretch_drift,
+    stretch_scale,
 )
 from vislam2tag.core.known import KnownLandmarks
-from vislam2tag.core.model import LEAST_DRIFT, Model
+from vislam2tag.core.model import Model
 from vislam2tag.core.noise import (
     ESTIMATED,
     LANDMARK_TAIL,
@@ -75,8 +76,8 @@ def expected_squares(model: Model, known: KnownLandmarks, weights: Weights, solu
 
 
 def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, Square]:
-    parts = stretch_parts(model, weights)
-    total = sum(parts.values()) + LEAST_DRIFT
+    scale = stretch_scale(weights)
+    total = stretch_drift(model, weights)
     worth = np.linalg.inv(total)
     state, covariance = solution.state, solution.covariance
     miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
@@ -86,13 +87,14 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[S
     spread -= cross + cross.transpose(0, 2, 1)
     missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
     told = worth @ (total - spread) @ worth
-    scale = {source: weights.noise.level(source) ** 2 * weights.stretch[source] for source in Source}
+    missing = scale * np.einsum("kij,skji->sk", missed, model.units)
+    telling = scale * np.einsum("kij,skji->sk", told, model.units)
     return {
         source: Square(
-            scale[source] * np.einsum("kij,kji->k", missed, part),
-            scale[source] * np.maximum(model.ranks[source] - np.einsum("kij,kji->k", told, part), 0),
+            scale[number] * missing[number],
+            scale[number] * np.maximum(model.ranks[source] - telling[number], 0),
         )
-        for source, part in parts.items()
+        for number, source in enumerate(Source)
     }
 
 
@@ -102,7 +104,7 @@ def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -
     state = solution.state[1:-1]
     miss = position_residual(model, known) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
     seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
-    own = np.diag(solution.border_covariance)[column].sum(axis=1)
+    own = solution.border_covariance.diagonal()[column].sum(axis=1)
     shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
     spread = seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared)
     return Square(np.sum(miss**2, axis=1), np.asarray(spread))
@@ -112,7 +114,7 @@ def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> S
     column = 2 * len(known.position) + model.walked.passes.landmark
     miss = heading_residual(model, known) - solution.state[1:-1, 3] + solution.border[column]
     shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
-    spread = solution.covariance[1:-1, 3, 3] + np.diag(solution.border_covariance)[column] - 2 * shared
+    spread = solution.covariance[1:-1, 3, 3] + solution.border_covariance.diagonal()[column] - 2 * shared
     return Square(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.storeys import PressureLog
@@ -47,9 +46,16 @@ def altitude_m(pressure: PressureLog, time_ns: IntArray) -> FloatArray:
     """Height (k,) in the standard atmosphere at boot-clock times (k,), averaged over about a second, metres."""
     height = 44330.77 * (1.0 - (pressure.pressure_hpa / 1013.25) ** 0.190263)
     rate_hz = 1e9 / max(float(np.median(np.diff(pressure.time_ns))), 1.0) if len(height) > 1 else 1.0
-    smooth = uniform_filter1d(height, max(1, round(PRESSURE_WINDOW_S * rate_hz)), mode="nearest")
+    smooth = _running_mean(height, max(1, round(PRESSURE_WINDOW_S * rate_hz)))
     start = pressure.time_ns[0]
     return np.asarray(np.interp((time_ns - start) * 1e-9, (pressure.time_ns - start) * 1e-9, smooth))
+
+
+def _running_mean(values: FloatArray, size: int) -> FloatArray:
+    """Mean (n,) of the ``size`` entries around each of the values (n,), the ends standing for what is beyond."""
+    around = np.pad(values - values[0], (size // 2, (size - 1) // 2), mode="edge")
+    upto = np.concatenate(([0.0], np.cumsum(around)))
+    return np.asarray(values[0] + (upto[size:] - upto[:-size]) / size)
 
 
 def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: PressureLog) -> VerticalTrack:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.medians import running_median
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import usable_rank
 
@@ -89,8 +89,7 @@ def _usual_steps(step: FloatArray, elapsed: FloatArray) -> FloatArray:
     """Vertical steps (f - 1,) that the neighbouring ones lead to expect, metres."""
     if not len(step):
         return step
-    usual: FloatArray = median_filter(step / elapsed, size=USUAL_STEPS, mode="nearest") * elapsed
-    return usual
+    return running_median(step / elapsed, USUAL_STEPS) * elapsed
 
 
 def _common_steps(camera: CameraTrack, log: LandmarkLog, step: FloatArray, usual: FloatArray) -> FloatArray:

@@ -119,7 +119,12 @@ def _rounded(points: FloatArray) -> Polyline:
 
 def _scan_positions(wifi: pl.DataFrame) -> dict[int, Polyline]:
     """Mean labelled position of each scan, by the floor on which it began."""
-    labelled = wifi.drop_nulls("x").group_by("scan").agg(pl.col("x", "y").mean(), pl.col("floor").first())
+    labelled = (
+        wifi.select("scan", "x", "y", "floor")
+        .drop_nulls("x")
+        .group_by("scan")
+        .agg(pl.col("x", "y").mean(), pl.col("floor").first())
+    )
     means = labelled.sort("scan")[:: max(1, len(labelled) // MAX_POINTS)]
     floors = means["floor"].unique().to_list()
     return {floor: _rounded(means.filter(floor=floor).select("x", "y").to_numpy()) for floor in floors}
