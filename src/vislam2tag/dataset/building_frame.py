@@ -31,11 +31,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 class LevelHeading:
     """Heading of the level frame's x axis in the BCS at frames (n,): ``turn`` is ``exp(i heading)``.
 
-    It is shorter than 1 by the cosine of the angle between the two ideas of up.
+    It is shorter than 1 by the cosine of the angle between the two ideas of up. ``camera_axes`` is ``camera_R_body``.
     """
 
     time_ns: IntArray
     turn: ComplexArray
+    camera_axes: Rotation
 
     def at(self, time_ns: IntArray) -> ComplexArray:
         """Average about each time (k,); the shorter, the less tracker and phone agree. Zero where no frame is near."""
@@ -55,7 +56,7 @@ def level_heading(time_ns: IntArray, bcs_R_camera: Rotation, level: LevelOrienta
         return None
     matrix = (bcs_R_camera * camera_R_body * level_R_body.inv()).as_matrix()
     heading = np.arctan2(matrix[:, 1, 0] - matrix[:, 0, 1], matrix[:, 0, 0] + matrix[:, 1, 1])
-    return LevelHeading(time_ns, (np.cos(heading) + 1j * np.sin(heading)) * matrix[:, 2, 2])
+    return LevelHeading(time_ns, (np.cos(heading) + 1j * np.sin(heading)) * matrix[:, 2, 2], camera_R_body)
 
 
 def _camera_axes(time_ns: IntArray, bcs_R_camera: Rotation, level_R_body: Rotation) -> Rotation | None:

@@ -80,13 +80,19 @@ def imu_windows(
         return ImuWindows(empty_table(IMU_WINDOWS), {CAUSES[motion]: len(start_ns)})
     frames = mapped_frames(trajectory, motion.gyroscope)
     cause = _causes(motion, frames, start_ns, settings)
-    turn = _turn(motion, frames, start_ns + round(settings.length_s * 1e9) // 2)
-    disagreeing = (cause == FINE) & (np.abs(turn) < MIN_AGREEMENT)
-    cause[disagreeing] = ORIENTATIONS_DISAGREE if turn.any() else NO_HEADING
+    heading = level_heading(frames.known_ns, frames.orientation, motion.level) if frames.known.any() else None
+    if heading is None:
+        cause[cause == FINE] = NO_HEADING
+        return ImuWindows(empty_table(IMU_WINDOWS), _counted(cause))
+    turn = heading.at(start_ns + _length_ns(settings) // 2)
+    cause[(cause == FINE) & (np.abs(turn) < MIN_AGREEMENT)] = ORIENTATIONS_DISAGREE
     kept = np.flatnonzero(cause == FINE)
     if len(kept) == 0:
         return ImuWindows(empty_table(IMU_WINDOWS), _counted(cause))
-    table = pl.DataFrame(_columns(motion, frames, start_ns[kept], turn[kept], settings)).with_columns(
+    turned = frames.turned(heading.camera_axes.apply(_AHEAD), start_ns[kept], start_ns[kept] + _length_ns(settings))
+    columns = _columns(motion, frames, start_ns[kept], turn[kept], settings)
+    table = pl.DataFrame(columns).with_columns(
+        heading_change_rad=pl.Series(turned),
         window_id=pl.Series([f"{session}/imu/{number:06d}" for number in kept]),
         building=pl.lit(""),
         device=pl.lit(trajectory["device"][0]),
@@ -96,20 +102,24 @@ def imu_windows(
 
 
 def _starts(trajectory: pl.DataFrame, settings: ImuWindowSettings) -> IntArray:
-    """Return when windows start, so far inside the frames that the sensors' readings reach over the first and last."""
+    """Return when windows start: one a step, where there are frames.
+
+    The first starts, and the last ends, so far inside the frames that the sensors' readings reach over it.
+    """
     unusable = (Status.DUPLICATE.label, Status.INVALID.label)
-    times = trajectory.filter(~pl.col("status").is_in(unusable))["time_ns"]
-    if times.is_empty():
+    time_ns = trajectory.filter(~pl.col("status").is_in(unusable))["time_ns"].to_numpy()
+    if len(time_ns) == 0:
         return np.empty(0, dtype=np.int64)
-    margin_ns = round(settings.max_sensor_gap_s * 1e9)
-    last_ns = int(times[-1]) - margin_ns - round(settings.length_s * 1e9)
-    return np.arange(int(times[0]) + margin_ns, last_ns + 1, round(settings.step_s * 1e9), dtype=np.int64)
+    margin_ns, step_ns = round(settings.max_sensor_gap_s * 1e9), round(settings.step_s * 1e9)
+    start_ns = time_ns[0] + margin_ns + np.unique((time_ns - time_ns[0] - margin_ns) // step_ns) * step_ns
+    first_ns, last_ns = time_ns[0] + margin_ns, time_ns[-1] - margin_ns - _length_ns(settings)
+    starts: IntArray = start_ns[(start_ns >= first_ns) & (start_ns <= last_ns)]
+    return starts
 
 
-def _turn(motion: _Motion, frames: MappedFrames, time_ns: IntArray) -> ComplexArray:
-    """Return the heading of the level frame at times (w,), see LevelHeading; zeros where it cannot be told."""
-    heading = level_heading(frames.known_ns, frames.orientation, motion.level) if frames.known.any() else None
-    return np.zeros(len(time_ns), dtype=complex) if heading is None else heading.at(time_ns)
+def _length_ns(settings: ImuWindowSettings) -> int:
+    """Length of a window, nanoseconds."""
+    return round(settings.length_s * 1e9)
 
 
 def _counted(cause: IntArray) -> dict[str, int]:
@@ -144,7 +154,7 @@ def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
 
 def _causes(motion: _Motion, frames: MappedFrames, start_ns: IntArray, settings: ImuWindowSettings) -> IntArray:
     """Tell for each window (w,) why it is dropped, or FINE."""
-    end_ns = start_ns + round(settings.length_s * 1e9)
+    end_ns = start_ns + _length_ns(settings)
     cause = np.full(len(start_ns), FINE, dtype=np.int64)
     for series in (motion.accelerometer, motion.gyroscope, motion.rotation):
         fault = first_fault(series.time_ns, series.faults(settings.max_sensor_gap_s), start_ns, end_ns)
@@ -156,7 +166,7 @@ def _columns(
     motion: _Motion, frames: MappedFrames, start_ns: IntArray, turn: ComplexArray, settings: ImuWindowSettings
 ) -> dict[str, pl.Series]:
     """Return the columns of the windows that start at these times (w,); ``turn`` (w,) is the level frame's heading."""
-    end_ns = start_ns + round(settings.length_s * 1e9)
+    end_ns = start_ns + _length_ns(settings)
     ahead = motion.level.at(start_ns).apply(_AHEAD)
     own_heading = np.arctan2(ahead[:, 1], ahead[:, 0])
     heading = np.angle(turn * np.exp(1j * own_heading))
@@ -170,7 +180,6 @@ def _columns(
         "displacement_x": pl.Series(way.real),
         "displacement_y": pl.Series(way.imag),
         "heading_rad": pl.Series(heading),
-        "heading_change_rad": pl.Series(frames.turned(start_ns, end_ns)),
     }
     for moment, values in (("start", start), ("end", end)):
         for name, column in zip(("x", "y", "sigma"), values.T, strict=True):

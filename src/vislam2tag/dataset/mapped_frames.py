@@ -47,12 +47,11 @@ class MappedFrames:
         since, at = ((times - self.series.time_ns[0]) * 1e-9 for times in (self.known_ns, time_ns))
         return np.column_stack([np.interp(at, since, column) for column in self.series.values[self.known].T])
 
-    def turned(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
-        """Angle (w,) by which the phone turned about the vertical, rad, counter-clockwise."""
+    def turned(self, axis: FloatArray, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
+        """Angle (w,) by which an axis (3,) of the camera turned about the vertical, rad, counter-clockwise."""
         between = Slerp((self.known_ns - self.series.time_ns[0]) * 1e-9, self.orientation)
-        start, end = (between((times - self.series.time_ns[0]) * 1e-9) for times in (start_ns, end_ns))
-        _, _, z, w = (end * start.inv()).as_quat().T
-        turned: FloatArray = np.angle((w + 1j * z) ** 2)
+        start, end = (between((times - self.series.time_ns[0]) * 1e-9).apply(axis) for times in (start_ns, end_ns))
+        turned: FloatArray = np.angle((end[:, 0] + 1j * end[:, 1]) * (start[:, 0] - 1j * start[:, 1]))
         return turned
 
 

@@ -19,7 +19,7 @@ def split_items(dataset: Dataset) -> pl.DataFrame:
 
     ``id``, ``kind`` (the technology, ``magnetic`` or ``imu``), ``building``, ``floor``, ``x``, ``y`` (m, BCS; those of
     an IMU window are the middle of its ends), ``device``, ``session``, ``date``, ``time_ns`` (middle of a fingerprint,
-    start of a window) and ``labelled``: whether floor and position are known, and sure (a fingerprint's status is ``ok``).
+    start of a window) and ``labelled``: whether floor and position are known, and of a fingerprint sure (``ok``).
     """
     day = pl.col("started").dt.date()
     dates = dataset.tables[SESSIONS].select("session", date=day).unique("session", keep="any")
