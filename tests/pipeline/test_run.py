@@ -11,7 +11,7 @@ import pytest
 
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline import session
 from vislam2tag.pipeline.run import process
@@ -211,7 +211,7 @@ def test_a_session_that_becomes_unreadable_keeps_no_old_labels(
         monkeypatch.setattr(f"vislam2tag.pipeline.session.{name}", refuse)
     summary = process(survey, tmp_path / "out")
     assert summary.failed == 2
-    for table, schema in SCHEMAS.items():
+    for table, schema in ((name, SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL):
         rows = pl.read_parquet(tmp_path / "out" / table / "*.parquet")
         assert len(rows) == 0
         assert list(rows.schema.items()) == list(schema.items())
@@ -234,3 +234,22 @@ def test_a_hole_in_the_frames_is_time_lost(survey: Path, tmp_path: Path) -> None
     summary = process(survey, tmp_path / "out")
     assert summary.frame_seconds["gap"] == pytest.approx(8.0, abs=4.1)
     assert sum(summary.frame_seconds.values()) == pytest.approx(summary.duration_s, abs=0.01)
+
+
+def test_ble_is_labelled_where_it_is_logged_and_gone_where_it_is_not_any_more(survey: Path, tmp_path: Path) -> None:
+    session = next(survey.glob("floor_0/*/*"))
+    poses = (session / "poses.csv").read_text().splitlines()
+    times = [line.split(";")[0] for line in poses[10:-10:20]]
+    (session / "ble.csv").write_text("".join(f"{time}; c2:ca:b5:46:df:bb; desk; -70\n" for time in times))
+    summary = process(survey, tmp_path / "out")
+    assert sum(summary.readings["ble"].values()) == len(times)
+    (table,) = (tmp_path / "out" / "ble").iterdir()
+    rows = pl.read_parquet(table)
+    assert list(rows.schema.items()) == list(SCHEMAS["ble"].items())
+    trajectory = pl.read_parquet(tmp_path / "out" / "trajectory" / table.name)
+    for row in rows.filter(pl.col("status") == "ok").iter_rows(named=True):
+        frame = trajectory.filter(pl.col("time_ns") == row["time_ns"]).row(0, named=True)
+        assert (row["x"], row["y"]) == (frame["x"], frame["y"])
+    (session / "ble.csv").unlink()
+    assert "ble" not in process(survey, tmp_path / "out").readings
+    assert list((tmp_path / "out" / "ble").iterdir()) == []

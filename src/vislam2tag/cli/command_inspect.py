@@ -93,7 +93,7 @@ def _floor_table(floors: Iterable[FloorOverview]) -> Table:
 
 
 def _session_table(sessions: Iterable[SessionOverview]) -> Table:
-    numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "presses", "findings")
+    numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "BLE rows", "presses", "findings")
     rows = table("Sessions", ("floor", "device", "session"), numbers)
     for session in sessions:
         place = (str(session.floor), escape(session.device), escape(session.session))
@@ -114,6 +114,7 @@ def _session_cells(session: SessionOverview) -> tuple[str, ...]:
         f"{session.landmarks_surveyed} of {len(session.landmarks_seen)} surveyed",
         f"{session.wifi_scans:,}",
         f"{session.sensor_rows:,}",
+        "-" if session.ble_rows is None else f"{session.ble_rows:,}",
         str(session.presses),
         str(len(session.findings)) if session.usable else f"[red]{len(session.findings)}[/]",
     )

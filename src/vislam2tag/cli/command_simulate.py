@@ -85,6 +85,7 @@ def _simulate(
         typer.Option(help="Walks go on to other floors and back this way; landmark ids then differ between floors."),
     ] = None,
     pressure: Annotated[bool, typer.Option("--pressure", help="The phones log air pressure, too.")] = False,
+    ble: Annotated[bool, typer.Option("--ble", help="There are BLE beacons, and the phones log them.")] = False,
     column: Annotated[
         list[SiteColumn] | None,
         typer.Option(help="An optional column of the site's files; may be given again."),
@@ -99,7 +100,7 @@ def _simulate(
     if climb is not None and (like is not None or floors < 2):
         raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like")
     if like is Likeness.PAPER:
-        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure)
+        scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
     else:
         scenario = regular_survey(
             seed,
@@ -111,6 +112,7 @@ def _simulate(
             BuildingSettings(landmarks=landmarks),
             climb=climb,
             pressure=pressure,
+            ble=ble,
         )
     _run_with_progress(scenario, out, options)
 

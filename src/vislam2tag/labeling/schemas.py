@@ -34,8 +34,22 @@ SCHEMAS: dict[str, dict[str, pl.DataType]] = {
         **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), _F64),
         **_LABEL,
     },
+    "ble": {
+        **KEY,
+        "row": _I64,
+        "time_ns": _I64,
+        "address": _TEXT,
+        "name": _TEXT,
+        "uuid": _TEXT,
+        "major": _I32,
+        "minor": _I32,
+        "rssi_dbm": _F32,
+        **_LABEL,
+    },
 }
-"""Columns of the tables that every session has, in order."""
+"""Columns of the tables that sessions have, in order."""
+OPTIONAL = ("ble",)
+"""Tables that only those sessions have that logged them."""
 UNITS = {
     "x": "m",
     "y": "m",

@@ -17,7 +17,7 @@ from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.errors import OutputError, SessionError
 from vislam2tag.findings import Finding
-from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.mapping import strategy_named
 from vislam2tag.pipeline import statistics
 from vislam2tag.pipeline.accuracy import error_record, truth_mark
@@ -110,8 +110,8 @@ def _outcome(result: SessionResult, *, repeated: bool) -> Outcome:
 
 def _failed(job: Job, error: str) -> SessionResult:
     """Write tables with zero rows for a session of which nothing could be made."""
-    for name, schema in SCHEMAS.items():
-        _write_table(job, name, pl.DataFrame(schema=schema))
+    for name in SCHEMAS.keys() - OPTIONAL:
+        _write_table(job, name, pl.DataFrame(schema=SCHEMAS[name]))
     return _result(job, fingerprint="", error=error)
 
 

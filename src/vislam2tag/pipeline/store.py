@@ -16,6 +16,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.errors import OutputError
+from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 
 PARTIAL = ".partial"
@@ -57,8 +58,13 @@ class OutputFolder:
             return None
 
     def forget(self, slug: str) -> None:
-        """Remove a session's done-mark, so that its tables are not trusted while they are rewritten."""
+        """Remove a session's done-mark, so that its tables are not trusted while they are rewritten.
+
+        Tables that not every session has go, too: the session may have none now.
+        """
         self._remove(self.root / RESULTS / f"{slug}.json")
+        for table in OPTIONAL:
+            self._remove(self.root / table / f"{slug}.parquet")
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""

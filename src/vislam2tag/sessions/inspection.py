@@ -63,6 +63,8 @@ class SessionOverview(_Model):
     wifi_rows: int = 0
     scan_interval_s: float | None = None
     sensor_rows: int = 0
+    ble_rows: int | None = None
+    """None where no BLE was logged."""
     presses: int = 0
     findings: tuple[Finding, ...] = ()
 
@@ -161,5 +163,6 @@ def _amounts(session: Session) -> dict[str, object]:
         "wifi_rows": wifi.height,
         "scan_interval_s": None if interval_s is None else round(interval_s, 3),
         "sensor_rows": session.tables["sensors"].height,
+        "ble_rows": session.tables["ble"].height if "ble" in session.tables else None,
         "presses": len(session.presses_ns),
     }

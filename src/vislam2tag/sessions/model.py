@@ -36,6 +36,8 @@ class Session:
 
     * wifi: ``scan`` int32, ``bssid``, ``ssid`` text, ``rssi_dbm``, ``frequency_mhz`` float32 (null: unknown)
     * sensors: ``sensor`` text, ``v1`` .. ``v6`` float64
+    * ble, where it was logged: ``address``, ``name``, ``uuid`` text, ``major``, ``minor`` int32 (null: no beacon),
+      ``rssi_dbm`` float32
     """
 
     key: SessionKey

@@ -12,6 +12,8 @@ import polars as pl
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.ble_table import ble_findings, parse_ble
+from vislam2tag.sessions.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.landmark_log import LANDMARK_SCHEMA, landmark_log
@@ -31,6 +33,7 @@ FILE_NAMES = {
     "wifi": ("wifi.csv", "WiFi.csv"),
     "sensors": ("sensors.csv", "Sensors.csv"),
     "presses": ("refMarker.csv", "ControlPoint.csv"),
+    "ble": ("ble.csv", "Ble.csv"),
 }
 """The names of each role's file: the published one, and the paper's."""
 
@@ -41,6 +44,8 @@ _MISSING = {
     "wifi": ("no Wi-Fi scans; the session gives no Wi-Fi labels", Severity.WARNING),
     "sensors": ("no sensor readings; the session gives no sensor labels", Severity.WARNING),
 }
+
+_OPTIONAL = {"presses": ("no presses", Severity.WARNING), "ble": ("no BLE readings", Severity.WARNING)}
 
 
 @dataclass
@@ -84,7 +89,7 @@ class _Reading:
 
 def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
     """Message and severity for a file that cannot be opened: as grave as if it were missing."""
-    consequence, severity = _MISSING.get(role, ("no presses", Severity.WARNING))
+    consequence, severity = (_MISSING | _OPTIONAL)[role]
     return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
 
 
@@ -108,6 +113,8 @@ class PublishedFormat:
         camera = _camera(reading, settings)
         landmarks = _landmarks(reading, camera)
         tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+        if any(is_file(ref.folder / name) for name in FILE_NAMES["ble"]):
+            tables["ble"] = _ble(reading, camera)
         presses_ns = _presses(reading, camera)
         return Session(
             key=ref.key,
@@ -148,6 +155,14 @@ def _sensors(reading: _Reading, camera: CameraTrack) -> pl.DataFrame:
     file, data = reading.load("sensors")
     rows, findings = sensor_table(reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA)), file)
     reading.findings += findings
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _ble(reading: _Reading, camera: CameraTrack) -> pl.DataFrame:
+    file, data = reading.load("ble")
+    rows = mark_repeated_ble(reading.account("ble", data, parse_ble(data, file)))
+    reading.findings += ble_findings(rows, file)
     reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
     return rows
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 import polars as pl
 
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.radio_text import level_dbm, text_lines, undecodable, without_absurd_levels
 from vislam2tag.sessions.raw_table import RawTable, sift
 from vislam2tag.settings import FindingSettings
 
 _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS
-_REPLACEMENT = "\ufffd"
 GREATEST_DBM = 1000.0
 """No radio measures such a level: the number is a fault."""
 
@@ -32,57 +32,26 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
     :data:`GREATEST_DBM`), and becomes null. The published layout has no frequency (null).
     """
     data = data.removeprefix(codecs.BOM_UTF8)
-    lines = data.decode("utf-8", errors="replace").split("\n")
-    if lines[-1] == "":
-        lines.pop()
-    fields = pl.Series("line", lines, dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
+    fields = pl.Series("line", text_lines(data), dtype=pl.String).str.extract_groups(_LINE).struct.unnest()
     table = fields.select(
         pl.int_range(1, pl.len() + 1, dtype=pl.Int64).alias("row"),
         _times_ns().alias("time_ns"),
         pl.col("scan").cast(pl.Int32, strict=False),
         pl.col("bssid"),
         pl.when(pl.col("blank") == "").then("ssid").otherwise(pl.col("ssid").str.strip_prefix(" ")).alias("ssid"),
-        pl.col("rssi_dbm").str.replace(",", ".", literal=True).cast(pl.Float64, strict=False),
+        level_dbm(pl.col("rssi_dbm")),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
     raw = sift(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
     measured = pl.col("rssi_dbm").is_between(-GREATEST_DBM, GREATEST_DBM)
-    findings = [*raw.findings, *_undecodable(data, raw), *_absurd_levels(raw, measured)]
-    rows = raw.rows.with_columns(pl.when(measured).then("rssi_dbm").cast(pl.Float32))
-    return replace(raw, rows=rows, findings=tuple(findings))
+    rows, absurd = without_absurd_levels(raw, measured, f"finite and within {GREATEST_DBM:g} dBm")
+    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable(data, raw, "ssid"), *absurd))
 
 
 def _times_ns() -> pl.Expr:
     time_us = pl.col("time_us").cast(pl.Int64, strict=False)
     return pl.when(time_us <= _GREATEST_US).then(time_us) * _US_TO_NS
-
-
-def _absurd_levels(raw: RawTable, measured: pl.Expr) -> list[Finding]:
-    lines = raw.rows.filter(~measured)["row"].to_list()
-    if not lines:
-        return []
-    message = f"levels must be finite and within {GREATEST_DBM:g} dBm; these rows are kept without their level"
-    return [Finding.at_lines("non_finite_values", raw.file, lines, message)]
-
-
-def _undecodable(data: bytes, raw: RawTable) -> list[Finding]:
-    """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
-    suspects = raw.rows.filter(pl.col("ssid").str.contains(_REPLACEMENT, literal=True))["row"].to_list()
-    lines = data.split(b"\n") if suspects else []
-    broken = [row for row in suspects if not _is_utf8(lines[row - 1])]
-    if not broken:
-        return []
-    message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
-    return [Finding.at_lines("undecodable_text", raw.file, broken, message, Severity.INFO)]
-
-
-def _is_utf8(line: bytes) -> bool:
-    try:
-        line.decode("utf-8")
-    except UnicodeDecodeError:
-        return False
-    return True
 
 
 def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:

@@ -129,7 +129,7 @@ def simulate_wifi(
     access_point = np.tile(np.arange(points), scans)
     position = position_at(walk, time_us.ravel() * 1000)
     faintest = receiver.sensitivity_dbm - receiver.offset_db
-    mean = _mean_over_floors(environment, walk, time_us.ravel() * 1000, position, access_point, faintest - 5)
+    mean = mean_along_walk(environment, walk, time_us.ravel() * 1000, position, access_point, faintest - 5)
     mean = mean.reshape(scans, points)
     fading = rng.normal(0, environment.settings.fading_sigma_db, mean.shape)
     rss = np.clip(mean + receiver.offset_db + fading, _SMALLEST_RSS_DBM, _GREATEST_RSS_DBM).round().astype(np.int64)
@@ -138,7 +138,7 @@ def simulate_wifi(
     return _in_file_order(heard, time_us, rss, environment.settings.stale_share, rng)
 
 
-def _mean_over_floors(
+def mean_along_walk(
     environment: RadioEnvironment,
     walk: TrueWalk,
     time_ns: IntArray,

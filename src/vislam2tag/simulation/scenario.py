@@ -78,6 +78,8 @@ class Scenario:
     sessions: tuple[PlannedSession, ...]
     pressure: bool = False
     """Whether the phones log air pressure."""
+    ble: bool = False
+    """Whether there are BLE beacons, and the phones log them."""
 
 
 def regular_survey(
@@ -91,6 +93,7 @@ def regular_survey(
     walk: WalkSettings | None = None,
     climb: Climb | None = None,
     pressure: bool = False,
+    ble: bool = False,
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
 
@@ -115,7 +118,7 @@ def regular_survey(
     furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
     if climb is not None:
         furnished = furnished.model_copy(update={"distinct_ids": True})
-    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure)
+    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure, ble)
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:

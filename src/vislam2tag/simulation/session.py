@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.simulation.beacons import BleLog
 from vislam2tag.simulation.imu import ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.radio import WifiLog
@@ -31,5 +32,7 @@ class SimulatedSession:
     imu: ImuLog
     presses_ns: IntArray
     marks: DecimalMarks
+    ble: BleLog | None = None
+    """None where the phone logs no BLE."""
     station: StationTrack | None = None
     station_offset_ns: int = 0

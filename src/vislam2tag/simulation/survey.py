@@ -13,6 +13,7 @@ from vislam2tag import __version__
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.errors import OutputError
 from vislam2tag.simulation.barometer import with_pressure
+from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
 from vislam2tag.simulation.building import STATION_LANDMARKS
 from vislam2tag.simulation.devices import Locale, make_device
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu
@@ -74,8 +75,9 @@ def simulate(
         _write_site(scenario, out, chosen)
         radio = RadioSettings(stale_share=STALE_SHARE * scenario.severity)
         environment = make_radio_environment(scenario.building, radio, scenario.seed)
+        beacons = make_beacons(scenario.building, scenario.seed) if scenario.ble else None
         for planned in scenario.sessions:
-            session = simulate_session(scenario, planned, environment, chosen.locale)
+            session = simulate_session(scenario, planned, environment, chosen.locale, beacons)
             _write_session(session, planned.key, out, chosen)
             if on_session is not None:
                 on_session(planned.key)
@@ -84,7 +86,11 @@ def simulate(
 
 
 def simulate_session(
-    scenario: Scenario, planned: PlannedSession, environment: RadioEnvironment, locale: Locale = Locale.MIXED
+    scenario: Scenario,
+    planned: PlannedSession,
+    environment: RadioEnvironment,
+    locale: Locale = Locale.MIXED,
+    beacons: Beacons | None = None,
 ) -> SimulatedSession:
     """Simulate one session; its random numbers depend on the scenario's seed and the session's key alone."""
     seed = scenario.seed
@@ -106,6 +112,7 @@ def simulate_session(
         imu=imu,
         presses_ns=presses_ns,
         marks=device.marks,
+        ble=None if beacons is None else simulate_ble(beacons, walk, device.receiver, stream(seed, "ble", planned.key)),
     )
     if not planned.total_station:
         return session
@@ -165,6 +172,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         "traps": sorted(options.traps),
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),
+        **({"ble": True} if scenario.ble else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }
     return (json.dumps(content, indent=2) + "\n").encode()

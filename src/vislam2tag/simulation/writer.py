@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.simulation.beacons import BleLog
 from vislam2tag.simulation.imu import SENSOR_TYPES, ImuLog
 from vislam2tag.simulation.model import SimulatedBuilding, TrackerLog
 from vislam2tag.simulation.radio import WifiLog
@@ -20,6 +21,7 @@ PUBLISHED_NAMES = {
     "landmarks": "initPoses.csv",
     "sensors": "sensors.csv",
     "wifi": "wifi.csv",
+    "ble": "ble.csv",
     "presses": "refMarker.csv",
     "station": "tachy.csv",
     "truth": "truth.csv",
@@ -41,7 +43,7 @@ SessionText = dict[str, bytes]
 
 
 def session_text(session: SimulatedSession) -> SessionText:
-    """Write every file of a session into memory; roles without data (presses, station) are left out."""
+    """Write every file of a session into memory; roles without data (BLE, presses, station) are left out."""
     text = {
         "poses": _poses(session.tracker, session.marks.poses),
         "landmarks": _landmarks(session.tracker, session.marks.poses),
@@ -49,6 +51,8 @@ def session_text(session: SimulatedSession) -> SessionText:
         "wifi": _wifi(session.wifi, session.building),
         "truth": _truth(session),
     }
+    if session.ble is not None:
+        text["ble"] = _ble(session.ble)
     if len(session.presses_ns):
         presses: _Columns = {"n": np.arange(len(session.presses_ns)), "t": session.presses_ns}
         text["presses"] = _csv(presses, ".")
@@ -103,6 +107,20 @@ def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> bytes:
         "ssid": _chosen(building.ap_ssid, wifi.access_point),
         "bssid": _chosen(building.ap_bssid, wifi.access_point),
         "rss": wifi.rss_dbm,
+    }
+    return _csv(columns, ".")
+
+
+def _ble(ble: BleLog) -> bytes:
+    beacons, building = ble.beacons, ble.beacons.environment.building
+    columns: _Columns = {
+        "t": ble.time_ns,
+        "address": _chosen(building.ap_bssid, ble.beacon),
+        "name": _chosen(building.ap_ssid, ble.beacon),
+        "rss": ble.rss_dbm,
+        "uuid": _chosen((beacons.uuid,), np.zeros(len(ble.beacon), dtype=np.int64)),
+        "major": beacons.major[ble.beacon],
+        "minor": beacons.minor[ble.beacon],
     }
     return _csv(columns, ".")
 

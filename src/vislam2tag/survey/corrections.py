@@ -152,7 +152,7 @@ class MoveLandmark(Entry):
 class ShiftClock(Entry):
     """Add an offset to all times of one table."""
 
-    table: Literal["sensors", "wifi", "presses", "camera"]
+    table: Literal["sensors", "wifi", "ble", "presses", "camera"]
     offset_s: Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
