@@ -101,7 +101,8 @@ def true_way(walk: TrueWalk, start_ns: IntArray, length_s: float = 1.0) -> Compl
 def ahead_of(walk: TrueWalk, time_ns: IntArray) -> ComplexArray:
     """Direction in the plane between the phone's top and the view of its back camera."""
     x, y, _ = Rotation.from_quat(orientation_at(walk, time_ns)).apply((0.0, 1.0, -1.0)).T
-    return x + 1j * y
+    ahead: ComplexArray = x + 1j * y
+    return ahead
 
 
 def without(recording: Recording, sensor: str) -> Recording:

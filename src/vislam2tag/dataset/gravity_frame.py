@@ -49,7 +49,7 @@ def filtered_orientation(accelerometer: SensorSeries, gyroscope: SensorSeries) -
     at_s = (accelerometer.time_ns - gyroscope.time_ns[0]) * 1e-9
     force = np.column_stack([np.interp(time_s, at_s, axis) for axis in accelerometer.values.T])
     memory = GRAVITY_MEMORY_S / np.median(np.diff(time_s))
-    up = gaussian_filter1d(start_R_body.apply(force), memory, axis=0, mode="nearest")
+    up = gaussian_filter1d(start_R_body.apply(force), memory, axis=0, mode="reflect")
     return LevelOrientation(gyroscope.time_ns, _upright(up) * start_R_body)
 
 
