@@ -14,6 +14,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.formats.archives import folder_of, names_in
+from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.formats.parts import TEST, TRAIN, chosen_parts
 from vislam2tag.dataset.formats.points import Points, floor_infos, point_dataset
 from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
@@ -50,6 +51,7 @@ APS = ("ap_id", "technology", "x", "y", "z")
 FILES: Mapping[str, tuple[str, ...]] = {"Samples.csv": SAMPLES, "RSSI.csv": RSSI, "APs.csv": APS}
 TECHNOLOGIES = {"wifi": "WiFi", "ble": "BLE"}
 HOLDS = {
+    SET: (ONE_SPLIT,),
     "fingerprints": (
         "scan_id",
         "technology",

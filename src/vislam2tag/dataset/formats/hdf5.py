@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.dataset.formats.left_out import SET, SPLITS
 from vislam2tag.dataset.formats.registry import ExportContext, register_export
 from vislam2tag.dataset.formats.samples import each_labelled, labelled, matrices, matrix_findings
 from vislam2tag.dataset.model import Dataset, Split
@@ -35,6 +36,7 @@ UNITS = {
     "end_ns": "ns",
 }
 HOLDS = {
+    SET: (SPLITS,),
     "fingerprints": (
         "scan_id",
         "technology",

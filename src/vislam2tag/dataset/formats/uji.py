@@ -18,6 +18,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.formats.archives import folder_of, names_in
+from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.formats.parts import TEST, TRAIN, chosen_parts
 from vislam2tag.dataset.formats.points import Points, floor_infos, point_dataset
 from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
@@ -70,6 +71,7 @@ NUMBERINGS = {
 }
 """By the column of the fingerprints."""
 HOLDS = {
+    SET: (ONE_SPLIT,),
     "fingerprints": ("technology", "building", "floor", "x", "y", "user", "device", "start_ns", "date"),
     "readings": ("scan_id", "bssid", "rssi_dbm"),
     "access_points": ("bssid", "technology", "ssid", "frequency_mhz"),
