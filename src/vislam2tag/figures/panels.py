@@ -96,7 +96,7 @@ def show(axes: Axes, extent: tuple[FloatArray, FloatArray]) -> None:
 
 def draw_floor(axes: Axes, floor: Floor, landmarks: Landmarks, *, ids: bool = False) -> None:
     """Draw the plan, pale, as far as there is one, and the floor's surveyed landmarks, with their ids if wanted."""
-    _draw_plan(axes, floor)
+    draw_plan(axes, floor)
     here = landmarks.on_floor(floor.number)
     here = here.select(np.flatnonzero(here.surveyed).tolist())
     axes.plot(*here.position_bcs.T, "s", color=LANDMARK, markersize=2.5, zorder=4, label="landmark")
@@ -107,7 +107,7 @@ def draw_floor(axes: Axes, floor: Floor, landmarks: Landmarks, *, ids: bool = Fa
     show(axes, extent_of(floor, landmarks))
 
 
-def _draw_plan(axes: Axes, floor: Floor) -> None:
+def draw_plan(axes: Axes, floor: Floor) -> None:
     """Draw the plan over the floor's extent where it is known and the image can be read (findings say why not)."""
     if floor.plan is None or floor.width_m is None or floor.height_m is None:
         return

@@ -1,0 +1,115 @@
+"""Where a data set has fingerprints on each floor, where it has none, and the walk that would fill the gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap, to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.dataset.cell_grid import CellGrid
+from vislam2tag.dataset.coverage import FloorCoverage
+from vislam2tag.dataset.gap_walk import GapWalk
+from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
+from vislam2tag.figures.style import PAGE_IN, print_quality
+from vislam2tag.survey.model import Floor
+
+Extent = tuple[FloatArray, FloatArray]
+CLASSES = (1, 2, 3, 6, 11, 21)
+"""Least number of fingerprints of each colour."""
+COLOURS = [to_hex(colour) for colour in colormaps["YlGnBu"](np.linspace(0.35, 1.0, len(CLASSES)))]
+COVERED, GAP, WALK = "#dde7ee", "#e69f00", "#d55e00"
+
+
+@dataclass(frozen=True)
+class CoveredFloor:
+    """What is drawn of a floor."""
+
+    title: str
+    floor: Floor
+    coverage: FloorCoverage
+    walks: Sequence[GapWalk] = ()
+
+
+@print_quality
+def coverage_map(floors: Sequence[CoveredFloor]) -> Figure:
+    """Draw the fingerprints a cell on each floor's plan, walkable cells near none, and the walks that fill them."""
+    extents = [
+        _extent([other for other in floors if other.coverage.place[0] == floor.coverage.place[0]]) for floor in floors
+    ]
+    aspect = max(aspect_of(extent) for extent in extents)
+    figure, axes = panel_grid(len(floors), min(2, len(floors)), PAGE_IN, aspect, extra_in=0.5)
+    for one, floor, extent in zip(axes, floors, extents, strict=True):
+        draw_plan(one, floor.floor)
+        _draw_cells(one, floor.coverage)
+        for walk in floor.walks:
+            one.plot(*walk.points_m.T, color=WALK, linewidth=1.1, zorder=5)
+            one.plot(*walk.points_m[0], "o", color=WALK, markeredgecolor="white", markersize=4, zorder=6)
+        in_metres(one)
+        show(one, extent)
+    letter(axes, [_title(floor) for floor in floors])
+    _explain(figure, walks=any(floor.walks for floor in floors))
+    return figure
+
+
+def _extent(floors: Sequence[CoveredFloor]) -> Extent:
+    """Lower left and upper right corner of the plans and cells of a building, so that its floors can be compared."""
+    corners = []
+    for floor in floors:
+        left, right, low, high = floor.coverage.grid.extent_m
+        corners += [(left, low), (right, high)]
+        if floor.floor.width_m is not None and floor.floor.height_m is not None:
+            corners += [(0.0, 0.0), (floor.floor.width_m, floor.floor.height_m)]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
+def _draw_cells(axes: Axes, coverage: FloorCoverage) -> None:
+    kind = np.where(coverage.gaps, 1, np.where(coverage.walkable, 0, -1))
+    _lay(axes, kind, coverage.grid, (COVERED, GAP), zorder=1)
+    _lay(axes, np.searchsorted(CLASSES, coverage.total, side="right") - 1, coverage.grid, COLOURS, zorder=2)
+
+
+def _lay(axes: Axes, kind: IntArray, grid: CellGrid, colours: Sequence[str], zorder: int) -> None:
+    """Paint each cell with the colour of its kind (rows, columns); those below zero stay clear."""
+    axes.imshow(
+        np.ma.masked_less(kind, 0),
+        cmap=ListedColormap(colours),
+        vmin=0,
+        vmax=len(colours) - 1,
+        extent=grid.extent_m,
+        origin="lower",
+        interpolation="nearest",
+        alpha=0.85,
+        zorder=zorder,
+    )
+
+
+def _title(floor: CoveredFloor) -> str:
+    """Name, and the share covered where more is walkable than the fingerprints' own cells."""
+    coverage = floor.coverage
+    if coverage.share is None or (coverage.walkable <= (coverage.total > 0)).all():
+        return floor.title
+    walked = sum(walk.length_m for walk in floor.walks)
+    return f"{floor.title}: {100 * coverage.share:.0f} % covered" + (f", {walked:.0f} m to go" if floor.walks else "")
+
+
+def _explain(figure: Figure, *, walks: bool) -> None:
+    last = f"over {CLASSES[-1] - 1}"
+    names = [f"{low}" if high - low == 1 else f"{low} to {high - 1}" for low, high in pairwise(CLASSES)]
+    counts = [Patch(color=colour, label=name) for colour, name in zip(COLOURS, [*names, last], strict=True)]
+    figure.legend(handles=counts[::-1], title="fingerprints\na cell", loc="outside right upper", title_fontsize=6)
+    handles: list[Patch | Line2D] = [
+        Patch(color=COVERED, label="walkable, a fingerprint is near"),
+        Patch(color=GAP, label="walkable, none is near"),
+    ]
+    if walks:
+        handles.append(Line2D([], [], color=WALK, marker="o", markersize=3.5, label="walk that fills the gaps"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vislam2tag.dataset.cell_grid import CellGrid
+from vislam2tag.dataset.coverage import FloorCoverage
+from vislam2tag.dataset.gap_walk import gap_walks
+from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
+from vislam2tag.survey.model import ControlPoints, Floor
+
+FLOOR = Floor(1, "first", 30.0, 10.0, None, None, ControlPoints((), np.zeros((0, 2))))
+
+
+def corridor(building: str = "", counts: tuple[int, ...] = (3, 0, 0, 0, 25)) -> FloorCoverage:
+    """Five cells of 2 m; the middle one is near no fingerprint."""
+    found = np.array([counts])
+    walkable = np.ones((1, 5), dtype=bool)
+    near = np.array([[True, True, False, True, True]])
+    return FloorCoverage((building, 1), CellGrid((20.0, -4.0), 2.0, 1, 5), {"A": found}, walkable, near, 0)
+
+
+def test_cells_are_coloured_by_count_gap_and_walk() -> None:
+    covered = corridor()
+    figure = coverage_map([CoveredFloor("Floor 1", FLOOR, covered, gap_walks(covered))])
+    (axes,) = figure.axes
+    kinds, classes = (np.ma.filled(np.ma.asarray(image.get_array()), -1).tolist() for image in axes.images)
+    assert kinds == [[0, 0, 1, 0, 0]]
+    assert classes == [[2, -1, -1, -1, 5]]
+    assert tuple(axes.images[0].get_extent()) == (20.0, 30.0, -4.0, -2.0)
+    assert axes.get_title("left") == "(a) Floor 1: 80 % covered, 0 m to go"
+    assert len(axes.lines) == 2
+
+
+def test_floors_of_a_building_show_the_same_part_and_plan_and_cells_are_whole() -> None:
+    other = CoveredFloor("Floor 2", FLOOR, corridor(), ())
+    wide = CoveredFloor("Floor 1", FLOOR, corridor(), ())
+    whole = np.ones((1, 1), dtype=bool)
+    elsewhere = FloorCoverage(("B", 0), CellGrid((0.0, 0.0), 2.0, 1, 1), {}, whole, whole, 0)
+    nameless = Floor(0, "", None, None, None, None, FLOOR.control_points)
+    one, two, three = coverage_map([other, wide, CoveredFloor("B", nameless, elsewhere)]).axes
+    assert one.get_xlim() == two.get_xlim() == (0, 30)
+    assert one.get_ylim() == two.get_ylim() == (-4, 10)
+    assert three.get_xlim() == (0, 2)
+
+
+@pytest.mark.parametrize(("counts", "title"), [((1, 1, 1, 1, 1), "(a) F"), ((1, 0, 0, 0, 1), "(a) F: 80 % covered")])
+def test_a_share_is_told_where_more_is_walkable_than_holds_fingerprints(counts: tuple[int, ...], title: str) -> None:
+    (axes,) = coverage_map([CoveredFloor("F", FLOOR, corridor(counts=counts))]).axes
+    assert axes.get_title("left") == title
