@@ -74,23 +74,6 @@ class FindingSettings(_Frozen):
     """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
 
 
-class DatasetSettings(_Frozen):
-    """How labelled readings become a data set (docs/datasets.md)."""
-
-    wifi_window_s: float | None = Field(default=None, gt=0)
-    """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""
-    ble_window_s: float = Field(default=1.0, gt=0)
-    """BLE readings are grouped by windows of this length, seconds: there are no scans."""
-    magnetic_window_s: float = Field(default=0.5, gt=0)
-    """Magnetic readings are averaged over windows of this length, seconds: half a metre of walking."""
-    scan_length_s: float = Field(default=6.0, gt=0)
-    """A reading this much older than the newest of its scan is a cached result: sweeping all channels takes less."""
-
-    def window_of(self, technology: str) -> float | None:
-        """Length of the windows of ``wifi`` or ``ble`` readings, seconds; None: they are grouped by scan."""
-        return self.ble_window_s if technology == "ble" else self.wifi_window_s
-
-
 class SplitSettings(_Frozen):
     """How a data set is split for training and testing (docs/datasets.md)."""
 
@@ -116,6 +99,24 @@ class ImuWindowSettings(_Frozen):
     """Samples a second; None: the one of Android's usual rates that is nearest to the session's own."""
     max_sensor_gap_s: float = Field(default=0.1, gt=0)
     """A window in which a sensor is silent for longer is dropped, seconds."""
+
+
+class DatasetSettings(_Frozen):
+    """How labelled readings become a data set (docs/datasets.md)."""
+
+    wifi_window_s: float | None = Field(default=None, gt=0)
+    """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""
+    ble_window_s: float = Field(default=1.0, gt=0)
+    """BLE readings are grouped by windows of this length, seconds: there are no scans."""
+    magnetic_window_s: float = Field(default=0.5, gt=0)
+    """Magnetic readings are averaged over windows of this length, seconds: half a metre of walking."""
+    scan_length_s: float = Field(default=6.0, gt=0)
+    """A reading this much older than the newest of its scan is a cached result: sweeping all channels takes less."""
+    imu: ImuWindowSettings = ImuWindowSettings()
+
+    def window_of(self, technology: str) -> float | None:
+        """Length of the windows of ``wifi`` or ``ble`` readings, seconds; None: they are grouped by scan."""
+        return self.ble_window_s if technology == "ble" else self.wifi_window_s
 
 
 class Settings(_Frozen):

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 import polars as pl
 
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.dataset.motion import TRAJECTORY_COLUMNS, Motion
+from vislam2tag.dataset.motion import Motion
+from vislam2tag.dataset.positions import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.results import SessionResult
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
-
-LEAST_SIGMA_M = 1e-3
-"""No position is surer than this; keeps weights finite."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +33,9 @@ class Walk:
     motion: Motion
 
     @classmethod
-    def of(cls, labelled: LabelledSession, session: str, building: str) -> Walk:
-        """Read what is needed of a labelled session."""
-        result = labelled.result()
-        motion = Motion.of(labelled.table("trajectory", TRAJECTORY_COLUMNS))
-        return cls(session, building, result.device, result.session, motion)
+    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> Walk:
+        """Make it of what ``process`` wrote of a session: its result and its trajectory."""
+        return cls(session, building, result.device, result.session, Motion.of(trajectory))
 
 
 @dataclass(frozen=True)
@@ -56,13 +52,11 @@ class SessionFingerprints:
 def fingerprints_of(
     rows: pl.DataFrame, technology: str, walk: Walk, settings: DatasetSettings, max_sigma_m: float
 ) -> SessionFingerprints:
-    """Make the fingerprints of a session's labelled table (``wifi`` or ``ble``, rows as ``process`` wrote them).
+    """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
 
     Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
-    Position of a fingerprint: the mean of its labelled readings weighted by 1 / sigma^2; an unknown sigma counts as
-    the greatest of the same scan, and where none is known all weigh the same. Its sigma is the weighted mean of
-    theirs: readings of one scan share the error of the trajectory, which no number of them averages out. With
-    scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay,
+    A fingerprint's position is the mean of its readings' by certainty (:func:`.positions.mean_position`). With scans,
+    readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay,
     with their own position, and the scan's position, spread and times are those of the others.
     """
     window_s = settings.window_of(technology)
@@ -116,38 +110,19 @@ def _by_window(heard: pl.DataFrame, window_s: float) -> pl.DataFrame:
 def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
     """One row for each scan or window, by ``number``; position and sigma null where nothing current is labelled."""
     placed = pl.col("current") & pl.col("x").is_not_null()
-    sigma = pl.col("sigma").filter(placed).clip(lower_bound=LEAST_SIGMA_M)
-    known = sigma.fill_null(sigma.max()).fill_null(1.0)
-    weight = known**-2
-    total = weight.sum()
-
-    def mean(name: str) -> pl.Expr:
-        return (weight * pl.col(name).filter(placed)).sum() / total
-
+    position = mean_position(placed)
     x, y = (pl.col(name).filter(placed) for name in ("x", "y"))
-    cause = pl.col("status").filter(pl.col("current") & pl.col("x").is_null())
-    table = grouped.group_by("number", maintain_order=True).agg(
+    return grouped.group_by("number", maintain_order=True).agg(
+        **position,
         readings=pl.len(),
         labelled=pl.col("x").count(),
-        placed=placed.sum(),
+        placed=placed.any(),
         start_ns=pl.col("time_ns").filter("current").min(),
         end_ns=pl.col("time_ns").filter("current").max(),
-        x=mean("x"),
-        y=mean("y"),
-        z=mean("z"),
-        heights=pl.col("z").filter(placed).count(),
-        sigma=pl.when(sigma.count() > 0).then((weight * known).sum() / total),
         x_median=x.median(),
         y_median=y.median(),
-        spread=((x - mean("x")) ** 2 + (y - mean("y")) ** 2).mean().sqrt(),
-        floor=pl.col("floor").filter(placed).mode().min(),
-        cause=_most_frequent(cause),
-    )
-    unknown = pl.col("placed") == 0
-    nothing = ("x", "y", "z", "sigma", "x_median", "y_median", "spread", "floor")
-    return table.with_columns(
-        *(pl.when(~unknown).then(name).alias(name) for name in nothing if name != "z"),
-        z=pl.when(~unknown & (pl.col("heights") == pl.col("placed"))).then("z"),
+        spread=((x - position["x"]) ** 2 + (y - position["y"]) ** 2).mean().sqrt(),
+        cause=_most_frequent(pl.col("status").filter(pl.col("current") & pl.col("x").is_null())),
     )
 
 
@@ -166,7 +141,7 @@ def _finished(table: pl.DataFrame, technology: str, walk: Walk, max_sigma_m: flo
         technology=pl.lit(technology),
         building=pl.lit(walk.building),
         labelled_share=pl.col("labelled") / pl.col("readings"),
-        status=pl.when(pl.col("placed") == 0)
+        status=pl.when(~pl.col("placed"))
         .then(pl.col("cause").replace_strict(dict(enumerate(STATUS_LABELS)), default=None, return_dtype=pl.String))
         .when(pl.col("sigma").fill_null(0.0) > max_sigma_m)
         .then(pl.lit("uncertain"))
@@ -174,7 +149,7 @@ def _finished(table: pl.DataFrame, technology: str, walk: Walk, max_sigma_m: flo
         device=pl.lit(walk.device),
         session=pl.lit(walk.session),
         date=pl.lit(None if start is None else start.date(), dtype=pl.Date),
-    ).drop("number", "placed", "heights", "cause")
+    ).drop("number", "placed", "cause")
 
 
 def _scan_id(session: str, technology: str) -> pl.Expr:
@@ -197,7 +172,7 @@ def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: f
             "keep their own position and do not pull the scan's"
         )
         findings.append(Finding(kind="cached_readings", file="", count=old, message=message, severity=Severity.INFO))
-    unlabelled = int((table["placed"] == 0).sum())
+    unlabelled = int((~table["placed"]).sum())
     if unlabelled:
         message = "fingerprints have no position; their status is the cause"
         findings.append(

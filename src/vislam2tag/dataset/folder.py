@@ -14,13 +14,15 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
-from vislam2tag.dataset.schema import REQUIRED, SCHEMAS, UNITS
+from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.errors import DatasetError
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
 _ROWS_A_GROUP = 100_000
+_WINDOWS_A_GROUP = 2_000
+"""Rows of ``imu_windows`` hold thousands of numbers each; what is written at once should stay small."""
 _BYTES_AT_ONCE = 1 << 20
 
 
@@ -75,7 +77,7 @@ class FolderWriter:
             table.sink_parquet(
                 self.root / f"{name}.parquet",
                 compression="zstd",
-                row_group_size=_ROWS_A_GROUP,
+                row_group_size=_WINDOWS_A_GROUP if name == IMU_WINDOWS else _ROWS_A_GROUP,
                 metadata={"vislam2tag": _table_metadata(name)},
             )
 

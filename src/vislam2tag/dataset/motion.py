@@ -17,7 +17,6 @@ LEAST_SPAN_NS = 1_000_000_000
 """Shorter spans are widened to this about their middle."""
 LEAST_LOOK = 0.5
 """A camera that looks up or down by more than 60 degrees (horizontal part below 0.5) shows no heading."""
-TRAJECTORY_COLUMNS = ("time_ns", "x", "y", "qx", "qy", "qz", "qw", "status")
 UNUSABLE = ("duplicate", "invalid")
 
 
@@ -39,7 +38,7 @@ class Motion:
 
     @classmethod
     def of(cls, trajectory: pl.DataFrame) -> Motion:
-        """Make it of a session's trajectory (:data:`TRAJECTORY_COLUMNS` as ``process`` writes them)."""
+        """Make it of a session's trajectory as ``process`` wrote it."""
         frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
         time_ns = frames["time_ns"].to_numpy()
         values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()

@@ -17,7 +17,8 @@ from vislam2tag.dataset.labelled import is_labelled
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
 from vislam2tag.errors import DatasetError
-from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
+from vislam2tag.pipeline.dataset_findings import survey_findings
+from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, SessionOutcome, build_session
 from vislam2tag.pipeline.dataset_sources import LabelledSource, merged_floors, named_sessions, open_sources
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.workers import process_all

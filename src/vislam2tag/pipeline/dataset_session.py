@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
 
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprints import Walk, fingerprints_of
+from vislam2tag.dataset.fingerprints import SessionFingerprints, Walk, fingerprints_of
+from vislam2tag.dataset.imu_windows import imu_windows
 from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.dataset.magnetic import magnetic_windows
+from vislam2tag.dataset.radio_tables import TECHNOLOGIES, radio_rows
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.findings import Finding, Severity
-from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.results import SessionResult
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 
-RADIO_TABLES = ("ble", "wifi")
-"""Tables of an output folder that become fingerprints; each is a technology."""
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""
 
@@ -49,42 +49,75 @@ class SessionOutcome:
     error: str | None
     """Why ``process`` could not map the session."""
     readings: dict[str, int]
-    """Number of readings by technology."""
+    """Number of radio readings by technology, those that were logged."""
     findings: tuple[Finding, ...]
 
 
 def build_session(job: SessionJob) -> SessionOutcome:
     """Build one session's parts of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
     result = job.labelled.result()
-    walk = Walk.of(job.labelled, job.session, job.building)
-    findings: list[Finding] = []
-    scans: list[pl.DataFrame] = []
-    readings: list[pl.DataFrame] = []
-    names: list[pl.DataFrame] = []
-    heard: dict[str, int] = {}
-    for technology in (name for name in RADIO_TABLES if job.labelled.has(name)):
-        rows = job.labelled.table(technology, SCHEMAS[technology])
-        made = fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
-        scans.append(made.fingerprints)
-        readings.append(made.readings)
-        names.append(made.names)
-        findings += made.findings
-        if len(rows):
-            heard[technology] = len(made.readings)
-    fingerprints = pl.concat(scans).sort("start_ns", "technology", maintain_order=True)
-    _write(job, FINGERPRINTS, fingerprints)
-    _write(job, READINGS, _in_order(pl.concat(readings), fingerprints))
-    _write(job, NAMES, pl.concat(names))
-    _write(job, SESSIONS, _session_row(job, result, walk, len(fingerprints)))
-    if result.error is None and not len(fingerprints):
+    trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
+    walk = Walk.of(result, trajectory, job.session, job.building)
+    made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if job.labelled.has(name)}
+    fingerprints = _write_radio(job, list(made.values()))
+    _write(job, SESSIONS, _session_row(job, result, walk, fingerprints))
+    findings = [finding for part in made.values() for finding in part.findings]
+    findings += _write_sensors(job, trajectory)
+    findings += _unknown_columns(job.labelled)
+    if result.error is None and not fingerprints:
         message = "sessions were mapped, but have no radio reading"
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
+    heard = {name: len(part.readings) for name, part in made.items() if len(part.readings)}
     return SessionOutcome(job.session, result.device, result.error, heard, tuple(findings))
 
 
-def _in_order(readings: pl.DataFrame, fingerprints: pl.DataFrame) -> pl.DataFrame:
-    """Put readings into the order of their fingerprints."""
-    return fingerprints.select("scan_id").join(readings, on="scan_id", how="left", maintain_order="left_right")
+def _radio(job: SessionJob, walk: Walk, technology: str) -> SessionFingerprints:
+    rows = radio_rows(job.labelled.table(technology, SCHEMAS[technology]), technology)
+    return fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
+
+
+def _write_radio(job: SessionJob, made: list[SessionFingerprints]) -> int:
+    """Write what all technologies gave, in order of time; return the number of fingerprints."""
+    fingerprints = pl.concat([part.fingerprints for part in made])
+    fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
+    readings = pl.concat([part.readings for part in made])
+    in_order = fingerprints.select("scan_id").join(readings, on="scan_id", how="inner", maintain_order="left_right")
+    _write(job, FINGERPRINTS, fingerprints)
+    _write(job, READINGS, in_order)
+    _write(job, NAMES, pl.concat([part.names for part in made]))
+    return len(fingerprints)
+
+
+def _write_sensors(job: SessionJob, trajectory: pl.DataFrame) -> list[Finding]:
+    """Write the windows of magnetic and inertial readings where there are any."""
+    sensors = job.labelled.table("sensors", SCHEMAS["sensors"])
+    magnetic = magnetic_windows(sensors, job.session, job.building, job.settings.magnetic_window_s)
+    if len(magnetic):
+        _write(job, MAGNETIC, magnetic)
+    inertial = imu_windows(sensors, trajectory, job.session, job.settings.imu)
+    if len(inertial.table):
+        _write(job, IMU_WINDOWS, inertial.table.with_columns(building=pl.lit(job.building)))
+    return [
+        Finding(
+            kind="imu_windows_dropped",
+            file="",
+            count=count,
+            message=f"windows of inertial readings are left out: {cause}",
+            severity=Severity.INFO,
+        )
+        for cause, count in inertial.dropped.items()
+    ]
+
+
+def _unknown_columns(labelled: LabelledSession) -> list[Finding]:
+    unknown = {
+        f"{table}/{column}" for table in SCHEMAS if labelled.has(table) for column in labelled.unknown_columns(table)
+    }
+    message = "columns that `process` does not write are not read: "
+    return [
+        Finding(kind="unknown_columns", file="", count=1, message=message + column, severity=Severity.INFO)
+        for column in sorted(unknown)
+    ]
 
 
 def _session_row(job: SessionJob, result: SessionResult, walk: Walk, fingerprints: int) -> pl.DataFrame:
@@ -114,29 +147,3 @@ def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
     folder = job.parts / table
     folder.mkdir(parents=True, exist_ok=True)
     rows.write_parquet(folder / f"{job.number:06d}.parquet", compression="lz4")
-
-
-def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
-    """What was odd about all sessions: their findings summed, sessions without a label, devices without a reading."""
-    findings = _pooled([finding for outcome in outcomes for finding in outcome.findings])
-    failed = [outcome for outcome in outcomes if outcome.error is not None]
-    if failed:
-        message = f"sessions could not be mapped and have no label; the first: {failed[0].error}"
-        findings.append(Finding(kind="session_without_label", file="", count=len(failed), message=message))
-    silent = sorted({o.device for o in outcomes} - {o.device for o in outcomes if sum(o.readings.values())})
-    if silent:
-        message = f"devices have no radio reading in any session: {', '.join(silent)}"
-        findings.append(Finding(kind="device_without_scan", file="", count=len(silent), message=message))
-    return findings
-
-
-def _pooled(findings: Sequence[Finding]) -> list[Finding]:
-    """Sum findings of the same kind and message, in the order in which they first came."""
-    counts: dict[tuple[str, str, Severity], int] = {}
-    for finding in findings:
-        key = (finding.kind, finding.message, finding.severity)
-        counts[key] = counts.get(key, 0) + finding.count
-    return [
-        Finding(kind=kind, file="", count=count, message=message, severity=severity)
-        for (kind, message, severity), count in counts.items()
-    ]
