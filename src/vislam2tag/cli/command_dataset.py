@@ -10,11 +10,15 @@ from typing import Annotated
 import typer
 
 from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, wrong_values_told
+from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
-from vislam2tag.settings import DatasetSettings
+from vislam2tag.pipeline.dataset_findings import FAILED
+from vislam2tag.settings import DatasetSettings, ImuWindowSettings
 
 DEFAULTS = DatasetSettings()
 HELP = """
@@ -67,6 +71,9 @@ def _dataset(
     magnetic_window: Annotated[
         str, typer.Option(metavar="DURATION", help="Average magnetic readings over windows of this length.")
     ] = f"{DEFAULTS.magnetic_window_s:g}s",
+    imu_window: Annotated[
+        str, typer.Option(metavar="DURATION", help="Cut inertial readings into windows of this length.")
+    ] = f"{DEFAULTS.imu.length_s:g}s",
     max_sigma: Annotated[
         float | None,
         typer.Option(
@@ -82,6 +89,20 @@ def _dataset(
         list[Path] | None,
         typer.Option(help="The survey that a source was made of, for its plans; repeatable, in order of the sources."),
     ] = None,
+    radios: Annotated[
+        bool, typer.Option("--radios", help="Make one reading of all networks that one radio sends.")
+    ] = False,
+    include_nomap: IncludeNomap = False,
+    hash_bssid: HashBssid = None,
+    no_ssid: NoSsid = False,
+    describe: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
+    ] = None,
+    people: Annotated[int, typer.Option(min=1, help="How many people made the survey, for what it cost.")] = 1,
+    hours: Annotated[
+        float | None, typer.Option(min=0.01, help="Hours that the survey took, setting up included.")
+    ] = None,
     labels: Annotated[
         Path | None, typer.Option(help="Keep in this folder what process writes, if the source is a survey.")
     ] = None,
@@ -92,6 +113,7 @@ def _dataset(
             wifi_window_s=None if window is None else seconds_of(window, "--window"),
             ble_window_s=seconds_of(ble_window, "--ble-window"),
             magnetic_window_s=seconds_of(magnetic_window, "--magnetic-window"),
+            imu=_imu_settings(seconds_of(imu_window, "--imu-window")),
         )
     options = BuildOptions(
         name=name,
@@ -99,6 +121,10 @@ def _dataset(
         surveys=tuple(survey or ()),
         labels=labels,
         max_sigma_m=max_sigma,
+        merge_radios=radios,
+        privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
+        description=None if describe is None else read_description(describe),
+        field_work=None if hours is None else FieldWork(people=people, hours=hours),
     )
     try:
         dataset = _built(sources, out, settings, options, jobs)
@@ -106,7 +132,12 @@ def _dataset(
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(dataset, out)
-    raise typer.Exit(1 if any(finding.kind == "session_without_label" for finding in dataset.info.findings) else 0)
+    raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
+
+
+def _imu_settings(length_s: float) -> ImuWindowSettings:
+    """Windows one after the other."""
+    return ImuWindowSettings(length_s=length_s, step_s=length_s)
 
 
 def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: BuildOptions, jobs: int) -> Dataset:

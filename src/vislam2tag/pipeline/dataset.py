@@ -6,18 +6,23 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import polars as pl
 
 from vislam2tag.dataset.access_points import access_point_table
+from vislam2tag.dataset.description import Description, described
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
 from vislam2tag.dataset.labelled import is_labelled
+from vislam2tag.dataset.merged_radios import merged_radios
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
+from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.errors import DatasetError
 from vislam2tag.pipeline.dataset_findings import survey_findings
+from vislam2tag.pipeline.dataset_finish import finish_dataset
 from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, SessionOutcome, build_session
 from vislam2tag.pipeline.dataset_sources import LabelledSource, merged_floors, named_sessions, open_sources
 from vislam2tag.pipeline.run import process
@@ -43,6 +48,14 @@ class BuildOptions:
     """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
     max_sigma_m: float | None = None
     """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""
+    merge_radios: bool = False
+    """Make one reading of all networks that one radio sends."""
+    privacy: Privacy | None = field(default_factory=Privacy)
+    """What is left out or hidden; None: nothing."""
+    description: Description | None = None
+    """What people say of the data set."""
+    field_work: FieldWork | None = None
+    """What the survey took as a whole."""
 
 
 def build_dataset(
@@ -116,18 +129,34 @@ def _build(
         parts = folder.root / ".parts"
         todo = list(_session_jobs(sources, parts, settings, options.max_sigma_m))
         outcomes = _build_sessions(todo, jobs, report)
-        _join_parts(folder, parts)
+        info = DatasetInfo(
+            name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in sources)),
+            floors=floors,
+            groupings=_groupings(outcomes, settings),
+            sources=tuple(source.record(settings) for source in sources),
+            findings=tuple(survey_findings(outcomes)),
+        )
+        info = described(info, options.description) if options.description else info
+        info = _add_tables(folder, parts, info, options)
         shutil.rmtree(parts)
         folder.add_files(plans)
-        folder.finish(
-            DatasetInfo(
-                name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in sources)),
-                floors=floors,
-                groupings=_groupings(outcomes, settings),
-                sources=tuple(source.record(settings) for source in sources),
-                findings=tuple(survey_findings(outcomes)),
-            )
-        )
+        finish_dataset(folder, info, options.field_work)
+
+
+def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:
+    """Join the parts, change what the options ask for, and return the manifest with what that tells."""
+    whole = FolderWriter(parts)
+    _join_parts(whole, parts)
+    dataset = as_built = whole.opened(info)
+    if options.merge_radios:
+        dataset = merged_radios(dataset)
+    if options.privacy is not None:
+        dataset = with_privacy(dataset, options.privacy)
+    changed = {name: table for name, table in dataset.tables.items() if table is not as_built.tables[name]}
+    folder.add_tables(changed)
+    for name in dataset.tables.keys() - changed:
+        (parts / f"{name}.parquet").rename(folder.root / f"{name}.parquet")
+    return dataset.info.model_copy(update={"tables": {}, "splits": {}})
 
 
 def _session_jobs(
