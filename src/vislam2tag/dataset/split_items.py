@@ -8,9 +8,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, SESSIONS
 
-MAIN = "wifi"
-"""The technology that splits are drawn by where there is a choice."""
 IMU = "imu"
+_RANKS = {"wifi": 0, MAGNETIC: 2, IMU: 3}
+_OTHER_RADIO = 1
 COLUMNS = ("id", "kind", "building", "floor", "x", "y", "device", "session", "date", "time_ns", "labelled")
 
 
@@ -32,6 +32,16 @@ def split_items(dataset: Dataset) -> pl.DataFrame:
         imu = dataset.tables[IMU_WINDOWS].with_columns(x=x, y=y, kind=pl.lit(IMU), time_ns="start_ns")
         parts.append(_windows(imu, dates))
     return pl.concat(parts).with_columns(pl.col("building").fill_null("")).collect()
+
+
+def rank_of_kind() -> pl.Expr:
+    """Order in which kinds lead: Wi-Fi, other radio technologies, magnetic fingerprints, IMU windows."""
+    return pl.col("kind").replace_strict(_RANKS, default=_OTHER_RADIO, return_dtype=pl.Int8)
+
+
+def kind_order(kinds: pl.Series) -> list[str]:
+    """Return the kinds that there are, the leading ones first."""
+    return sorted(kinds.unique(), key=lambda kind: (_RANKS.get(kind, _OTHER_RADIO), kind))
 
 
 def _fingerprints(table: pl.LazyFrame) -> pl.LazyFrame:

@@ -15,8 +15,8 @@ import polars as pl
 from vislam2tag.dataset.blocks import block_of, near_blocks
 from vislam2tag.dataset.draws import dealt, drawn
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
-from vislam2tag.dataset.schema import FINGERPRINTS, MAGNETIC
-from vislam2tag.dataset.split_items import IMU, MAIN, split_items
+from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.dataset.split_items import rank_of_kind, split_items
 from vislam2tag.errors import UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.settings import SplitSettings
@@ -73,7 +73,7 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
     Wi-Fi fingerprints are drawn (in a walk without any: BLE, else magnetic, else IMU windows). What else the walk
     holds follows the one of them that is nearest in time, so that no moment of a walk is in both parts.
     """
-    labelled = items.filter(_LABELLED).with_columns(rank=_rank_of_kind())
+    labelled = items.filter(_LABELLED).with_columns(rank=rank_of_kind())
     first = pl.col("rank") == pl.col("rank").min().over("session")
     leads = labelled.filter(first | pl.any_horizontal(pl.col("time_ns", "session").is_null()))
     tests = drawn(leads, "id", (*_PLACE, "device", "kind"), settings.share, settings.seed)
@@ -194,11 +194,6 @@ def _followed(follow: pl.DataFrame, leads: pl.DataFrame) -> pl.DataFrame:
         timed, on="time_ns", by="session", strategy="nearest", check_sortedness=False
     )
     return found.select("id", "group")
-
-
-def _rank_of_kind() -> pl.Expr:
-    """Order of kinds by which splits are drawn: Wi-Fi, other technologies, magnetic fingerprints, IMU windows."""
-    return pl.col("kind").replace_strict({MAIN: 0, MAGNETIC: 2, IMU: 3}, default=1, return_dtype=pl.Int8)
 
 
 def _floor_name() -> pl.Expr:
