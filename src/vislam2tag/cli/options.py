@@ -17,6 +17,8 @@ from vislam2tag.pipeline.selection import Selection
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
 ALL_CORES = os.cpu_count() or 1
+_OPTION_NAMES = {"max_sigma_m": "max-sigma", "block_m": "block-size", "guard_m": "guard"}
+"""Options that are not named like their setting."""
 
 SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]
 LandmarkFile: TypeAlias = Annotated[
@@ -46,5 +48,6 @@ def wrong_values_told() -> Iterator[None]:
         yield
     except ValidationError as error:
         wrong = error.errors()[0]
-        option = str(wrong["loc"][-1]).replace("_", "-").replace("max-sigma-m", "max-sigma")
+        field = str(wrong["loc"][-1])
+        option = _OPTION_NAMES.get(field, field.replace("_", "-"))
         raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error

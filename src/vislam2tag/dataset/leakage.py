@@ -66,6 +66,7 @@ class SplitLeakage(_Model):
 
     name: str
     kind: str
+    parameters: dict[str, float | int | str]
     verdict: str
     folds: tuple[FoldLeakage, ...]
 
@@ -88,8 +89,9 @@ def _of_split(items: pl.DataFrame, split: Split, time_key: str | None) -> SplitL
         if len(tested) > 1:
             mean_train = round(sum(train for _, train, _ in tested) / len(tested))
             folds.append(_figures(ALL_FOLDS, kind, mean_train, pl.concat(test for _, _, test in tested)))
-    name, kind = split.info.name, split.info.kind
-    return SplitLeakage(name=name, kind=kind, verdict=_verdict(kind, _whole(folds)), folds=tuple(folds))
+    info = split.info
+    told = _verdict(info.kind, _whole(folds))
+    return SplitLeakage(name=info.name, kind=info.kind, parameters=info.parameters, verdict=told, folds=tuple(folds))
 
 
 def _whole(folds: Sequence[FoldLeakage]) -> FoldLeakage | None:
