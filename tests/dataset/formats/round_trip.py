@@ -92,8 +92,8 @@ def signatures_of_geojson(folder: Path) -> Counter[Signature]:
         sums: dict[str, list[float]] = {}
         for each in about["readings"]:
             if each["rssi_dbm"] is not None:
-                sums.setdefault(each["bssid"], []).append(np.float32(each["rssi_dbm"]))
-        pairs = _levels((bssid, np.mean(levels)) for bssid, levels in sums.items())
+                sums.setdefault(each["bssid"], []).append(float(np.float32(each["rssi_dbm"])))
+        pairs = _levels((bssid, float(np.mean(levels))) for bssid, levels in sums.items())
         found[about["floor"], x, y, about["device"], pairs] += 1
     return found
 

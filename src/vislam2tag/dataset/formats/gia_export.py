@@ -117,7 +117,7 @@ def _placed(rows: pl.DataFrame, floor: int, count: _Count) -> pl.DataFrame:
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
     uncertain = pl.col("x").is_not_null() & (pl.col("status") == "uncertain")
     for kind, mask, message in (
-        ("rows_outside", outside, "rows after the mapped part of their walk are left out"),
+        ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are left out"),
         (
             "other_floor",
             elsewhere,

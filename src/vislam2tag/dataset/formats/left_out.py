@@ -49,7 +49,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: frozenset[str]) -> Finding |
     schema = table.collect_schema()
     if not held:
         rows = int(table.select(pl.len()).collect(engine="streaming").item())
-        return _finding(name, rows, f"{name} are left out whole: the format has no place for them") if rows else None
+        return _finding(name, rows, f"the table {name} is left out: the format has no place for it") if rows else None
     missing = [column for column in schema if column not in held | DERIVED.get(name, frozenset())]
     if not missing:
         return None

@@ -1,0 +1,88 @@
+"""``vislam2tag export``."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs
+from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.dataset.formats import export_formats
+from vislam2tag.pipeline.export import RECORD_FILE, ExportOptions, ExportRecord, export
+
+_FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in export_formats().items())
+_OF_LABELS = ", ".join(name for name, each in export_formats().items() if each.source == "labels")
+HELP = f"""
+Export a data set, or what `process` wrote, in a format that others read.
+
+Formats:
+
+{_FORMATS}
+
+{_OF_LABELS} are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
+data set on the way. What a format has no place for is printed, listed in OUT/{RECORD_FILE}, and in docs/datasets.md.
+
+Exit code: 0 written, 2 wrong usage, the source cannot be used, or the output cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag export fingerprints --format uji --split random --out uji
+
+    vislam2tag export fingerprints --format hdf5 --out matrices --hash-bssid key.txt --no-ssid
+
+    vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("export", help=HELP)(_export)
+
+
+def _export(
+    source: Annotated[Path, typer.Argument(help="Data set, or output folder of process.")],
+    format_name: Annotated[str, typer.Option("--format", help=f"One of: {', '.join(export_formats())}.")],
+    out: Annotated[Path, typer.Option(help="Folder to write: new, empty or from an earlier export.")],
+    split: Annotated[
+        str | None,
+        typer.Option(help="Split whose parts become training and test files (uji, comford); else the official one."),
+    ] = None,
+    fold: Annotated[str | None, typer.Option(help="Fold of the split, where it has several.")] = None,
+    survey: Annotated[
+        Path | None, typer.Option(help="The survey that the labels were made of: its raw files go beside (gia).")
+    ] = None,
+    include_nomap: IncludeNomap = False,
+    hash_bssid: HashBssid = None,
+    no_ssid: NoSsid = False,
+    jobs: Jobs = ALL_CORES,
+) -> None:
+    options = ExportOptions(split, fold, survey, privacy_of(include_nomap, hash_bssid, no_ssid))
+    try:
+        record = _exported(source, out, format_name, options, jobs)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: nothing was written to {out}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(record, out)
+
+
+def _exported(source: Path, out: Path, format_name: str, options: ExportOptions, jobs: int) -> ExportRecord:
+    with ExitStack() as stack:
+        bars: dict[str, SessionBar] = {}
+
+        def advance(stage: str, total: int) -> None:
+            if stage not in bars:
+                stack.close()  # one bar at a time
+                bars[stage] = stack.enter_context(session_bar(stage))
+            bars[stage].advance(total, None)
+
+        return export(source, out, format_name, options, jobs=jobs, progress=advance)
+
+
+def _print(record: ExportRecord, out: Path) -> None:
+    typer.echo(f"{out}: {record.format}, {len(record.files)} files")
+    for finding in record.findings:
+        typer.echo(f"{finding.kind} {finding.count}: {finding.message}")

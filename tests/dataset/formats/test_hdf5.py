@@ -1,0 +1,91 @@
+"""HDF5 matrices, read by h5py alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.dataset.factory import SCANS, small_dataset
+from tests.dataset.formats.round_trip import (
+    ODD_DEVICE,
+    exported,
+    odd_dataset,
+    signatures,
+    signatures_of_hdf5,
+    with_split,
+)
+from vislam2tag.dataset.formats.hdf5 import FILE, NOT_HEARD_DBM
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS
+from vislam2tag.errors import DatasetError
+
+KNOWN = 4 * (SCANS - 1)
+
+
+def test_matrices_units_and_names(tmp_path: Path) -> None:
+    dataset = odd_dataset()
+    exported(dataset, "hdf5", tmp_path / "out")
+    with h5py.File(tmp_path / "out" / FILE) as file:
+        assert file.attrs["clock"] == "boot"
+        group = file["wifi"]
+        assert group["X"].shape == (KNOWN, 10)
+        assert group["X"].dtype == np.float32
+        assert group["X"].attrs["not_heard"] == NOT_HEARD_DBM
+        assert group["y"].attrs["unit"] == "m, BCS: x, y"
+        assert group["sigma"][:].tolist() == [0.1] * KNOWN
+        assert set(group["vocabularies/device"].asstr()[:]) == {ODD_DEVICE, "Pixel"}
+        assert group["scan_id"].asstr()[0] == "floor_0.Galaxy.walk/wifi/000000"
+        assert group["start_ns"][1] - group["start_ns"][0] == 3_000_000_000
+    assert signatures_of_hdf5(tmp_path / "out") == signatures(dataset)
+
+
+def test_parts_of_every_fold_are_rows(tmp_path: Path) -> None:
+    dataset = with_split(small_dataset(), folds=2)
+    exported(dataset, "hdf5", tmp_path / "out")
+    known = dataset.fingerprints.drop_nulls("x").select("scan_id", "session").collect()
+    with h5py.File(tmp_path / "out" / FILE) as file:
+        fold = file["wifi/splits/by_walk/fold_1"]
+        assert fold.attrs["name"] == "floor_0.Pixel.walk/x"
+        test = known[fold["test"][:].tolist()]
+        assert set(test["session"]) == {"floor_0.Pixel.walk"}
+        assert len(test) == SCANS - 2
+        assert len(fold["train"]) == 3 * (SCANS - 2)
+        assert not set(fold["train"][:]) & set(fold["test"][:])
+
+
+def test_each_technology_has_its_own_matrix(tmp_path: Path) -> None:
+    plain = small_dataset()
+    beacon = pl.col("bssid").str.starts_with("00:11:22:33:01")
+    kind = pl.when(beacon).then(pl.lit("ble")).otherwise("technology").alias("technology")
+    walk = pl.when(pl.col("session").str.contains("Pixel")).then(pl.lit("ble")).otherwise("technology")
+    tables = {
+        **plain.tables,
+        ACCESS_POINTS: plain.access_points.with_columns(kind),
+        FINGERPRINTS: plain.fingerprints.with_columns(walk.alias("technology")),
+    }
+    exported(replace(plain, tables=tables), "hdf5", tmp_path / "out")
+    with h5py.File(tmp_path / "out" / FILE) as file:
+        assert {name: group["X"].shape for name, group in file.items()} == {
+            "ble": (KNOWN // 2, 5),
+            "wifi": (KNOWN // 2, 5),
+        }
+
+
+def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    exported(small_dataset(), "hdf5", tmp_path / "a")
+    monkeypatch.setattr("vislam2tag.dataset.formats.samples._CELLS_AT_ONCE", 30)
+    exported(small_dataset(), "hdf5", tmp_path / "b")
+    assert signatures_of_hdf5(tmp_path / "a") == signatures_of_hdf5(tmp_path / "b")
+    exported(small_dataset(), "hdf5", tmp_path / "c")
+    assert (tmp_path / "b" / FILE).read_bytes() == (tmp_path / "c" / FILE).read_bytes()
+
+
+def test_nothing_labelled(tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match="no fingerprint of it has a position"):
+        exported(small_dataset(unlabelled=SCANS), "hdf5", tmp_path / "out")
