@@ -81,10 +81,10 @@ def test_what_each_kind_of_split_measures() -> None:
     assert found["device"].verdict.endswith("measures the same places with another phone")
     assert found["day"].verdict.endswith("measures the same places on another day")
     assert found["trajectory"].verdict.endswith("measures the same places on another walk")
-    assert found["floor"].verdict.endswith("measures floors that nobody surveyed")
+    assert found["floor"].verdict.endswith("measures new floors")
     assert whole(found["floor"]).new_floor == 1
     blocks = make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=20, guard_m=6))
-    assert found_of(SMALL, blocks).verdict.endswith("measures places that nobody surveyed")
+    assert found_of(SMALL, blocks).verdict.endswith("measures new places")
 
 
 def test_a_guard_keeps_its_distance() -> None:

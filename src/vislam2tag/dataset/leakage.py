@@ -167,11 +167,11 @@ def _verdict(kind: str, whole: FoldLeakage | None) -> str:
         return "nothing tests"
     what = "windows" if whole.of == IMU else "fingerprints"
     if whole.distance_m is None:
-        return f"no test {what} have training ones on their floor: measures floors that nobody surveyed"
+        return f"no test {what} have training ones on their floor: measures new floors"
     where = f"half of the test {what} have a training one within {whole.distance_m.p50:.1f} m"
     walks = f"{100 * whole.same_walk:.0f} % are of walks that also train"
     if whole.distance_m.p50 > NEW_PLACE_M:
-        measures = "places that nobody surveyed"
+        measures = "new places"
     elif whole.same_walk > _MOST:
         measures = "interpolation along walks, not generalisation"
     else:

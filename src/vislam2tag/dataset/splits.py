@@ -64,7 +64,7 @@ def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
 
 def make_split(dataset: Dataset, kind: SplitKind, settings: SplitSettings, name: str | None = None) -> Split:
     """Make one split; ``name`` is the kind's where none is given. Raises UsageError where the data cannot give it."""
-    return _KINDS[kind](split_items(dataset), settings, name or kind.value)
+    return _KINDS[kind](split_items(dataset), settings, kind.value if name is None else name)
 
 
 def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:

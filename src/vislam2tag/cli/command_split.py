@@ -1,0 +1,145 @@
+"""``vislam2tag split``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from vislam2tag.cli.options import wrong_values_told
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.leakage import FoldLeakage, SplitLeakage, Spread, leakage
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.splits import SplitKind, make_split
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.added_split import add_split
+from vislam2tag.settings import SplitSettings
+
+DEFAULTS = SplitSettings()
+HELP = """
+Splits of a data set into what trains and what tests, and how far each leaks.
+
+Lists the splits saved with the data set: each fold, its size, and how near in place and time its test fingerprints are
+to those that train. With --by it makes one more and saves it. docs/datasets.md tells what each kind holds out.
+
+Exit code: 0 all right, 2 wrong usage, no data set, the data cannot give the split, or it cannot be written, 130
+interrupted.
+
+Examples:
+
+    vislam2tag split fingerprints
+
+    vislam2tag split fingerprints --by block --block-size 8 --guard 3 --seed 1 --name blocks-8m
+
+    vislam2tag split fingerprints --json > splits.json
+"""
+_TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
+    {
+        SplitKind.RANDOM: ("seed", "share"),
+        SplitKind.TRAJECTORY: ("seed", "folds"),
+        SplitKind.BLOCK: ("seed", "share", "block_m", "guard_m"),
+    }
+)
+_OPTIONS = {"seed": "seed", "share": "share", "folds": "folds", "block_m": "block-size", "guard_m": "guard"}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("split", help=HELP)(_split)
+
+
+def _split(
+    dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
+    by: Annotated[SplitKind | None, typer.Option(help="Make a split that holds this out, and save it.")] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the new split; else its kind.")] = None,
+    seed: Annotated[int | None, typer.Option(help=f"Another seed, another draw. [default: {DEFAULTS.seed}]")] = None,
+    share: Annotated[
+        float | None,
+        typer.Option(help=f"Part of the fingerprints or blocks that tests. [default: {DEFAULTS.share:g}]"),
+    ] = None,
+    folds: Annotated[
+        int | None, typer.Option(help=f"Folds that walks are dealt to. [default: {DEFAULTS.folds}]")
+    ] = None,
+    block_size: Annotated[
+        float | None, typer.Option(metavar="METRES", help=f"Side of a block. [default: {DEFAULTS.block_m:g}]")
+    ] = None,
+    guard: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            help=f"What is nearer than this to a block that tests does not train. [default: {DEFAULTS.guard_m:g}]",
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print splits and leakage as JSON.")] = False,
+) -> None:
+    given = {"seed": seed, "share": share, "folds": folds, "block_m": block_size, "guard_m": guard}
+    settings = _settings(by, {key: value for key, value in given.items() if value is not None})
+    opened = open_dataset(dataset)
+    if by is None:
+        if name is not None:
+            raise UsageError("--name: names a new split; say by --by what it holds out")
+        shown = opened.splits
+    else:
+        split = make_split(opened, by, settings, name)
+        opened = add_split(dataset, split)
+        shown = {split.info.name: split}
+    found = leakage(opened, shown)
+    if as_json:
+        typer.echo(json.dumps([split.model_dump() for split in found], indent=1))
+    else:
+        _print(found, opened if by is None else None)
+
+
+def _settings(by: SplitKind | None, given: Mapping[str, float]) -> SplitSettings:
+    """Return the settings of a new split; raises UsageError for an option that does not belong to it."""
+    for key in given:
+        if by is None:
+            raise UsageError(f"--{_OPTIONS[key]}: belongs to a new split; say by --by what it holds out")
+        if key not in _TAKES.get(by, ()):
+            raise UsageError(f"--{_OPTIONS[key]}: a split by {by} takes no such option; leave it out")
+    with wrong_values_told():
+        return SplitSettings.model_validate(given)
+
+
+def _print(found: tuple[SplitLeakage, ...], listed: Dataset | None) -> None:
+    rows = table(
+        "From each test fingerprint to the nearest that trains: 5 %, half, 95 %",
+        ("split", "fold"),
+        ("train", "test", "metres, same floor", "within 1 m", "seconds, same walk", "within 5 s", "walks that train"),
+    )
+    for split in found:
+        for fold in split.folds:
+            if fold.of == split.folds[0].of:
+                rows.add_row(escape(split.name), escape(fold.fold), *_cells(fold))
+        rows.add_section()
+    if found:
+        table_console().print(rows)
+    else:
+        typer.echo("no splits; --by makes one")
+    for split in found:
+        typer.echo(f"{split.name}: {split.verdict}")
+    for finding in listed.info.findings if listed is not None else ():
+        if finding.kind in ("no_split", "not_in_split"):
+            typer.echo(f"{finding.kind} {finding.count}: {finding.message}")
+
+
+def _cells(fold: FoldLeakage) -> tuple[str, ...]:
+    return (
+        str(fold.train),
+        str(fold.test),
+        _spread(fold.distance_m),
+        f"{100 * fold.within_1_m:.0f} %",
+        _spread(fold.time_s),
+        f"{100 * fold.within_5_s:.0f} %",
+        f"{fold.test_walks_training} of {fold.test_walks}",
+    )
+
+
+def _spread(spread: Spread | None) -> str:
+    return "-" if spread is None else f"{spread.p05:.1f}  {spread.p50:.1f}  {spread.p95:.1f}"
