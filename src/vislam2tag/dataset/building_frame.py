@@ -22,6 +22,8 @@ MIN_LEAD = 0.2
 """By how much the best assignment of axes must beat the second."""
 MIN_GRAVITY = 0.9
 """Mean cosine between the two ideas of up; 25 degrees."""
+COMPARED_NS = 100_000_000
+"""Frames are thinned to one in this time: headings are averaged, turns compared over longer ones."""
 HEADING_SPAN_S = 5.0
 """Headings are averaged over this time before and after: late stamps cancel, the phone's own heading hardly drifts."""
 _UP = np.array([0.0, 0.0, 1.0])
@@ -50,6 +52,8 @@ class LevelHeading:
 
 def level_heading(time_ns: IntArray, bcs_R_camera: Rotation, level: LevelOrientation) -> LevelHeading | None:
     """Compare the two orientations at frames (n,), in time order; None where they do not describe the same motion."""
+    kept = np.flatnonzero(np.diff(time_ns // COMPARED_NS, prepend=-1))
+    time_ns, bcs_R_camera = time_ns[kept], bcs_R_camera[kept]
     level_R_body = level.at(time_ns)
     camera_R_body = _camera_axes(time_ns, bcs_R_camera, level_R_body)
     if camera_R_body is None:

@@ -20,7 +20,8 @@ from vislam2tag.errors import DatasetError
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
-_ROWS_A_GROUP = 100_000
+_ROWS_A_GROUP = 16_384
+"""A few walks' readings, so that reading one walk reads little more."""
 _WINDOWS_A_GROUP = 2_000
 """Rows of ``imu_windows`` hold thousands of numbers each; what is written at once should stay small."""
 _BYTES_AT_ONCE = 1 << 20

@@ -4,27 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import multiply
+from vislam2tag.dataset.rotations import RotationSeries
 from vislam2tag.dataset.sensor_series import SensorSeries
 
 GRAVITY_MEMORY_S = 3.0
 """Standard deviation of the weights by which the filter averages gravity: longer than a stride, shorter than drift."""
 
 
-class LevelOrientation:
+class LevelOrientation(RotationSeries):
     """``level_R_body`` at any time between its readings."""
-
-    def __init__(self, time_ns: IntArray, level_R_body: Rotation) -> None:
-        self._start_ns, self._end_ns = int(time_ns[0]), int(time_ns[-1])
-        self._between = Slerp((time_ns - self._start_ns) * 1e-9, level_R_body)
-
-    def at(self, time_ns: IntArray) -> Rotation:
-        """Interpolate (Slerp) at times (k,); held before the first and after the last reading."""
-        held = np.clip(time_ns, self._start_ns, self._end_ns)
-        return self._between((held - self._start_ns) * 1e-9)
 
 
 def logged_orientation(game_rotation: SensorSeries) -> LevelOrientation:

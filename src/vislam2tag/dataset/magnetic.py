@@ -53,15 +53,14 @@ def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_
 
 
 def _readings(sensors: pl.DataFrame) -> pl.DataFrame:
-    """Pick the magnetometer's readings, each time once, in order; ``fx``, ``fy``, ``fz``: the field in the phone."""
+    """Pick the magnetometer's readings in order, each once; ``fx``, ``fy``, ``fz``: the field in the phone."""
     rows = sensors.filter(pl.col("sensor") == "MAG").with_columns(fx="v1", fy="v2", fz="v3")
     if not len(rows):
         rows = sensors.filter(pl.col("sensor") == "MAG_UN").with_columns(
             fx=pl.col("v1") - pl.col("v4"), fy=pl.col("v2") - pl.col("v5"), fz=pl.col("v3") - pl.col("v6")
         )
     finite = pl.all_horizontal(pl.col("fx", "fy", "fz").is_finite())
-    once = rows.filter(finite, pl.col("status") != "duplicate").unique("time_ns", keep="first")
-    return once.sort("time_ns")
+    return rows.filter(finite, pl.col("status") != "duplicate").sort("time_ns", maintain_order=True)
 
 
 def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> FloatArray:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import polars as pl
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.dataset.rotations import RotationSeries
 from vislam2tag.dataset.sensor_series import FINE, JUMP, SensorSeries, first_fault
 from vislam2tag.settings import LabelSettings
 
@@ -49,8 +50,8 @@ class MappedFrames:
 
     def turned(self, axis: FloatArray, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
         """Angle (w,) by which an axis (3,) of the camera turned about the vertical, rad, counter-clockwise."""
-        between = Slerp((self.known_ns - self.series.time_ns[0]) * 1e-9, self.orientation)
-        start, end = (between((times - self.series.time_ns[0]) * 1e-9).apply(axis) for times in (start_ns, end_ns))
+        between = RotationSeries(self.known_ns, self.orientation)
+        start, end = (between.at(times).apply(axis) for times in (start_ns, end_ns))
         turned: FloatArray = np.angle((end[:, 0] + 1j * end[:, 1]) * (start[:, 0] - 1j * start[:, 1]))
         return turned
 

@@ -46,7 +46,9 @@ def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) ->
     """Take one sensor from a session's ``sensors`` table; repeated and non-finite readings are left out."""
     finite = pl.all_horizontal(pl.col(columns).is_finite().fill_null(False))
     known = pl.col("status") != Status.DUPLICATE.label
-    rows = sensors.filter(pl.col("sensor") == name, known, finite).unique("time_ns", keep="first").sort("time_ns")
+    rows = sensors.filter(pl.col("sensor") == name, known, finite).sort("time_ns", maintain_order=True)
+    if len(rows) > 1 and rows["time_ns"].diff().min() == 0:
+        rows = rows.unique("time_ns", keep="first", maintain_order=True)
     return SensorSeries(
         rows["time_ns"].to_numpy(),
         rows.select(columns).to_numpy().reshape(-1, len(columns)),
