@@ -20,6 +20,7 @@ LAYERS = (
     ("results",),
     ("evaluation",),
     ("dataset",),
+    ("positioning",),
     ("figures",),
     ("simulation",),
     ("report",),

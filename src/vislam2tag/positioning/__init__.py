@@ -1,0 +1,1 @@
+"""Positioning models: estimators over radio scans, their training, their benchmark protocol."""

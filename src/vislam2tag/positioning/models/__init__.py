@@ -1,0 +1,1 @@
+"""Positioning models: one file and one registered name each."""

@@ -1,0 +1,108 @@
+"""Where scans were taken (what a model learns), and where a model puts them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.positioning.scans import Rows
+
+
+class Storey(NamedTuple):
+    """A floor of a building."""
+
+    building: str
+    floor: int
+
+
+@dataclass(frozen=True)
+class Places:
+    """True (or labelled) places of ``n`` scans; behaves as scikit-learn expects of ``y``."""
+
+    storeys: tuple[Storey, ...]
+    """All floors there are, in order."""
+    storey: IntArray
+    """(n,) index into ``storeys``."""
+    xy: FloatArray
+    """(n, 2) BCS metres."""
+    z: FloatArray
+    """(n,) metres above the building's zero; NaN: unknown."""
+    sigma_m: FloatArray
+    """(n,) standard deviation of the label per axis; NaN: not stated."""
+
+    def __len__(self) -> int:
+        return len(self.storey)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of places, and of coordinates in the plane."""
+        return len(self), 2
+
+    def __getitem__(self, rows: Rows) -> Places:
+        return replace(self, storey=self.storey[rows], xy=self.xy[rows], z=self.z[rows], sigma_m=self.sigma_m[rows])
+
+    @property
+    def floor(self) -> IntArray:
+        """(n,) floor numbers."""
+        return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[self.storey]
+
+
+SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
+
+
+@dataclass(frozen=True)
+class Positions:
+    """What a model says of ``n`` scans."""
+
+    storeys: tuple[Storey, ...]
+    storey: IntArray
+    """(n,) index into ``storeys``; -1: unknown (nothing known was heard)."""
+    xy: FloatArray
+    """(n, 2) BCS metres; NaN: unknown."""
+    z: FloatArray
+    """(n,) metres; NaN: unknown."""
+    storey_probability: FloatArray
+    """(n, len(storeys))"""
+    radius_68_m: FloatArray
+    """(n,) the true place lies within this distance in the plane with 68 % probability; NaN: unknown."""
+    radius_95_m: FloatArray
+    """(n,) the same with 95 %."""
+
+    def __len__(self) -> int:
+        return len(self.storey)
+
+    def __getitem__(self, rows: Rows) -> Positions:
+        return replace(
+            self,
+            storey=self.storey[rows],
+            xy=self.xy[rows],
+            z=self.z[rows],
+            storey_probability=self.storey_probability[rows],
+            radius_68_m=self.radius_68_m[rows],
+            radius_95_m=self.radius_95_m[rows],
+        )
+
+    @property
+    def known(self) -> BoolArray:
+        """(n,) whether the model could say anything."""
+        return self.storey >= 0
+
+    @property
+    def floor(self) -> IntArray:
+        """(n,) floor numbers; where unknown, that of the first storey: look at ``known``."""
+        return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[np.maximum(self.storey, 0)]
+
+    def without(self, rows: BoolArray) -> Self:
+        """Make the scans of the mask unknown."""
+        return replace(
+            self,
+            storey=np.where(rows, -1, self.storey),
+            xy=np.where(rows[:, None], np.nan, self.xy),
+            z=np.where(rows, np.nan, self.z),
+            storey_probability=np.where(rows[:, None], np.nan, self.storey_probability),
+            radius_68_m=np.where(rows, np.nan, self.radius_68_m),
+            radius_95_m=np.where(rows, np.nan, self.radius_95_m),
+        )

@@ -1,0 +1,124 @@
+"""Radio scans as arrays: who was heard and how loud, sparse, for many scans at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+
+TextArray = npt.NDArray[np.str_]
+Rows = IntArray | BoolArray | slice
+
+
+@dataclass(frozen=True)
+class RadioScans:
+    """``n`` scans over ``a`` access points; of each only what was heard is kept, row after row.
+
+    Behaves as scikit-learn expects of ``X``: it has a length and a shape, and rows can be taken by index or mask.
+    """
+
+    access_points: tuple[str, ...]
+    """Name of each column."""
+    start: IntArray
+    """(n + 1,) readings ``start[i]`` to ``start[i + 1]`` are those of scan i."""
+    column: IntArray
+    """(m,) access point of each reading, none twice in a scan."""
+    rssi_dbm: FloatArray
+    """(m,)"""
+    device: TextArray
+    """(n,) phone; empty where unknown."""
+    session: TextArray
+    """(n,) walk; empty where there are none."""
+    time_ns: IntArray
+    """(n,) start of the scan; 0 where unknown."""
+
+    def __len__(self) -> int:
+        return len(self.start) - 1
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of scans and of access points."""
+        return len(self), len(self.access_points)
+
+    @property
+    def heard(self) -> IntArray:
+        """(n,) number of access points heard in each scan."""
+        return np.diff(self.start)
+
+    @property
+    def row(self) -> IntArray:
+        """(m,) scan of each reading."""
+        return np.repeat(np.arange(len(self)), self.heard)
+
+    def __getitem__(self, rows: Rows) -> RadioScans:
+        chosen = np.arange(len(self))[rows]
+        counts = self.heard[chosen]
+        start = np.concatenate([[0], np.cumsum(counts)])
+        taken = np.repeat(self.start[chosen] - start[:-1], counts) + np.arange(start[-1])
+        return RadioScans(
+            access_points=self.access_points,
+            start=start,
+            column=self.column[taken],
+            rssi_dbm=self.rssi_dbm[taken],
+            device=self.device[chosen],
+            session=self.session[chosen],
+            time_ns=self.time_ns[chosen],
+        )
+
+    def over(self, access_points: Sequence[str]) -> RadioScans:
+        """Re-express over other columns; readings of access points that are not among them are left out."""
+        place = {name: column for column, name in enumerate(access_points)}
+        new = np.array([place.get(name, -1) for name in self.access_points], dtype=np.int64)
+        column = new[self.column] if len(self.column) else self.column
+        kept = column >= 0
+        heard = np.bincount(self.row[kept], minlength=len(self))
+        return RadioScans(
+            access_points=tuple(access_points),
+            start=np.concatenate([[0], np.cumsum(heard)]),
+            column=column[kept],
+            rssi_dbm=self.rssi_dbm[kept],
+            device=self.device,
+            session=self.session,
+            time_ns=self.time_ns,
+        )
+
+    def dense(self, not_heard: float = np.nan) -> FloatArray:
+        """Make the (n, a) matrix of dBm, ``not_heard`` where nothing was."""
+        matrix = np.full(self.shape, not_heard)
+        matrix[self.row, self.column] = self.rssi_dbm
+        return matrix
+
+
+def scans_of(
+    rows: IntArray,
+    bssid: TextArray,
+    rssi_dbm: FloatArray,
+    n: int,
+    **known: Any,
+) -> RadioScans:
+    """Make scans of readings in any order: the scan (0 to n-1), access point and level of each.
+
+    Columns are the access points in order of their names. Of several readings of one access point in one scan the
+    mean in dBm counts; levels that are not finite count as not heard. ``known`` may give ``device``, ``session`` and
+    ``time_ns``.
+    """
+    finite = np.isfinite(rssi_dbm)
+    names, column = np.unique(bssid[finite], return_inverse=True)
+    cell, which = np.unique(rows[finite] * max(len(names), 1) + column, return_inverse=True)
+    level = np.bincount(which, rssi_dbm[finite]) / np.bincount(which) if len(cell) else np.empty(0)
+    heard = np.bincount(cell // max(len(names), 1), minlength=n)
+    empty = np.full(n, "", dtype=np.str_)
+    return RadioScans(
+        access_points=tuple(str(name) for name in names),
+        start=np.concatenate([[0], np.cumsum(heard)]),
+        column=cell % max(len(names), 1),
+        rssi_dbm=level,
+        device=known.get("device", empty),
+        session=known.get("session", empty),
+        time_ns=known.get("time_ns", np.zeros(n, dtype=np.int64)),
+    )
