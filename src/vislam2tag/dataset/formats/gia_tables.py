@@ -5,6 +5,7 @@ The published files lead text fields with a blank; ours do not. Both are read.
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 import polars as pl
@@ -15,6 +16,8 @@ from vislam2tag.survey.model import SessionKey
 
 WIFI_COLUMNS = ("id", "time", "type", "ssid", "mac", "rss", "x_coord", "y_coord")
 _VALUES = ("v1", "v2", "v3", "v4", "v5", "v6")
+# A name may hold commas, in quotes or not: the fields before it are found from the start, those after it from the end.
+_WIFI_LINE = "^" + ",".join(f"(?<{name}>{'.*' if name == 'ssid' else '[^,]*'})" for name in WIFI_COLUMNS) + "$"
 SENSOR_COLUMNS = ("time", "type", *_VALUES, "x_coord", "y_coord")
 
 
@@ -74,19 +77,24 @@ def _labelled(rows: pl.DataFrame, table: str, source: str, key: SessionKey) -> p
 def _texts(file: Path) -> pl.DataFrame:
     """Read all columns as text, without the blank that leads them in the published files."""
     try:
-        table = pl.read_csv(file, infer_schema=False, encoding="utf8-lossy")
-    except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{file}: cannot be read ({str(error).splitlines()[0]})") from error
-    table = table.rename({name: name.strip() for name in table.columns})
-    missing = [name for name in WIFI_COLUMNS if name not in table.columns]
-    if missing:
-        raise DatasetError(f"{file}: line 1 has no column {missing[0]}; expected {','.join(WIFI_COLUMNS)}")
-    # A name may begin with a blank of its own: only where the type has one is one taken away.
-    led = pl.col("type").str.starts_with(" ")
-    unled = pl.when(led).then(pl.col("ssid").str.strip_prefix(" ")).otherwise("ssid")
+        text = file.read_bytes().removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise DatasetError(f"{file}: cannot be read ({error.strerror})") from error
+    lines = [line.removesuffix("\r") for line in text.removesuffix("\n").split("\n")]
+    if [name.strip() for name in lines[0].split(",")] != list(WIFI_COLUMNS):
+        raise DatasetError(f"{file}: line 1: expected {','.join(WIFI_COLUMNS)}")
+    fields = pl.Series("line", lines[1:], dtype=pl.String).str.extract_groups(_WIFI_LINE).struct.unnest()
     others = [name for name in WIFI_COLUMNS if name != "ssid"]
-    stripped = table.with_columns(unled.alias("ssid"), pl.col(others).str.strip_chars())
+    stripped = fields.with_columns(_name(), pl.col(others).str.strip_chars())
     return stripped.with_columns(pl.when(pl.col(name) != "").then(name).alias(name) for name in others)
+
+
+def _name() -> pl.Expr:
+    """Take a network's name out of its quotes, and away the blank that leads it where one leads the type, too."""
+    ssid = pl.col("ssid")
+    inside = ssid.str.strip_prefix('"').str.strip_suffix('"').str.replace_all('""', '"', literal=True)
+    bare = pl.when(ssid.str.contains(r'^".*"$')).then(inside).otherwise(ssid)
+    return pl.when(pl.col("type").str.starts_with(" ")).then(bare.str.strip_prefix(" ")).otherwise(bare).alias("ssid")
 
 
 def _refuse_no_numbers(file: Path, rows: pl.DataFrame) -> None:
