@@ -76,6 +76,11 @@ class FloorCoverage:
         return missing
 
     @property
+    def tells(self) -> bool:
+        """Whether more is walkable than the fingerprints' own cells: else coverage says nothing."""
+        return bool((self.walkable & (self.total == 0)).any())
+
+    @property
     def share(self) -> float | None:
         """Share of the walkable cells that are covered; None where there is no walkable cell."""
         walkable = int(self.walkable.sum())

@@ -95,7 +95,7 @@ def _lay(axes: Axes, kind: IntArray, grid: CellGrid, colours: Sequence[str], zor
 def _title(floor: CoveredFloor) -> str:
     """Name, and the share covered where more is walkable than the fingerprints' own cells."""
     coverage = floor.coverage
-    if coverage.share is None or (coverage.walkable <= (coverage.total > 0)).all():
+    if coverage.share is None or not coverage.tells:
         return floor.title
     walked = sum(walk.length_m for walk in floor.walks)
     return f"{floor.title}: {100 * coverage.share:.0f} % covered" + (f", {walked:.0f} m to go" if floor.walks else "")

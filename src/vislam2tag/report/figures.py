@@ -58,7 +58,7 @@ def site_figure(
     figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
     figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
     if plan:
-        figure.add_layout_image(_placed(plan, floor))
+        figure.add_layout_image(placed_plan(plan, floor))
     return figure_json(figure)
 
 
@@ -187,7 +187,7 @@ def axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
     }
 
 
-def _placed(image: str, floor: Floor) -> dict[str, Any]:
+def placed_plan(image: str, floor: Floor) -> dict[str, Any]:
     """Return the plan as a layout image that covers exactly width x height of the floor."""
     return {
         "source": image,

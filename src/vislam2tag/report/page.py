@@ -35,6 +35,11 @@ def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> Non
         partial.unlink(missing_ok=True)
 
 
+def page_text(template: str, context: Mapping[str, Any]) -> str:
+    """Return a page as text; the template gets what :func:`write_page` gives it."""
+    return _environment().get_template(template).render(_assets() | dict(context))
+
+
 def embedded(text: str) -> Markup:
     """Make JSON safe inside a script element: nothing in it can end the element or open a comment."""
     return Markup(text.replace("<", "\\u003c"))
