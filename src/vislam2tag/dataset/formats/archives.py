@@ -48,6 +48,24 @@ def names_in(path: Path) -> Iterator[PurePosixPath]:
         yield PurePosixPath(path.name)
 
 
+def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
+    """Yield the first bytes of each file of a suffix below a folder or in an archive; of a plain file of any suffix.
+
+    Ends early where one cannot be read.
+    """
+    path = _meant(path)
+    try:
+        if is_archive(path):
+            yield from (content.read(size) for name, content in _members(path) if content and name.suffix == suffix)
+            return
+        files = (file for file in path.rglob(f"*{suffix}") if file.is_file()) if path.is_dir() else (path,)
+        for each in files:
+            with each.open("rb") as file:
+                yield file.read(size)
+    except _DAMAGED:
+        return
+
+
 def folder_of(path: Path, scratch: Path) -> Path:
     """Return the folder itself, a file's folder, or where the archive was unpacked to (below ``scratch``).
 

@@ -1,0 +1,148 @@
+"""Logs of GetSensorData as the IPIN competitions publish them: one text file a walk, places in degrees."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.dataset.formats.archives import folder_of, heads_in
+from vislam2tag.dataset.formats.getsensordata_log import Taps, looks_like_a_log, parse_log, parse_taps
+from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
+from vislam2tag.dataset.formats.registry import ImportContext, register_import
+from vislam2tag.dataset.formats.waypoints import PACE_M2_S, TAP_SIGMA_M, Waypoints
+from vislam2tag.dataset.georeference import from_wgs84
+from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Georeference, Grouping, Source
+from vislam2tag.errors import DatasetError
+from vislam2tag.findings import Finding
+from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.slugs import unique_slugs
+
+ORIGIN_STEP_DEG = 1e-4
+"""Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""
+_HEAD_BYTES = 65_536
+_FILES_LOOKED_AT = 3
+HELP = (
+    "GetSensorData logs (IPIN competitions): a .txt log, or a folder or archive of them; Wi-Fi and BLE between POSI "
+    "marks, in metres east and north of --origin"
+)
+
+
+def recognises(path: Path) -> bool:
+    """Whether one of the first text files has rows of the format."""
+    if path.is_file() and path.suffix not in (".txt", ".log", ".zip", ".xz", ".gz", ".tgz", ".tar", ".bz2"):
+        return False
+    heads = itertools.islice(heads_in(path, ".txt", _HEAD_BYTES), _FILES_LOOKED_AT)
+    return any(looks_like_a_log(head) for head in heads)
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    """Read all logs below a folder or in an archive, one at a time, in metres on the plane at the origin."""
+    logs = _logs(path, folder_of(path, context.scratch))
+    taps = [parse_taps(_bytes(file)) for _, file in logs]
+    origin = _origin(path, taps, context.origin)
+    places = sorted({place for each in taps for place in _places(each)})
+    tables = WalkTables(context.scratch, places)
+    inputs: dict[str, str] = {}
+    for slug, file in logs:
+        walk, findings = _walk(slug, file, places, origin)
+        tables.add(walk, findings)
+        inputs[slug] = walk.source
+        context.advance(len(logs))
+    settings = DatasetSettings()
+    info = DatasetInfo(
+        name=path.resolve().name.split(".")[0] or "getsensordata",
+        title="GetSensorData logs",
+        description="Walks between marked places; positions between them are interpolated at each reading's time.",
+        frame="metres east (x) and north (y) of the origin",
+        clock="boot",
+        floors=tuple(FloorInfo(building=place.building, number=place.floor, georeference=origin) for place in places),
+        groupings=(
+            Grouping(technology="ble", by="window", window_s=settings.ble_window_s),
+            Grouping(technology="wifi", by="scan"),
+        ),
+        sources=(
+            Source(
+                kind="getsensordata",
+                name=path.name,
+                version=__version__,
+                settings={
+                    "origin": [origin.latitude_deg, origin.longitude_deg],
+                    "tap_sigma_m": TAP_SIGMA_M,
+                    "pace_m2_s": PACE_M2_S,
+                },
+                inputs=inputs,
+            ),
+        ),
+    )
+    return tables.dataset(info, {})
+
+
+def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
+    """Slugs and files of the logs, in order; other text files are passed over."""
+    if path.is_file() and folder == path.parent:
+        files = [path]
+    else:
+        files = [
+            file
+            for file in sorted(folder.rglob("*.txt"))
+            if any(map(looks_like_a_log, heads_in(file, "", _HEAD_BYTES)))
+        ]
+    if not files or not looks_like_a_log(_bytes(files[0])[:_HEAD_BYTES]):
+        raise DatasetError(f"{path}: holds no log; expected lines like WIFI;12.345;678.910;SSID;BSSID;RSS")
+    names = [".".join(file.relative_to(folder).with_suffix("").parts) for file in files]
+    return sorted(zip(unique_slugs(names), files, strict=True))
+
+
+def _bytes(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise DatasetError(f"{file}: cannot be read ({error.strerror})") from error
+
+
+def _places(taps: Taps) -> list[Place]:
+    return [
+        Place(str(building), floor) for building, floor in zip(taps.building.tolist(), taps.floor.tolist(), strict=True)
+    ]
+
+
+def _origin(path: Path, taps: Sequence[Taps], given: tuple[float, float] | None) -> Georeference:
+    corners = [each.position.min(axis=0) for each in taps if len(each.position)]
+    if not corners:
+        raise DatasetError(f"{path}: no log has a POSI row that names a place; without any, nothing can be labelled")
+    if given is not None:
+        return Georeference(latitude_deg=given[0], longitude_deg=given[1])
+    west, south = (
+        round(math.floor(value / ORIGIN_STEP_DEG) * ORIGIN_STEP_DEG, 4) for value in np.min(corners, axis=0).tolist()
+    )
+    return Georeference(latitude_deg=south, longitude_deg=west)
+
+
+def _walk(
+    slug: str, file: Path, places: Sequence[Place], origin: Georeference
+) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+    data = _bytes(file)
+    log = parse_log(data, file.name)
+    index = np.array([places.index(place) for place in _places(log.taps)], dtype=np.int64)
+    walk = LoggedWalk(
+        slug=slug,
+        name=file.stem,
+        place=None,
+        device=log.device,
+        taps=Waypoints.of(log.tap_ns, from_wgs84(log.taps.position, origin), index),
+        tables=log.tables,
+        first_ns=log.first_ns,
+        last_ns=log.last_ns,
+        started=log.started,
+        source=hashlib.sha256(data).hexdigest(),
+    )
+    return walk, log.findings
+
+
+register_import("getsensordata", read, HELP, recognises)
