@@ -28,7 +28,7 @@ def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_
     the phone's tilt.
     """
     rows = _readings(sensors)
-    vertical = _vertical(sensors, rows["time_ns"].to_numpy(), rows.select("fx", "fy", "fz").to_numpy())
+    vertical = _vertical(sensors, rows["time_ns"].to_numpy(), rows.select("fx", "fy", "fz").to_numpy(writable=True))
     norm = (pl.col("fx") ** 2 + pl.col("fy") ** 2 + pl.col("fz") ** 2).sqrt()
     window = pl.col("time_ns") // round(window_s * 1e9)
     measured = rows.with_columns(

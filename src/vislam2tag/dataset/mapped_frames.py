@@ -61,7 +61,7 @@ def mapped_frames(trajectory: pl.DataFrame, gyroscope: SensorSeries) -> MappedFr
     unusable = (Status.DUPLICATE.label, Status.INVALID.label)
     rows = trajectory.filter(~pl.col("status").is_in(unusable)).unique("time_ns", keep="first").sort("time_ns")
     known = rows.select(pl.all_horizontal(pl.col("x", "y", "qx", "qy", "qz", "qw").is_not_null())).to_series()
-    quaternion = rows.filter(known).select("qx", "qy", "qz", "qw").to_numpy().reshape(-1, 4)
+    quaternion = rows.filter(known).select("qx", "qy", "qz", "qw").to_numpy(writable=True).reshape(-1, 4)
     status = rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy().copy()
     status[has_position(status) & ~known.to_numpy()] = Status.NO_MAPPING
     time_ns = rows["time_ns"].to_numpy()

@@ -51,7 +51,7 @@ def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) ->
         rows = rows.unique("time_ns", keep="first", maintain_order=True)
     return SensorSeries(
         rows["time_ns"].to_numpy(),
-        rows.select(columns).to_numpy().reshape(-1, len(columns)),
+        rows.select(columns).to_numpy(writable=True).reshape(-1, len(columns)),
         rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
         rows["floor"].cast(pl.Int64).to_numpy(),
     )
