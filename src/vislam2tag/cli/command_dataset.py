@@ -18,6 +18,7 @@ from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.dataset_findings import FAILED
+from vislam2tag.pipeline.dataset_finish import PAGE_FILE
 from vislam2tag.settings import DatasetSettings, ImuWindowSettings
 
 DEFAULTS = DatasetSettings()
@@ -159,3 +160,4 @@ def _print(dataset: Dataset, out: Path) -> None:
     typer.echo(f"{out}: {rows}")
     for finding in info.findings:
         typer.echo(f"{finding.kind} {finding.count}: {finding.message}")
+    typer.echo(f"page: {out / PAGE_FILE}")

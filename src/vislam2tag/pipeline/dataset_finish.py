@@ -1,4 +1,4 @@
-"""What every data set's folder gets once its tables are there: splits, statistics and the card."""
+"""What every data set's folder gets once its tables are there: splits, statistics, page and card."""
 
 from __future__ import annotations
 
@@ -10,18 +10,24 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.splits import split_findings, standard_splits
 from vislam2tag.dataset.statistics import dataset_statistics
 from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.report.dataset_page import dataset_page
 
 STATISTICS_FILE = "statistics.json"
+PAGE_FILE = "report.html"
 
 
 def finish_dataset(folder: FolderWriter, info: DatasetInfo, field_work: FieldWork | None = None) -> Dataset:
-    """Add the standard splits, ``statistics.json`` and the card to a folder that holds all tables, and open it."""
+    """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder that holds all tables.
+
+    Splits that are there already stay. Returns the data set as it is then.
+    """
     dataset = folder.opened(info)
-    splits = standard_splits(dataset)
+    splits = {**dataset.splits, **standard_splits(dataset)}
     folder.add_splits(splits)
     info = info.model_copy(update={"findings": (*info.findings, *split_findings(dataset))})
     dataset = replace(dataset, info=folder.finish(info), splits=splits)
     statistics = dataset_statistics(dataset, field_work)
     (folder.root / STATISTICS_FILE).write_text(statistics.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics), encoding="utf-8")
     write_card(dataset, statistics, folder.root)
     return dataset
