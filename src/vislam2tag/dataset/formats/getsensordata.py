@@ -145,4 +145,4 @@ def _walk(
     return walk, log.findings
 
 
-register_import("getsensordata", read, HELP, recognises)
+register_import("getsensordata", read, HELP, recognises, takes=("origin",))

@@ -94,6 +94,8 @@ class ImportFormat:
     """One line for ``import --help``: what the path is, and what of it is taken."""
     recognises: Callable[[Path], bool]
     """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
+    takes: frozenset[str] = frozenset()
+    """The options of :class:`ImportContext` that mean something here: ``origin``."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +122,11 @@ _IMPORTS: dict[str, ImportFormat] = {}
 _EXPORTS: dict[str, ExportFormat] = {}
 
 
-def register_import(name: str, read: Reader, help: str, recognises: Callable[[Path], bool]) -> None:
+def register_import(
+    name: str, read: Reader, help: str, recognises: Callable[[Path], bool], takes: Iterable[str] = ()
+) -> None:
     """Make a format readable; called once at the end of the format's own module."""
-    _IMPORTS[name] = ImportFormat(name, read, help, recognises)
+    _IMPORTS[name] = ImportFormat(name, read, help, recognises, frozenset(takes))
 
 
 def register_export(

@@ -1,0 +1,132 @@
+"""``vislam2tag import``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import polars as pl
+import typer
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.dataset.description import read_description
+from vislam2tag.dataset.formats import import_formats
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.errors import UsageError
+from vislam2tag.findings import Severity
+from vislam2tag.pipeline.import_format import ImportOptions, import_format
+
+_NAMES_SHOWN = 12
+_FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in import_formats().items())
+HELP = f"""
+Import a data set that others published, or logs of other programs, into ours.
+
+Formats, told apart by names and first lines unless --format says which:
+
+{_FORMATS}
+
+All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
+docs/datasets.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
+
+Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, 2 wrong
+usage, files that are not of the format, or DS cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag import tampere-2017-08-21.tar.xz --out tampere
+
+    vislam2tag import indoor-location-competition-20/data --format ilc20 --out malls
+
+    vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin --json
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("import", help=HELP)(_import)
+
+
+def _import(
+    path: Annotated[Path, typer.Argument(help="File, folder or archive (.zip, .tar.xz, ...) of another format.")],
+    out: Annotated[Path, typer.Option(help="Folder for the data set: new, empty or an earlier data set.")],
+    format_name: Annotated[
+        str | None, typer.Option("--format", help=f"One of: {', '.join(import_formats())}; else found by content.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the data set; else the format's own.")] = None,
+    origin: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON",
+            help="Where metres count from (degrees), for logs with geographic positions; else their south-west corner.",
+        ),
+    ] = None,
+    describe: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
+    ] = None,
+    include_nomap: IncludeNomap = False,
+    hash_bssid: HashBssid = None,
+    no_ssid: NoSsid = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print the manifest (dataset.json) instead of a summary.")
+    ] = False,
+) -> None:
+    options = ImportOptions(
+        format_name,
+        name,
+        None if origin is None else degrees_of(origin),
+        privacy_of(include_nomap, hash_bssid, no_ssid),
+        None if describe is None else read_description(describe),
+    )
+    try:
+        with session_bar("files") as bar:
+            dataset = import_format(path, out, options, progress=lambda total: bar.advance(total, None))
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: no data set was written to {out}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    typer.echo(dataset.info.model_dump_json(indent=1) if json else "\n".join(_summary(dataset, out)))
+    raise typer.Exit(1 if any(finding.severity is Severity.ERROR for finding in dataset.info.findings) else 0)
+
+
+def degrees_of(text: str) -> tuple[float, float]:
+    """Read latitude and longitude from ``49.46,11.02``; raises UsageError for anything else."""
+    try:
+        latitude, longitude = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(f"--origin {text}: give latitude and longitude in degrees, such as 49.4609,11.0252") from error
+    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
+        raise UsageError(f"--origin {text}: latitudes reach from -90 to 90, longitudes from -180 to 180 degrees")
+    return latitude, longitude
+
+
+def _summary(dataset: Dataset, out: Path) -> list[str]:
+    info = dataset.info
+    counted = dataset.fingerprints.group_by("technology").agg(all=pl.len(), labelled=pl.col("x").count())
+    kinds = counted.sort("technology").collect(engine="streaming").rows()
+    devices = dataset.fingerprints.select(pl.col("device").drop_nulls().unique().sort()).collect()["device"].to_list()
+    floors = [" ".join(filter(None, (floor.building, floor.name, str(floor.number)))) for floor in info.floors]
+    rows = {name: account.rows for name, account in info.tables.items()}
+    return [
+        f"{out}: {info.sources[0].kind}, {info.title or info.name}",
+        *(f"fingerprints ({kind}): {count}, with a position {labelled}" for kind, count, labelled in kinds),
+        *(f"{name.replace('_', ' ')}: {count}" for name, count in rows.items() if name != "fingerprints"),
+        f"floors: {_listed(floors)}",
+        f"devices: {_listed(devices)}",
+        f"splits: {_listed(list(info.splits))}",
+        *(
+            f"{finding.kind} {finding.count}: {_place(finding.file, finding.lines)}{finding.message}"
+            for finding in info.findings
+        ),
+    ]
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(names[:_NAMES_SHOWN]) + (", ..." if len(names) > _NAMES_SHOWN else "")
+    return f"{len(names)} ({shown})" if names else "none known"
+
+
+def _place(file: str, lines: tuple[int, ...]) -> str:
+    where = f"{file}:{','.join(map(str, lines))}" if lines else file
+    return f"{where}: " if where else ""
