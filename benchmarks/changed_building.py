@@ -1,0 +1,238 @@
+"""How well a later survey finds what changed: two surveys of one generated building, with and without changes.
+
+python benchmarks/changed_building.py
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.dataset.access_points import access_point_table
+from vislam2tag.dataset.change_record import CHANGED_POINTS
+from vislam2tag.dataset.changes import APPEARED, CHANGED, MOVED, VANISHED, survey_changes
+from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.simulation.building import make_building
+from vislam2tag.simulation.devices import Locale, make_device
+from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
+from vislam2tag.simulation.radio import RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.sampling import position_at
+from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, stream, walk_settings
+from vislam2tag.simulation.walk import make_walk
+
+FLOORS = (0, 1)
+LABEL_SIGMA_M = 0.15
+"""Error of a scan's label, per axis: about what the smoother states."""
+_MARK = "moved "
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What happened between two surveys: indices of the base's access points, and how many are new."""
+
+    removed: tuple[int, ...] = ()
+    moved: tuple[int, ...] = ()
+    added: tuple[int, ...] = ()
+    """Access points of the later building that the base did not have."""
+
+
+@dataclass(frozen=True)
+class Surveys:
+    """A base and a later survey, and the truth of what changed."""
+
+    base: Dataset
+    later: Dataset
+    removed: frozenset[str] = frozenset()
+    moved: frozenset[str] = frozenset()
+    added: frozenset[str] = frozenset()
+
+
+def two_surveys(
+    seed: int, changes: Changes, minutes: float = 4.0, base_walks: int = 3, later_walks: int = 2
+) -> Surveys:
+    """Survey a building of 28 access points on two floors, change it, and survey it again with other walks.
+
+    The base by two phones, ``base_walks`` each on each floor; the later one by one of them and a third.
+    """
+    building = make_building(BuildingSettings(floors=FLOORS), seed)
+    names = building.ap_bssid
+    gone = {*changes.removed}
+    before = _with_points(building, [index for index in range(len(names)) if index not in changes.added], {})
+    places = _other_places(building, changes.moved, seed)
+    after = _with_points(building, [index for index in range(len(names)) if index not in gone], places)
+    return Surveys(
+        base=_surveyed(before, seed, "base", ("LG", "OnePlus"), base_walks, minutes),
+        later=_surveyed(after, seed, "later", ("LG", "Galaxy"), later_walks, minutes),
+        removed=frozenset(names[index] for index in changes.removed),
+        moved=frozenset(names[index] for index in changes.moved),
+        added=frozenset(names[index] for index in changes.added),
+    )
+
+
+def _other_places(building: SimulatedBuilding, moved: tuple[int, ...], seed: int) -> dict[int, np.ndarray]:
+    """Draw a new place, at least 15 m away on the same floor, for each access point that moves."""
+    rng = stream(seed, "moves")
+    places = {}
+    for index in moved:
+        floor = next(item for item in building.floors if item.number == building.ap_floor[index])
+        old = building.ap_position[index]
+        far = floor.nodes[np.linalg.norm(floor.nodes - old[:2], axis=1) > 15.0]
+        places[index] = np.append(rng.choice(far), old[2])
+    return places
+
+
+def _with_points(building: SimulatedBuilding, kept: list[int], places: dict[int, np.ndarray]) -> SimulatedBuilding:
+    """Keep some access points; one with another place has another shadowing, so that its name is marked."""
+    position = building.ap_position.copy()
+    for index, place in places.items():
+        position[index] = place
+    names = tuple(_MARK * (index in places) + building.ap_bssid[index] for index in kept)
+    return replace(
+        building,
+        ap_floor=building.ap_floor[kept],
+        ap_position=position[kept],
+        ap_bssid=names,
+        ap_ssid=tuple(building.ap_ssid[index] for index in kept),
+        ap_frequency_mhz=building.ap_frequency_mhz[kept],
+        ap_power_dbm=building.ap_power_dbm[kept],
+    )
+
+
+def _surveyed(
+    building: SimulatedBuilding, seed: int, survey: str, devices: tuple[str, ...], walks: int, minutes: float
+) -> Dataset:
+    environment = make_radio_environment(building, RadioSettings(), seed)
+    fingerprints, readings = [], []
+    for floor in building.floors:
+        for name in devices:
+            for number in range(walks):
+                session = f"floor_{floor.number}.{name}.{survey}-{number}"
+                rng = stream(seed, "walk", session)
+                walk = make_walk(floor, 60 * minutes, walk_settings(WalkStyle.SURVEY), rng)
+                wifi = simulate_wifi(environment, walk, make_device(name, Locale.EN, seed).receiver, rng)
+                rows = _rows(session, walk, building, wifi.scan, wifi.time_us, wifi.access_point, wifi.rss_dbm, rng)
+                readings.append(rows)
+                fingerprints.append(_scans(rows, session, name))
+    return _dataset(survey, pl.concat(fingerprints), pl.concat(readings))
+
+
+def _rows(
+    session: str,
+    walk: TrueWalk,
+    building: SimulatedBuilding,
+    scan: np.ndarray,
+    time_us: np.ndarray,
+    point: np.ndarray,
+    rss_dbm: np.ndarray,
+    rng: np.random.Generator,
+) -> pl.DataFrame:
+    """Label readings with the walk's position and one error a scan."""
+    number = scan - scan.min()
+    error = rng.normal(0, LABEL_SIGMA_M, (number.max() + 1, 2))
+    place = position_at(walk, time_us * 1000)[:, :2] + error[number]
+    names = np.array([name.removeprefix(_MARK) for name in building.ap_bssid])
+    table = pl.DataFrame(
+        {
+            "scan_id": [f"{session}/wifi/{index:06d}" for index in number.tolist()],
+            "bssid": names[point],
+            "rssi_dbm": rss_dbm,
+            "frequency_mhz": building.ap_frequency_mhz[point],
+            "time_ns": time_us * 1000,
+            "floor": walk.floor,
+            "x": place[:, 0],
+            "y": place[:, 1],
+            "sigma": LABEL_SIGMA_M,
+        }
+    )
+    return in_schema(READINGS, table).sort("scan_id", "time_ns", "bssid")
+
+
+def _scans(readings: pl.DataFrame, session: str, device: str) -> pl.DataFrame:
+    scans = readings.group_by("scan_id", maintain_order=True).agg(
+        pl.col("x", "y").mean(),
+        pl.col("floor").first(),
+        readings=pl.len(),
+        labelled=pl.len(),
+        start_ns=pl.col("time_ns").min(),
+        end_ns=pl.col("time_ns").max(),
+    )
+    constants = {"technology": "wifi", "building": "", "status": "ok", "labelled_share": 1.0, "sigma": LABEL_SIGMA_M}
+    return in_schema(
+        FINGERPRINTS,
+        scans.with_columns(
+            session=pl.lit(session), device=pl.lit(device), **{k: pl.lit(v) for k, v in constants.items()}
+        ),
+    )
+
+
+def _dataset(name: str, fingerprints: pl.DataFrame, readings: pl.DataFrame) -> Dataset:
+    names = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
+    walks = fingerprints.group_by("session", maintain_order=True).agg(
+        pl.col("building", "floor", "device").first(), fingerprints=pl.len()
+    )
+    tables = {
+        FINGERPRINTS: fingerprints,
+        READINGS: readings,
+        ACCESS_POINTS: access_point_table(fingerprints.lazy(), readings.lazy(), names),
+        SESSIONS: in_schema(SESSIONS, walks),
+    }
+    settings = BuildingSettings()
+    info = DatasetInfo(
+        name=name,
+        floors=tuple(FloorInfo(number=floor, width_m=settings.width_m, height_m=settings.height_m) for floor in FLOORS),
+        groupings=(Grouping(technology="wifi", by="scan"),),
+    )
+    return Dataset(info, {key: table.lazy() for key, table in tables.items()})
+
+
+def main(buildings: int = 20) -> None:
+    """Print what is flagged, over generated buildings, where nothing changed and where 3 of 28 access points did."""
+    same, changed = Counter[str](), Counter[str]()
+    for seed in range(buildings):
+        same.update(_counted(two_surveys(seed, Changes())))
+        changed.update(_counted(two_surveys(seed, _three_changes(seed))))
+    print("| building | access points changed | found | of the right kind | others flagged | places flagged |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for name, counts in (("unchanged", same), ("3 of 28 changed", changed)):
+        shares = f"{counts['false']} of {counts['others']} ({_percent(counts['false'], counts['others'])})"
+        places = f"{counts['places']} of {counts['common']} ({_percent(counts['places'], counts['common'])})"
+        print(f"| {name} | {counts['true']} | {counts['found']} | {counts['kind']} | {shares} | {places} |")
+
+
+def _three_changes(seed: int) -> Changes:
+    removed, moved, added = stream(seed, "changes").choice(2 * BuildingSettings().access_points, 3, replace=False)
+    return Changes(removed=(int(removed),), moved=(int(moved),), added=(int(added),))
+
+
+def _counted(surveys: Surveys) -> dict[str, int]:
+    """Count what the comparison flags, against what is true."""
+    found = survey_changes(surveys.base, surveys.later, "wifi")
+    kinds = {
+        **dict.fromkeys(surveys.removed, VANISHED),
+        **dict.fromkeys(surveys.moved, MOVED),
+        **dict.fromkeys(surveys.added, APPEARED),
+    }
+    told = {row["bssid"]: row["change"] for row in found.access_points.iter_rows(named=True)}
+    flagged = {bssid for bssid, change in told.items() if change in CHANGED_POINTS}
+    common = found.places.filter((pl.col("base") > 0) & (pl.col("later") > 0))
+    return {
+        "true": len(kinds),
+        "found": len(flagged & kinds.keys()),
+        "kind": sum(told.get(bssid) == kind for bssid, kind in kinds.items()),
+        "false": len(flagged - kinds.keys()),
+        "others": len(told.keys() - kinds.keys()),
+        "places": common.filter(pl.col("change") == CHANGED).height,
+        "common": common.height,
+    }
+
+
+def _percent(part: int, whole: int) -> str:
+    return f"{100 * part / max(whole, 1):.1f} %"
+
+
+if __name__ == "__main__":
+    main()

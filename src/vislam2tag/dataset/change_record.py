@@ -1,0 +1,103 @@
+"""What a joined set tells of changes: a summary (JSON) and the tables of access points and places (CSV)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import polars as pl
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.dataset.changes import APPEARED, FAINTER, LOUDER, MOVED, VANISHED, Changes
+
+RECORD = "changes.json"
+CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class DeviceOffset(_Model):
+    """How much louder a phone hears than the mean of all phones, dB."""
+
+    survey: str
+    """``base`` or ``later``."""
+    device: str
+    offset_db: float
+
+
+class ChangedPoint(_Model):
+    """An access point that changed; places are centres of cells, BCS metres."""
+
+    bssid: str
+    ssid: str | None
+    change: str
+    difference_db: float
+    """Mean over its common places, later - base."""
+    base_floor: int | None
+    base_x: float | None
+    base_y: float | None
+    """Where the base heard it loudest."""
+    later_floor: int | None
+    later_x: float | None
+    later_y: float | None
+
+
+class TechnologyChanges(_Model):
+    """What changed for one technology."""
+
+    technology: str
+    cell_m: float
+    offsets: tuple[DeviceOffset, ...]
+    access_points: dict[str, int]
+    """How many there are of each kind of change."""
+    places: dict[str, int]
+    changed: tuple[ChangedPoint, ...]
+
+
+class SurveyChanges(_Model):
+    """What changed between a data set and a later survey."""
+
+    base: str
+    later: str
+    technologies: tuple[TechnologyChanges, ...]
+
+
+def survey_record(base: str, later: str, changes: Sequence[Changes]) -> SurveyChanges:
+    """Sum up what changed between the data sets of these names."""
+    return SurveyChanges(base=base, later=later, technologies=tuple(_record(one) for one in changes))
+
+
+def _record(changes: Changes) -> TechnologyChanges:
+    changed = changes.access_points.filter(pl.col("change").is_in(CHANGED_POINTS))
+    return TechnologyChanges(
+        technology=changes.technology,
+        cell_m=changes.cell_m,
+        offsets=tuple(
+            DeviceOffset(survey=survey, device=device, offset_db=round(offset, 2))
+            for (survey, device), offset in sorted(changes.offsets_db.items())
+        ),
+        access_points=_counts(changes.access_points),
+        places=_counts(changes.places),
+        changed=tuple(ChangedPoint(**row) for row in changed.select(ChangedPoint.model_fields.keys()).rows(named=True)),
+    )
+
+
+def _counts(table: pl.DataFrame) -> dict[str, int]:
+    return dict(table.group_by("change").len().sort("change").iter_rows())
+
+
+def write_changes(folder: Path, record: SurveyChanges, changes: Sequence[Changes]) -> None:
+    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; those places to walk again come first."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / RECORD).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    points = [one.access_points.with_columns(technology=pl.lit(one.technology)) for one in changes]
+    places = [
+        one.places.with_columns(technology=pl.lit(one.technology), because=pl.col("because").list.join(" "))
+        for one in changes
+    ]
+    for name, tables in (("access_points", points), ("places", places)):
+        if tables:
+            table = pl.concat(tables)
+            table.select("technology", pl.exclude("technology")).write_csv(folder / f"{name}.csv")
