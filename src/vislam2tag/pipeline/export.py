@@ -23,7 +23,7 @@ from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.pipeline.dataset import build_dataset
+from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.selection import refuse_among_sessions
 from vislam2tag.sessions import open_survey
 
@@ -139,7 +139,11 @@ def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[D
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.dataset.", dir=out.parent) as scratch:
         yield build_dataset(
-            source, Path(scratch) / "dataset", jobs=jobs, progress=lambda _stage, _error, total: report("build", total)
+            source,
+            Path(scratch) / "dataset",
+            options=BuildOptions(privacy=None),  # the export's own wishes say what goes
+            jobs=jobs,
+            progress=lambda _stage, _error, total: report("build", total),
         )
 
 
