@@ -36,7 +36,7 @@ def displacement(windows: pl.DataFrame) -> Array:
 
 
 def way_in_building(windows: pl.DataFrame, own: Array) -> Array:
-    """Turn ways (w, 2) from the windows' own frames into the building's, and add them up; headings are the tracker's."""
+    """Turn ways (w, 2) from the windows' frames into the building's, and add them up; headings are the tracker's."""
     turned = (own[:, 0] + 1j * own[:, 1]) * np.exp(1j * windows["heading_rad"].to_numpy())
     return np.cumsum(np.column_stack((turned.real, turned.imag)), axis=0)
 
