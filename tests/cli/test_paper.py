@@ -23,7 +23,7 @@ def test_says_what_the_data_lacks(survey: Path, tmp_path: Path) -> None:
     )
     assert "not drawn: Figure 9: labels of single scans: " in done.stdout
     assert "floor 4 / Galaxy / 2021-12-20T14:17:21 is not in this data" in done.stdout
-    assert "1 of 12 figures drawn" in done.stdout
+    assert "2 of 13 figures drawn" in done.stdout
     assert (tmp_path / "out" / "index.html").is_file()
 
 

@@ -27,9 +27,9 @@ def made(paper_copy: Path, out: Path) -> Reproduced:
 def test_every_table_and_figure_is_made(made: Reproduced, out: Path) -> None:
     assert made.failed == []
     assert {figure.stem: figure.missing for figure in made.figures} == {figure.stem: "" for figure in FIGURES}
-    assert {f"figure_{number}" for number in (1, 2, 3, 4, 5, 6, 7, 9)} < {figure.stem for figure in made.figures}
+    assert {f"figure_{number}" for number in range(1, 10)} < {figure.stem for figure in made.figures}
     expected = {f"{figure.stem}.{kind}" for figure in made.figures for kind in ("svg", "pdf")}
-    expected |= {f"table_{number}.{kind}" for number in (1, 2) for kind in ("csv", "tex", "md")}
+    expected |= {f"table_{number}.{kind}" for number in (1, 2, 3) for kind in ("csv", "tex", "md")}
     assert {path.name for path in out.iterdir()} == expected | {PAGE_FILE, WALKS_FILE, "run.json"}
 
 
@@ -51,13 +51,26 @@ def test_walks_are_listed_with_their_errors(made: Reproduced, out: Path) -> None
     assert cell.here_m == pytest.approx(sum(own) / len(own), abs=1e-4)
 
 
+def test_walks_that_collect_are_counted_beside_the_papers(made: Reproduced, out: Path) -> None:
+    with (out / "table_3.csv").open() as file:
+        galaxy, total = csv.DictReader(file)
+    assert (galaxy["device"], galaxy["trajectories"], galaxy["paper_trajectories"]) == ("Galaxy", "1", "24")
+    assert float(galaxy["duration_min"]) == pytest.approx(80 / 60, abs=0.05)
+    assert total["trajectories"] == "1", "walks over control points and before the station collect nothing"
+    labelled = int(made.collection.sentence.split()[0])
+    assert 10 < labelled < 40
+    assert made.collection.sentence in (out / PAGE_FILE).read_text().replace("&#39;", "'")
+
+
 def test_what_the_data_lacks_is_said_and_the_rest_is_made(paper_copy: Path, tmp_path: Path) -> None:
     part = tmp_path / "part"
     shutil.copytree(paper_copy / "floor_1", part / "floor_1")
     shutil.copy(paper_copy / "floor_dimensions.csv", part)
     made = reproduce(part, tmp_path / "out")
     missing = {figure.stem: figure.missing for figure in made.figures if figure.missing}
-    assert set(missing) == NEVER_DRAWN | {"figure_2", "figure_3", "figure_9"}
+    assert set(missing) == NEVER_DRAWN | {"figure_2", "figure_3", "figure_8", "figure_9"}
+    assert made.collection.missing == "No walk that collects fingerprints is in this data."
+    assert not (tmp_path / "out" / "table_3.csv").exists()
     assert f"{SPLIT} is not in this data" in missing["figure_2"]
     assert f"{SCANNED} is not in this data" in missing["figure_9"]
     assert made.tables[1].missing == "No walk before a total station is in this data."

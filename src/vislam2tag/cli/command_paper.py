@@ -11,15 +11,16 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.table_3 import TITLE
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.pipeline.paper import NAMES, PAGE_FILE, Reproduced, reproduce
-from vislam2tag.report.paper_page import TablePart
+from vislam2tag.report.paper_page import CollectionPart, TablePart
 
 HELP = """
 Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.
 
 DATA holds the published surveys in their layout (evaluation_data, giaIndoorLoc_raw), or is one of them. Made are
-Tables I and II (CSV, LaTeX, Markdown), Figures 1 to 7 and 9 (SVG, PDF), some that the paper does not have, walks.csv
+Tables I to III (CSV, LaTeX, Markdown), Figures 1 to 9 (SVG, PDF), some that the paper does not have, walks.csv
 with every walk's errors, and index.html with everything. What DATA lacks is told there.
 
 Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong
@@ -59,6 +60,7 @@ def _print(made: Reproduced, out: Path) -> None:
     console = table_console()
     for part in made.tables:
         _print_table(part)
+    _print_collection(made.collection)
     for figure in made.figures:
         if figure.missing:
             console.print(f"not drawn: {escape(figure.title)}: {escape(figure.missing)}", soft_wrap=True)
@@ -67,6 +69,18 @@ def _print(made: Reproduced, out: Path) -> None:
     drawn = sum(not figure.missing for figure in made.figures)
     console.print(f"{drawn} of {len(made.figures)} figures drawn")
     console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
+
+
+def _print_collection(part: CollectionPart) -> None:
+    console = table_console()
+    if part.table is None:
+        console.print(f"{TITLE}: {part.missing}", soft_wrap=True)
+        return
+    shown = table(TITLE, ("device",), part.table.heads)
+    for device, texts in part.table.texts():
+        shown.add_row(escape(device), *texts)
+    console.print(shown)
+    console.print(part.sentence, soft_wrap=True)
 
 
 def _print_table(part: TablePart) -> None:

@@ -17,8 +17,8 @@ PAPER: Mapping[str, Sequence[float]] = {
     "OnePlus": (24, 51.49, 2351.40, 0.94),
     "S20": (15, 68.18, 2624.85, 0.98),
 }
-"""The paper's numbers for giaIndoorLoc. Its velocities exceed its own distance over duration (0.64 to 0.80 m/s), so
-they leave out what is not walked; ours are distance over duration."""
+"""The paper's numbers for giaIndoorLoc. Its velocities exceed its own distance over duration (0.64 to 0.80 m/s): how
+they were made is not said. Ours are distance over duration."""
 PAPER_FINGERPRINTS = 2049
 """Labelled fingerprints of giaIndoorLoc, by two people in under two hours (paper, section VII)."""
 _NONE = "-"

@@ -10,12 +10,15 @@ from matplotlib.figure import Figure
 
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.dataset.table_3 import PAPER_FINGERPRINTS
 from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.error_curves import error_curve
 from vislam2tag.evaluation.measuring import measured, sure_frames
 from vislam2tag.evaluation.paper import STRATEGIES, Mapped, PaperWalk, map_all
 from vislam2tag.evaluation.paper_station import station_settings
 from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
+from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
 from vislam2tag.figures.distribution_figures import coverage_accuracy, error_distributions
 from vislam2tag.figures.error_figures import control_point_errors, error_by_landmark_movement, station_overlay
 from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
@@ -35,6 +38,7 @@ LONG = SessionKey(1, "LG_ref", "2022-01-19T16:06:28")
 TRACKED = SessionKey(4, "OnePlus_tachy", "2022-01-14T16:01:04")
 SCANNED = SessionKey(4, "Galaxy", "2021-12-20T14:17:21")
 """The sessions that the paper shows."""
+NO_COLLECTION = "no walk that collects fingerprints is in this data"
 SHOWN = "local-corrected"
 """The strategy whose labels are shown where one stands for all, as in the paper."""
 
@@ -46,6 +50,8 @@ class Source:
     data: PaperData
     walks: PaperWalks
     settings: Settings
+    collected: DatasetStatistics | None
+    """The paper's own data set, counted; None where the data has none of it."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +147,12 @@ def _scans(source: Source) -> Figure:
     return scan_labels(shown.floor, shown.landmarks, wifi)
 
 
+def _fingerprints(source: Source) -> Figure:
+    if source.collected is None:
+        raise SessionError(NO_COLLECTION)
+    return fingerprints_by_device_and_floor(source.collected.technologies["wifi"])
+
+
 def _press_distribution(source: Source) -> Figure:
     return _distribution(source.walks.pressed, "no walk over control points")
 
@@ -234,6 +246,13 @@ FIGURES = (
         f"The mapped walk over the measured track ({TRACKED}), and its error. In the paper the two can hardly be told "
         "apart; the mean over all such walks is 0.18 m.",
         _overlay,
+    ),
+    PaperFigure(
+        "figure_8",
+        "Figure 8: fingerprints by device and floor",
+        f"Labelled by {SHOWN}; pale: scans without a label, on the floor of their walk. The paper's set has "
+        f"{PAPER_FINGERPRINTS} labelled fingerprints of four phones on five floors.",
+        _fingerprints,
     ),
     PaperFigure(
         "figure_9",

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
+from vislam2tag.dataset.table_3 import TITLE, Table3
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.evaluation.tables import PaperTable
 from vislam2tag.report.page import write_page
@@ -28,6 +29,17 @@ class TablePart:
     def shares(self, names: Mapping[str, str]) -> str:
         """The shares as text, strategies called by ``names``."""
         return ", ".join(f"{names[strategy]} {100 * share:.0f} %" for strategy, share in self.labelled.items())
+
+
+@dataclass(frozen=True)
+class CollectionPart:
+    """The paper's Table III and the stem of its files; ``missing`` says why there is none."""
+
+    stem: str
+    table: Table3 | None
+    sentence: str = ""
+    """How many fingerprints there are, and at what cost, beside the paper's."""
+    missing: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,6 +65,7 @@ def write_paper_page(
     title: str,
     names: Mapping[str, str],
     tables: Sequence[TablePart],
+    collection: CollectionPart,
     figures: Sequence[FigurePart],
     failed: Sequence[str],
 ) -> None:
@@ -66,6 +79,8 @@ def write_paper_page(
         "version": __version__,
         "names": names,
         "tables": tables,
+        "collection": collection,
+        "collection_title": TITLE,
         "figures": figures,
         "failed": failed,
         "figures_of": figures_of,
