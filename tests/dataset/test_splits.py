@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.dataset.factory import DEVICES, SCANS, SESSION_KEYS, small_dataset
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, Split
-from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, in_schema
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, empty_table, in_schema
 from vislam2tag.dataset.split_items import split_items
 from vislam2tag.dataset.splits import SplitKind, make_split, split_findings, standard_splits
 from vislam2tag.errors import UsageError
@@ -114,6 +114,13 @@ def test_what_has_no_time_is_drawn_itself() -> None:
     assert (groups == "test").sum() == 4 * round(0.3 * (SCANS - 1))
 
 
+def test_what_follows_none_with_a_time_is_drawn_itself() -> None:
+    dataset = with_windows(SMALL)
+    unknown = pl.when(pl.col("technology") == "ble").then("start_ns")
+    split = group_of(make_split(with_fingerprints(dataset, start_ns=unknown), SplitKind.RANDOM, SplitSettings()))
+    assert sum(group is not None for group in split.values()) == split_items(dataset)["labelled"].sum()
+
+
 def test_a_walk_without_wifi_is_split_by_what_it_has() -> None:
     dataset = with_windows(SMALL)
     only = with_fingerprints(dataset, keep=pl.col("technology") == "ble")
@@ -202,3 +209,62 @@ def test_uncertain_fingerprints_are_in_neither_part() -> None:
     dataset = with_fingerprints(SMALL, status=pl.when(first).then(pl.lit("uncertain")).otherwise("status"))
     for split in standard_splits(dataset).values():
         assert split.groups["group"].null_count() == len(SESSION_KEYS) + 1
+
+
+@st.composite
+def any_dataset(draw: st.DrawFn) -> Dataset:
+    """Fingerprints of two buildings, in which anything but the id may be unknown."""
+    rows = draw(
+        st.lists(
+            st.fixed_dictionaries(
+                {
+                    "technology": st.sampled_from(["wifi", "ble"]),
+                    "building": st.sampled_from(["", "A", "B"]),
+                    "floor": st.sampled_from([-1, 0, 1, None]),
+                    "x": st.one_of(st.none(), st.floats(-30, 30)),
+                    "y": st.floats(-30, 30),
+                    "device": st.sampled_from(["p", "q", None]),
+                    "session": st.sampled_from(["s", "t", "u", None]),
+                    "date": st.sampled_from([dt.date(2026, 1, 1), dt.date(2026, 1, 2), None]),
+                    "start_ns": st.one_of(st.none(), st.integers(0, 10**12)),
+                    "status": st.sampled_from(["ok", "uncertain"]),
+                }
+            ),
+            max_size=40,
+        )
+    )
+    table = pl.DataFrame(
+        [{"scan_id": f"{number:03d}", **row} for number, row in enumerate(rows)], infer_schema_length=None
+    )
+    tables = {
+        **SMALL.tables,
+        FINGERPRINTS: in_schema(FINGERPRINTS, table if rows else empty_table(FINGERPRINTS)).lazy(),
+    }
+    return replace(SMALL, tables=tables)
+
+
+@given(any_dataset(), st.integers(0, 3), st.sampled_from((0.2, 0.3, 0.6)))
+@settings(max_examples=60, deadline=None)
+def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed: int, share: float) -> None:
+    rows = dataset.fingerprints.collect()
+    sure = rows.filter(pl.col("status") == "ok", pl.all_horizontal(pl.col("x", "floor").is_not_null()))
+    keys = {SplitKind.DEVICE: "device", SplitKind.TRAJECTORY: "session", SplitKind.DAY: "date"}
+    for kind in SplitKind:
+        try:
+            split = make_split(dataset, kind, SplitSettings(seed=seed, share=share, guard_m=0))
+        except UsageError:
+            continue
+        expected = set(sure.drop_nulls(keys[kind])["scan_id"] if kind in keys else sure["scan_id"])
+        for fold in split.info.folds:
+            train, test = split.parts(fold)
+            assert set(train) | set(test) == expected
+            assert len(train) + len(test) == len(expected)
+    drawn_alone = sure.filter(pl.col("technology") == "wifi")
+    if sure["technology"].n_unique() == 1 and drawn_alone.height:
+        try:
+            groups = group_of(make_split(dataset, SplitKind.RANDOM, SplitSettings(seed=seed, share=share)))
+        except UsageError:
+            return
+        for _, stratum in drawn_alone.group_by("building", "floor", "device"):
+            tested = sum(groups[name] == "test" for name in stratum["scan_id"])
+            assert tested == int(share * stratum.height + 0.5)

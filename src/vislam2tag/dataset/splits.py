@@ -74,8 +74,9 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
     holds follows the one of them that is nearest in time, so that no moment of a walk is in both parts.
     """
     labelled = items.filter(_LABELLED).with_columns(rank=rank_of_kind())
-    first = pl.col("rank") == pl.col("rank").min().over("session")
-    leads = labelled.filter(first | pl.any_horizontal(pl.col("time_ns", "session").is_null()))
+    placed = pl.all_horizontal(pl.col("time_ns", "session").is_not_null())
+    first = pl.col("rank") == pl.col("rank").filter(placed).min().over("session")
+    leads = labelled.filter(first | ~placed)
     tests = drawn(leads, "id", (*_PLACE, "device", "kind"), settings.share, settings.seed)
     leads = leads.with_columns(group=pl.when(tests).then(pl.lit(TEST)).otherwise(pl.lit(TRAIN)))
     follow = labelled.join(leads, on="id", how="anti")
