@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from tests.dataset.described import FULL
 from vislam2tag.dataset.description import described, description_text, missing_fields, read_description
-from vislam2tag.dataset.model import DatasetInfo, Person
+from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Georeference, Person
 from vislam2tag.errors import DatasetError
 
-BARE = DatasetInfo(name="bare", floors=())
+BARE = DatasetInfo(name="bare", floors=(FloorInfo(number=1), FloorInfo(number=2, building="annex")))
 WRONG = [
     ('title = ""', "title: "),
     ('licence = "CC-BY-5"', "licence: 'CC-BY-5' is no SPDX licence"),
@@ -31,6 +31,7 @@ WRONG = [
     ('[[related]]\nidentifier = "arXiv:1"\nrelation = "Likes"', "related[1].relation: "),
     ('license = "MIT"', "license: is no field of a data set's description; there are: title"),
     ("title", "is no TOML file"),
+    ("[[floors]]\nnumber = 1\nlatitude_deg = 95\nlongitude_deg = 6", "floors[1].latitude_deg: "),
 ]
 
 
@@ -54,6 +55,16 @@ def test_every_field_is_taken(tmp_path: Path) -> None:
     ]
     assert info.funding[0].award == "12"
     assert missing_fields(info) == ()
+
+
+def test_a_floor_gets_its_place_on_earth_and_keeps_it(tmp_path: Path) -> None:
+    floor = '[[floors]]\nnumber = 2\nbuilding = "annex"\nlatitude_deg = 50.5\nlongitude_deg = 6\nbearing_deg = 12.5\n'
+    info = read(floor, tmp_path)
+    assert info.floors[0].georeference is None
+    assert info.floors[1].georeference == Georeference(latitude_deg=50.5, longitude_deg=6.0, bearing_deg=12.5)
+    assert read(description_text(info), tmp_path).floors == info.floors
+    with pytest.raises(DatasetError, match=r"floors: the set has no floor 2; there are: 1, annex 2"):
+        read(floor.replace('building = "annex"\n', ""), tmp_path)
 
 
 @pytest.mark.parametrize(("text", "message"), WRONG)

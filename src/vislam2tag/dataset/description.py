@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
-from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from vislam2tag.dataset.model import DatasetInfo, Funding, Person, Related
+from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Georeference, Person, Related
 from vislam2tag.errors import DatasetError
 
 DESCRIPTION_FILE = "dataset.toml"
@@ -109,6 +109,16 @@ class _RelatedPart(_Part):
     relation: Relation
 
 
+class _FloorPart(_Part):
+    """Where a floor lies on the earth."""
+
+    number: int
+    building: str = ""
+    latitude_deg: Annotated[float, Field(ge=-90, le=90)]
+    longitude_deg: Annotated[float, Field(ge=-180, le=180)]
+    bearing_deg: float = 0.0
+
+
 class Description(_Part):
     """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
 
@@ -124,6 +134,7 @@ class Description(_Part):
     creators: tuple[_Creator, ...] = ()
     funding: tuple[_Funding, ...] = ()
     related: tuple[_RelatedPart, ...] = ()
+    floors: tuple[_FloorPart, ...] = ()
 
 
 def read_description(path: Path) -> Description:
@@ -146,14 +157,31 @@ def read_description(path: Path) -> Description:
 
 
 def described(info: DatasetInfo, description: Description) -> DatasetInfo:
-    """Put a description into a manifest; what it does not say stays as it is."""
-    said = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related"})
+    """Put a description into a manifest; what it does not say stays as it is.
+
+    Raises DatasetError where it describes a floor that the set does not have.
+    """
+    said = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related", "floors"})
     lists = {
         "creators": tuple(Person(**person.model_dump()) for person in description.creators),
         "funding": tuple(Funding(**part.model_dump()) for part in description.funding),
         "related": tuple(Related(**part.model_dump()) for part in description.related),
+        "floors": _georeferenced(info.floors, description.floors),
     }
     return info.model_copy(update=said | {name: parts for name, parts in lists.items() if parts})
+
+
+def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorPart, ...]) -> tuple[FloorInfo, ...]:
+    """Give each described floor its georeference."""
+    found = {(floor.building, floor.number): floor for floor in floors}
+    for part in parts:
+        key = (part.building, part.number)
+        if key not in found:
+            there = ", ".join(f"{building} {number}".strip() for building, number in found)
+            raise DatasetError(f"{DESCRIPTION_FILE}: floors: the set has no floor {part.number}; there are: {there}")
+        place = Georeference(**part.model_dump(exclude={"number", "building"}))
+        found[key] = found[key].model_copy(update={"georeference": place})
+    return tuple(found.values())
 
 
 def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
@@ -173,7 +201,7 @@ _TEMPLATE = (
     ("doi", "where the repository has reserved one", "10.5281/zenodo.1234567"),
     ("contact", "e-mail address or URL", "maps@example.org"),
 )
-_TABLES: tuple[tuple[str, str, Mapping[str, str]], ...] = (
+_TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     (
         "creators",
         "one block a person, Family, Given; or an organisation, without comma",
@@ -184,6 +212,12 @@ _TABLES: tuple[tuple[str, str, Mapping[str, str]], ...] = (
         "related",
         f"DOI, arXiv:number or URL; relation: {', '.join(get_args(Relation))}",
         {"identifier": "10.5555/12345678", "relation": "IsDescribedBy"},
+    ),
+    (
+        "floors",
+        "one block a floor: where its plan's lower left corner lies (WGS84), and where up on the plan points, clockwise "
+        "from true north; building where there are several",
+        {"number": 1, "latitude_deg": 50.7796, "longitude_deg": 6.0685, "bearing_deg": 0.0},
     ),
 )
 
@@ -200,11 +234,21 @@ def description_text(info: DatasetInfo) -> str:
         about = f"  # {comment}" if comment and not value else ""
         lines.append(f"{'' if value else '# '}{name} = {_toml(value or example)}{about}")
     for name, comment, table in _TABLES:
-        parts = [part.model_dump(exclude_none=True) for part in getattr(info, name)]
+        parts = _known_parts(info, name)
         lines += ["", f"# {comment}"]
         for part in parts or [table]:
             lines += [f"{'' if parts else '# '}{line}" for line in (f"[[{name}]]", *map(_line, part.items()))]
     return "\n".join(lines) + "\n"
+
+
+def _known_parts(info: DatasetInfo, name: str) -> list[Mapping[str, object]]:
+    if name != "floors":
+        return [part.model_dump(exclude_none=True) for part in getattr(info, name)]
+    return [
+        {"number": floor.number, "building": floor.building, **floor.georeference.model_dump()}
+        for floor in info.floors
+        if floor.georeference
+    ]
 
 
 def _line(item: tuple[str, object]) -> str:
@@ -223,7 +267,12 @@ def _wrong_field(error: ValidationError) -> str:
     wrong = error.errors()[0]
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
-        parts: dict[str, type[_Part]] = {"creators": _Creator, "funding": _Funding, "related": _RelatedPart}
+        parts: dict[str, type[_Part]] = {
+            "creators": _Creator,
+            "funding": _Funding,
+            "related": _RelatedPart,
+            "floors": _FloorPart,
+        }
         known = Description if len(wrong["loc"]) == 1 else parts[str(wrong["loc"][0])]
         return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
     return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"
