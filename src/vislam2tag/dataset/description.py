@@ -215,7 +215,7 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     ),
     (
         "floors",
-        "one block a floor: where its plan's lower left corner lies (WGS84), and where up on the plan points, clockwise "
+        "one block a floor: where its plan's lower left corner lies (WGS84), where up on the plan points, clockwise "
         "from true north; building where there are several",
         {"number": 1, "latitude_deg": 50.7796, "longitude_deg": 6.0685, "bearing_deg": 0.0},
     ),
