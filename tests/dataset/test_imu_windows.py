@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
@@ -159,10 +159,11 @@ def test_the_frame_is_level_and_starts_with_the_phone_ahead(walked: Recording, g
 def test_twice_integrated_the_accelerometer_gives_the_way() -> None:
     walk = make_test_walk(SECONDS)
     seconds = (walk.time_ns - walk.time_ns[0]) / 1e9
-    swinging = walk.position + np.column_stack((2 * np.sin(0.8 * seconds), np.sin(1.1 * seconds), 0 * seconds))
-    table = windows_of(recorded(TrueWalk(**{**walk.__dict__, "position": swinging}))).table
+    swing = np.column_stack((2 * np.sin(0.8 * seconds), np.sin(1.1 * seconds), 0 * seconds))
+    walk = replace(walk, position=walk.position + swing)
+    table = windows_of(recorded(walk)).table
     start_ns, heading = table["start_ns"].to_numpy(), np.exp(1j * table["heading_rad"].to_numpy())
-    velocity = (true_way(TrueWalk(**{**walk.__dict__, "position": swinging}), start_ns - 5_000_000, 0.01)) / 0.01
+    velocity = (true_way(walk, start_ns - 5_000_000, 0.01)) / 0.01
     force = samples(table, "accelerometer")
     accelerated = force[..., 0] + 1j * force[..., 1]
     gained = np.cumsum(accelerated, axis=1) / 100 - accelerated / 200  # velocity at the middle of each sample
@@ -171,11 +172,24 @@ def test_twice_integrated_the_accelerometer_gives_the_way() -> None:
 
 
 @pytest.mark.parametrize("quarters", [0, 1, 2, 3])
-def test_the_cameras_axes_are_found(walked: Recording, quarters: int) -> None:
-    camera = Rotation.from_euler("z", quarters * np.pi / 2)
-    expected = windows_of(walked).table
-    found = windows_of(recorded(walked.walk, camera=camera)).table
-    assert np.allclose(found["heading_rad"], expected["heading_rad"], atol=1e-3)
+@pytest.mark.parametrize("held", ["upright", "flat", "landscape"])
+def test_the_cameras_axes_are_found_however_the_phone_is_held(walked: Recording, held: str, quarters: int) -> None:
+    turned = {
+        "upright": Rotation.identity(),
+        "flat": Rotation.from_euler("x", -1.2),
+        "landscape": Rotation.from_euler("z", np.pi / 2),
+    }[held]
+    holding = (Rotation.from_quat(walked.walk.orientation) * turned).as_quat()
+    walk = replace(walked.walk, orientation=holding)
+    table = windows_of(recorded(walk, camera=Rotation.from_euler("z", quarters * np.pi / 2))).table
+    assert table.height == 23
+    start_ns = table["start_ns"].to_numpy()
+    assert np.abs(np.angle(ahead_of(walk, start_ns) * np.exp(-1j * table["heading_rad"].to_numpy()))).max() < 0.03
+    way = plane(table, "displacement_x", "displacement_y") * np.exp(1j * table["heading_rad"].to_numpy())
+    assert np.abs(way - true_way(walk, start_ns)).max() < 0.02
+    if held != "landscape":
+        ahead = plane(table, "displacement_x", "displacement_y").sum()
+        assert abs(np.angle(ahead)) < 0.35
 
 
 def test_late_pose_stamps_are_set_back(walked: Recording) -> None:
@@ -251,6 +265,14 @@ def test_missing_sensors_and_clocks_are_told(walked: Recording, sensor: str, cau
     found = windows_of(Recording(walked.walk, elsewhere, walked.trajectory))
     assert found.dropped == {"other_clock": 23}
     assert found.table.is_empty()
+
+
+@pytest.mark.parametrize("offset_s", [-9, 3, 6])
+def test_sensors_of_a_clock_that_only_seems_the_same_give_no_window(walked: Recording, offset_s: int) -> None:
+    shifted = walked.sensors.with_columns(pl.col("time_ns") + offset_s * SECOND_NS)
+    found = windows_of(Recording(walked.walk, shifted, walked.trajectory))
+    assert found.table.is_empty()
+    assert set(found.dropped) == {"sensor_gap", "no_heading"}
 
 
 def test_orientations_that_contradict_drop_the_windows(walked: Recording) -> None:
