@@ -141,3 +141,9 @@ def test_whole_numbers_have_quantiles_that_occur() -> None:
         -60,
     )
     assert found.deviation == pytest.approx((2 * 900 / 20) ** 0.5, abs=1e-4)
+
+
+def test_bins_hold_all_numbers_and_are_no_more_than_asked_for() -> None:
+    numbers = WholeNumbers.of({3: 1, 4: 2, 12: 4})
+    assert numbers.binned(10) == (1, {n: {3: 1, 4: 2, 12: 4}.get(n, 0) for n in range(3, 13)})
+    assert numbers.binned(4) == (3, {3: 3, 6: 0, 9: 0, 12: 4})

@@ -39,7 +39,7 @@ class Walks(_Model):
 
 
 class Labels(_Model):
-    """Fingerprints, how many of them are labelled (status ``ok``), and what share that is; None where there are none."""
+    """Fingerprints, how many of them are labelled (status ``ok``), and what share that is (None of none)."""
 
     fingerprints: int
     labelled: int
@@ -78,6 +78,15 @@ class WholeNumbers(_Model):
             quantiles={str(share): float(numbers[place]) for share, place in zip(QUANTILES, places, strict=True)},
             counts=dict(zip(numbers.tolist(), often.tolist(), strict=True)),
         )
+
+    def binned(self, most: int) -> tuple[int, dict[int, int]]:
+        """Width of at most ``most`` bins of equal width, and how many numbers fall into each, by its least number."""
+        lowest, highest = min(self.counts), max(self.counts)
+        width = -(-(highest - lowest + 1) // most)
+        bins = dict.fromkeys(range(lowest, highest + 1, width), 0)
+        for number, count in self.counts.items():
+            bins[lowest + (number - lowest) // width * width] += count
+        return width, bins
 
 
 class Sigma(_Model):

@@ -27,6 +27,8 @@ from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, QUIET, print_quality
 BLUE, ORANGE = "#0072b2", "#e69f00"
 PALETTE = (BLUE, ORANGE, "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 """Okabe and Ito's."""
+BINS = 60
+"""Bars of a histogram at most."""
 _THICK = 0.72
 """Thickness of a bar, in rows."""
 _ROW_IN = 0.17
@@ -48,12 +50,12 @@ def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure
     colours = colours_of(sorted(technology.by_device))
     for row, device in enumerate(devices):
         labels = technology.by_device[device]
-        _bar(left, (row, _THICK * len(devices) / rows), labels, [(device, labels.labelled)], colours)
+        _bar(left, (row, _THICK * len(devices) / max(3, rows)), labels, [(device, labels.labelled)], colours)
     left.set_yticks(range(len(devices)), devices)
     for row, floor in enumerate(technology.by_floor):
         parts = [(device, labels.labelled) for device, labels in sorted(floor.by_device.items())]
         shown = parts if len(colours) <= len(PALETTE) else [("", floor.labels.labelled)]
-        _bar(right, (row, _THICK * len(technology.by_floor) / rows), floor.labels, shown, colours)
+        _bar(right, (row, _THICK * len(technology.by_floor) / max(3, rows)), floor.labels, shown, colours)
     right.set_yticks(range(len(technology.by_floor)), [floor_name(floor) for floor in technology.by_floor])
     for axes in (left, right):
         _counts_along(axes)
@@ -97,10 +99,9 @@ def floor_name(floor: FloorLabels) -> str:
 def access_points_heard(heard: WholeNumbers) -> Figure:
     """Draw how many access points a fingerprint holds."""
     figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.55)
-    numbers = np.array(list(heard.counts))
-    width = max(1, -(-int(np.ptp(numbers) + 1) // 60))
-    edges = np.arange(numbers.min(), numbers.max() + width + 1, width) - 0.5
-    axes.hist(numbers, bins=edges.tolist(), weights=list(heard.counts.values()), color=BLUE, linewidth=0, rwidth=0.9)
+    width, bins = heard.binned(BINS)
+    lowest = np.array(list(bins)) - 0.5
+    axes.bar(lowest, list(bins.values()), 0.9 * width, color=BLUE, linewidth=0, align="edge")
     median = heard.quantiles["0.5"]
     axes.axvline(median, color="black", linewidth=0.7, linestyle="dashed")
     axes.annotate(
@@ -112,7 +113,9 @@ def access_points_heard(heard: WholeNumbers) -> Figure:
         va="top",
     )
     axes.set(
-        xlabel="access points heard in a fingerprint", ylabel="fingerprints", xlim=(edges[0] - 0.5, edges[-1] + 0.5)
+        xlabel="access points heard in a fingerprint",
+        ylabel="fingerprints",
+        xlim=(lowest[0] - 0.5, lowest[-1] + width + 0.5),
     )
     axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     return figure
@@ -130,7 +133,7 @@ def rssi_by_device(rssi: Mapping[str, DeviceRssi]) -> Figure:
         boxes,
         positions=range(len(devices)),
         orientation="horizontal",
-        widths=0.6,
+        widths=0.6 * min(1, len(devices) / 3),
         showfliers=False,
         showmeans=True,
         patch_artist=True,

@@ -16,7 +16,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.figures.style import LANDMARK, QUIET
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plan_image import load_plan
+from vislam2tag.survey.plan_image import load_plan, on_paper
 
 PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""
@@ -115,8 +115,7 @@ def draw_plan(axes: Axes, floor: Floor) -> None:
         image = load_plan(floor.plan, PLAN_PIXELS)
     except OSError:
         return
-    image.thumbnail((PLAN_PIXELS, PLAN_PIXELS))
-    axes.imshow(image.convert("RGB"), extent=(0, floor.width_m, 0, floor.height_m), alpha=0.4, zorder=0)
+    axes.imshow(on_paper(image, PLAN_PIXELS), extent=(0, floor.width_m, 0, floor.height_m), alpha=0.4, zorder=0)
 
 
 def draw_control_points(axes: Axes, floor: Floor) -> None:

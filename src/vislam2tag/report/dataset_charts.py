@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 
 from vislam2tag.core import log_bins
 from vislam2tag.dataset.statistics_record import DeviceRssi, SessionStatistics, TechnologyStatistics
-from vislam2tag.figures.dataset_figures import floor_name
+from vislam2tag.figures.dataset_figures import BINS, floor_name
 from vislam2tag.report.figures import axis, figure_json, page_layout
 from vislam2tag.report.layers import plotly_text
 
@@ -82,7 +82,7 @@ def _by_floor(technology: TechnologyStatistics, colours: Mapping[str, str]) -> s
 
 
 def _bars(figure: go.Figure, rows: int) -> str:
-    figure.update_layout(height=90 + 24 * max(3, rows))
+    figure.update_layout(height=90 + 24 * max(3, rows), bargap=max(0.2, 1 - 0.27 * rows))
     figure.update_xaxes(axis("fingerprints", None, grid=True), rangemode="tozero")
     figure.update_yaxes(type="category", automargin=True)
     return figure_json(figure)
@@ -90,12 +90,14 @@ def _bars(figure: go.Figure, rows: int) -> str:
 
 def _heard(technology: TechnologyStatistics) -> str:
     figure = _figure()
-    counts = technology.heard.counts
+    width, bins = technology.heard.binned(BINS)
     figure.add_bar(
-        x=list(counts),
-        y=list(counts.values()),
+        x=[lowest + (width - 1) / 2 for lowest in bins],
+        y=list(bins.values()),
+        text=[str(lowest) if width == 1 else f"{lowest} to {lowest + width - 1}" for lowest in bins],
+        textposition="none",
         marker_color=BLUE,
-        hovertemplate="%{x}: %{y} fingerprints<extra></extra>",
+        hovertemplate="%{text}: %{y} fingerprints<extra></extra>",
     )
     figure.update_layout(bargap=0.05)
     figure.update_xaxes(axis("access points heard", None, grid=False))
@@ -160,7 +162,7 @@ def _sigma(technology: TechnologyStatistics) -> str | None:
         line={"color": BLUE, "width": 2.2},
         hovertemplate="%{y:.1%} at most %{x:.2f} m<extra></extra>",
     )
-    ticks = [step * 10.0**power for power in range(-3, 3) for step in (1, 2, 5)]
+    ticks = [step * 10.0**power for power in range(-3, 3) for step in (1, 2, 3, 5, 7)]
     figure.update_xaxes(
         axis("sigma / m", None, grid=True), type="log", tickvals=ticks, ticktext=[f"{t:g}" for t in ticks]
     )

@@ -6,10 +6,8 @@ import base64
 import io
 from pathlib import Path
 
-from PIL import Image
-
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plan_image import load_plan
+from vislam2tag.survey.plan_image import load_plan, on_paper
 
 MAX_PIXELS = 1400
 """Longer side of the embedded plan, pixels."""
@@ -23,7 +21,7 @@ def plan_data_uri(path: Path) -> str:
     Raises OSError where it is unreadable, as :func:`vislam2tag.survey.plan_image.load_plan` does.
     """
     buffer = io.BytesIO()
-    _on_paper(load_plan(path, MAX_PIXELS)).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
+    on_paper(load_plan(path, MAX_PIXELS), MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
@@ -38,12 +36,3 @@ def drawn_plan(floor: Floor) -> tuple[str | None, str]:
         return plan_data_uri(plan), ""
     except OSError as error:
         return None, f"{plan.name} {error}: a grid is drawn instead."
-
-
-def _on_paper(plan: Image.Image) -> Image.Image:
-    """Return the plan downscaled on white ground."""
-    coloured = plan.convert("RGBA")
-    coloured.thumbnail((MAX_PIXELS, MAX_PIXELS), Image.Resampling.LANCZOS)
-    paper = Image.new("RGB", coloured.size, "white")
-    paper.paste(coloured, mask=coloured.getchannel("A"))
-    return paper

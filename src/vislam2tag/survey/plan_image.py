@@ -29,3 +29,12 @@ def load_plan(path: Path, side_px: int) -> Image.Image:
         raise OSError("has too many pixels") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise OSError("cannot be read as an image") from error
+
+
+def on_paper(plan: Image.Image, side_px: int) -> Image.Image:
+    """Return a plan on white ground, scaled down to at most ``side_px`` along its longer side."""
+    coloured = plan.convert("RGBA")
+    coloured.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
+    paper = Image.new("RGB", coloured.size, "white")
+    paper.paste(coloured, mask=coloured.getchannel("A"))
+    return paper
