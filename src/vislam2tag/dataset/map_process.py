@@ -29,6 +29,8 @@ SAMPLE_READINGS = 120
 """Readings of an access point that set the kernel: a likelihood costs their cube."""
 _SQUARE_M = 0.5
 """Side of the smallest square whose readings are averaged, metres: much shorter than shadowing is."""
+_AT_ONCE = 4000
+"""Positions predicted at once: each takes a row of the covariance with all points."""
 _PRIOR_READINGS = 20
 """How many readings the kernel's own deviation counts as against what an access point's residuals say."""
 
@@ -152,9 +154,9 @@ class MapProcess:
 
         Returns the mean (dBm), the standard deviation of a single reading there (dB), and that of the mean (dB).
         """
-        if not len(position):
-            return np.empty(0), np.empty(0), np.empty(0)
-        mean, sigma = self._process.predict(position, return_std=True)
+        parts = np.split(position, range(_AT_ONCE, len(position), _AT_ONCE)) if len(position) else []
+        known = [self._process.predict(part, return_std=True) for part in parts]
+        mean, sigma = (np.concatenate([np.empty(0), *(part[which] for part in known)]) for which in (0, 1))
         deviation = self.scale * np.hypot(sigma, self.kernel.noise_db)
         return mean + self.level_dbm, deviation, self.scale * sigma
 

@@ -24,8 +24,8 @@ from vislam2tag.errors import DatasetError, UsageError
 Cells: TypeAlias = NDArray[np.float32]
 _SAMPLE = 12
 """Access points of a floor that set what all its maps share."""
-_MOST_CELLS = 4_000_000
-"""Cells of a floor beyond which a label must be wrong or the cell too small."""
+_MOST_CELLS = 250_000
+"""Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
 
 
 class RadioMapSettings(BaseModel):

@@ -1,0 +1,98 @@
+"""``vislam2tag radio-maps``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from vislam2tag.cli.options import INTERRUPTED, wrong_values_told
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.radio_maps import RadioMapSettings
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.radio_maps import INDEX_FILE, PAGE_FILE, RadioMapIndex, write_radio_maps
+
+DEFAULTS = RadioMapSettings()
+HELP = f"""
+Draw radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard.
+
+One map for each floor, technology and access point, smoothed by a Gaussian process, without the phones' offsets, with
+the error of readings that were left out. Writes R/{INDEX_FILE}, {PAGE_FILE} to look through, one NumPy file a floor,
+one GeoTIFF an access point, and figures. docs/radio_maps.md tells what each layer is.
+
+Exit code: 0 all right, 2 wrong usage, no data set, nothing to map, or R cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag radio-maps fingerprints --out maps
+
+    vislam2tag radio-maps fingerprints --out maps --cell 50cm --most 20
+
+    vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
+"""
+_UNITS_M = {"m": 1.0, "cm": 0.01}
+_LENGTH = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|cm)\s*")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("radio-maps", help=HELP)(_radio_maps)
+
+
+def metres_of(text: str, option: str) -> float:
+    """Read a length such as ``1m`` or ``50cm``; raises UsageError for anything else."""
+    match = _LENGTH.fullmatch(text)
+    if match is None or float(match.group(1)) == 0:
+        raise UsageError(f"{option} {text}: give a length above zero with its unit, such as 1m or 50cm")
+    return float(match.group(1)) * _UNITS_M[match.group(2)]
+
+
+def _radio_maps(
+    dataset: Annotated[Path, typer.Argument(help="Data set (see vislam2tag dataset).")],
+    out: Annotated[Path, typer.Option(help="Folder to write: new, empty or with radio maps.")],
+    ap: Annotated[
+        list[str] | None, typer.Option("--ap", metavar="BSSID", help="Only this access point; repeatable.")
+    ] = None,
+    cell: Annotated[str, typer.Option(metavar="LENGTH", help="Side of a cell, such as 1m or 50cm.")] = "1m",
+    reach: Annotated[
+        str, typer.Option(metavar="LENGTH", help="Cells farther than this from every fingerprint stay empty.")
+    ] = "3m",
+    most: Annotated[
+        int, typer.Option(min=1, help="Access points a floor and technology, the most heard.")
+    ] = DEFAULTS.most,
+) -> None:
+    with wrong_values_told():
+        settings = RadioMapSettings(cell_m=metres_of(cell, "--cell"), reach_m=metres_of(reach, "--reach"), most=most)
+    try:
+        with session_bar("access points") as bar:
+            found = write_radio_maps(
+                dataset, out, settings, tuple(ap or ()), lambda total: bar.advance(total, error=None)
+            )
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: {out} holds no new radio maps", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    table_console().print(_table(found))
+    typer.echo(f"page: {out / PAGE_FILE}")
+
+
+def _table(found: RadioMapIndex) -> Table:
+    numbers = ("access points", "fingerprints", "noise", "error of a map, median", "within one deviation, median")
+    rows = table("Radio maps", ("floor", "technology"), numbers)
+    for floor in found.floors:
+        errors = [one.errors for one in floor.access_points if one.errors.rms_db is not None]
+        rows.add_row(
+            escape(f"{floor.building} {floor.floor}".strip()),
+            escape(floor.technology),
+            str(len(floor.access_points)),
+            str(floor.fingerprints),
+            f"{floor.kernel.noise_db:.1f} dB",
+            f"{np.median([one.rms_db for one in errors]):.1f} dB" if errors else "-",
+            f"{100 * np.median([one.within_one_deviation for one in errors]):.0f} %" if errors else "-",
+        )
+    return rows
