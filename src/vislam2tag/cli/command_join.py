@@ -65,6 +65,8 @@ def _print(record: SurveyChanges) -> None:
         console.print(f"{one.technology}: places: {places or 'none'}", soft_wrap=True)
         again = one.places.get(CHANGED, 0) + one.places.get(OUTDATED, 0)
         console.print(f"{one.technology}: {again} places are worth walking again", soft_wrap=True)
+    for finding in record.findings:
+        console.print(f"{finding.kind}: {finding.message}", soft_wrap=True)
 
 
 def _points(one: TechnologyChanges) -> Table:

@@ -8,9 +8,11 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from vislam2tag.dataset.changes import APPEARED, FAINTER, LOUDER, MOVED, VANISHED, Changes
+from vislam2tag.dataset.changes import APPEARED, FAINTER, LOUDER, MOVED, UNCHANGED, VANISHED, Changes
+from vislam2tag.findings import Finding
 
 RECORD = "changes.json"
+MOST_CHANGED, NOTHING_COMPARED = "most_changed", "nothing_compared"
 CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 
@@ -62,11 +64,30 @@ class SurveyChanges(_Model):
     base: str
     later: str
     technologies: tuple[TechnologyChanges, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def survey_record(base: str, later: str, changes: Sequence[Changes]) -> SurveyChanges:
     """Sum up what changed between the data sets of these names."""
-    return SurveyChanges(base=base, later=later, technologies=tuple(_record(one) for one in changes))
+    technologies = tuple(_record(one) for one in changes)
+    findings = tuple(finding for one in technologies for finding in _findings(one))
+    return SurveyChanges(base=base, later=later, technologies=technologies, findings=findings)
+
+
+def _findings(one: TechnologyChanges) -> tuple[Finding, ...]:
+    """Doubt that both surveys are of one building where hardly anything stayed."""
+    compared = len(one.changed) + one.access_points.get(UNCHANGED, 0)
+    if not compared:
+        count = sum(one.places.values())
+        message = f"{one.technology}: the surveys share no place, or heard too little there: what changed is unknown"
+        return (Finding(kind=NOTHING_COMPARED, file="", count=count, message=message),)
+    if 2 * len(one.changed) <= compared:
+        return ()
+    message = (
+        f"{one.technology}: of {compared} access points {len(one.changed)} changed; is the later survey of the same "
+        "building, and are its floors numbered and measured in the same way?"
+    )
+    return (Finding(kind=MOST_CHANGED, file="", count=len(one.changed), message=message),)
 
 
 def _record(changes: Changes) -> TechnologyChanges:

@@ -1,12 +1,12 @@
 """What changed in a building between two surveys: access points and places, tested against the surveys' own noise.
 
 At each place that both surveys walked, each access point's mean loudness (:mod:`.place_sums`) is compared. The variance
-of a difference follows from the spread of scans within a place and survey, pooled by loudness. Sums of squared
+of a difference follows from the spread of scans within a place and survey, pooled by loudness. Mean squares of
 standardised differences over an access point's places, or over a place's access points, are turned into normal scores
-(Wilson and Hilferty 1931); their median and spread are the null (the empirical null of Efron 2004: most of a building
-stays as it is, and how a phone was held moves all of its scores a little). What lies beyond is found with a share of
-false discoveries of at most FALSE_SHARE (Benjamini and Hochberg 1995). Access points come first; places are then tested
-without those that changed, and are changed, too, where one of those did.
+(Wilson and Hilferty 1931). Their median and spread are, within bounds, the null (the empirical null of Efron 2004: most
+of a building stays as it is, and how a phone was held moves all scores a little). What lies beyond is found with a
+share of false discoveries of at most FALSE_SHARE (Benjamini and Hochberg 1995). Access points come first; places are
+then tested without those that changed, and are changed, too, where one of those did.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ GONE_SHARE = 0.05
 """An access point is gone where less than this share of its loudness is left."""
 NOTABLE_DB = 10.0
 """Mean loudness from which on an access point that changed makes a place outdated that was not walked again."""
+MOST_NOISE, MOST_SPREAD = 4.0, 3.0
+"""What the null may grow to, as variance and as spread of scores: what most access points have beyond is a change."""
 _BIN_DB = 5.0
 _PRIOR_SCANS, _PRIOR_VARIANCE_DB2 = 20.0, 9.0
 _MAD_TO_SIGMA = 1.4826
@@ -123,11 +125,11 @@ def _variance(pairs: pl.DataFrame) -> FloatArray:
 
 def _scores(squares: FloatArray, count: FloatArray) -> FloatArray:
     """Normal scores (k,) of mean squares of ``count`` standard normal differences, free of what moves them all."""
+    noise = np.clip(np.median(squares), 1.0, MOST_NOISE)
     spread = 2 / (9 * count)
-    score = (np.cbrt(squares) - (1 - spread)) / np.sqrt(spread)
-    centre = np.median(score)
-    scale = max(1.0, _MAD_TO_SIGMA * float(np.median(np.abs(score - centre))))
-    return np.asarray((score - centre) / scale, dtype=np.float64)
+    score = (np.cbrt(squares / noise) - (1 - spread)) / np.sqrt(spread)
+    scale = np.clip(_MAD_TO_SIGMA * np.median(np.abs(score - np.median(score))), 1.0, MOST_SPREAD)
+    return np.asarray(score / scale, dtype=np.float64)
 
 
 def _found(scores: FloatArray) -> BoolArray:

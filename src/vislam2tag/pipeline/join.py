@@ -12,7 +12,7 @@ from vislam2tag.dataset.changes import CELL_M, Changes, survey_changes
 from vislam2tag.dataset.floor_plan import floor_of
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.joining import join_datasets
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.dataset_finish import finish_dataset
@@ -40,9 +40,13 @@ def join(base: Path, later: Path, out: Path, cell_m: float = CELL_M) -> SurveyCh
         folder.add_files(joined.dataset.files)
         write_changes(folder.root / CHANGES, record, changes)
         _draw(joined.dataset, changes, folder.root / CHANGES)
-        kept = [finding for finding in joined.dataset.info.findings if finding.kind not in _TOLD_AGAIN]
-        finish_dataset(folder, joined.dataset.info.model_copy(update={"findings": tuple(kept)}))
+        finish_dataset(folder, _info(joined.dataset.info, record))
     return record
+
+
+def _info(info: DatasetInfo, record: SurveyChanges) -> DatasetInfo:
+    kept = (finding for finding in info.findings if finding.kind not in _TOLD_AGAIN)
+    return info.model_copy(update={"findings": (*kept, *record.findings)})
 
 
 def _technologies(dataset: Dataset) -> set[str]:
