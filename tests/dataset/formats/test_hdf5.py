@@ -22,6 +22,7 @@ from tests.dataset.formats.round_trip import (
 from vislam2tag.dataset.formats.hdf5 import FILE, NOT_HEARD_DBM
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS
 from vislam2tag.errors import DatasetError
+from vislam2tag.pipeline.dataset import build_dataset
 
 KNOWN = 4 * (SCANS - 1)
 
@@ -35,7 +36,7 @@ def test_matrices_units_and_names(tmp_path: Path) -> None:
         assert group["X"].shape == (KNOWN, 10)
         assert group["X"].dtype == np.float32
         assert group["X"].attrs["not_heard"] == NOT_HEARD_DBM
-        assert group["y"].attrs["unit"] == "m, BCS: x, y"
+        assert group["y"].attrs["unit"] == "m, BCS"
         assert group["sigma"][:].tolist() == [0.1] * KNOWN
         assert set(group["vocabularies/device"].asstr()[:]) == {ODD_DEVICE, "Pixel"}
         assert group["scan_id"].asstr()[0] == "floor_0.Galaxy.walk/wifi/000000"
@@ -73,6 +74,24 @@ def test_each_technology_has_its_own_matrix(tmp_path: Path) -> None:
             "ble": (KNOWN // 2, 5),
             "wifi": (KNOWN // 2, 5),
         }
+
+
+def test_windows_of_inertial_and_magnetic_readings(labels: Path, tmp_path: Path) -> None:
+    dataset = build_dataset(labels, tmp_path / "set")
+    exported(dataset, "hdf5", tmp_path / "out")
+    windows = dataset.tables["imu_windows"].collect()
+    magnetic = dataset.tables["magnetic"].filter(pl.col("x").is_not_null()).collect()
+    assert windows.height > 50
+    with h5py.File(tmp_path / "out" / FILE) as file:
+        ((name, group),) = file["imu"].items()
+        rate_hz = group.attrs["rate_hz"]
+        assert name == f"{group['gyroscope'].shape[1]}_samples_at_{rate_hz:g}_hz"
+        assert group["accelerometer"].shape == (windows.height, round(rate_hz), 3)
+        assert group["accelerometer"][7].ravel().tolist() == windows["accelerometer"][7].to_list()
+        assert group["displacement"][7].tolist() == [windows["displacement_x"][7], windows["displacement_y"][7]]
+        assert group["window_id"].asstr()[:].tolist() == windows["window_id"].to_list()
+        assert file["magnetic/X"][:, 0].tolist() == magnetic["norm_ut"].to_list()
+        assert group["accelerometer"].attrs["unit"] == "m/s^2"
 
 
 def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(

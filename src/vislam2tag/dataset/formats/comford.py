@@ -81,7 +81,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
     """
     parts = chosen_parts(dataset, context)
-    fingerprints, findings = labelled(dataset)
+    fingerprints, findings = labelled(dataset, uncertain=False)
     sets = parts.part.select("scan_id", set=pl.col("part").replace_strict(SETS))
     extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
     unknown_levels = 0

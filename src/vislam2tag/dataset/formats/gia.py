@@ -32,7 +32,10 @@ from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.slugs import session_slugs
 
 TECHNOLOGY = "wifi"
-IMPORT_HELP = f"giaIndoorLoc's labelled layout: folder or archive with floor_K/DEVICE/SESSION/{WIFI_FILE}; its Wi-Fi and magnetic field"
+IMPORT_HELP = (
+    f"giaIndoorLoc's labelled layout: folder or archive with floor_K/DEVICE/SESSION/{WIFI_FILE}; its Wi-Fi and, where "
+    f"{SENSORS_FILE} is beside, magnetic field"
+)
 _NAMES = "names"
 _SITE_KINDS = ("missing_file", "missing_plan")
 """The published data need no landmarks, and a plan only for pictures."""

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.left_out import MANIFEST, SET, SPLITS
+from vislam2tag.dataset.formats.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
 from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
@@ -26,7 +26,7 @@ SPLITS_FILE, COLUMNS_FILE = "splits.parquet", "columns.csv"
 SPLITS_COLUMNS = ("split", "id", "group")
 _MANIFEST, _SPLITS = "vislam2tag_manifest", "vislam2tag_splits"
 _ROWS_A_GROUP = 100_000
-HOLDS = {**{name: tuple(schema) for name, schema in SCHEMAS.items()}, SET: (MANIFEST, SPLITS)}
+HOLDS = {**{name: tuple(schema) for name, schema in SCHEMAS.items()}, SET: (MANIFEST, SPLITS, ONE_SPLIT)}
 EXPORT_HELP = "plain Parquet tables, splits as one table, columns.csv; for pandas, Polars, DuckDB, R"
 IMPORT_HELP = "the plain Parquet tables that export wrote (folder or archive)"
 

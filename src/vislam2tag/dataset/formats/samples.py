@@ -18,28 +18,38 @@ _CELLS_AT_ONCE = 4_000_000
 _NS = 1_000_000_000
 
 
-def labelled(dataset: Dataset, technology: str | None = None) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
+def labelled(
+    dataset: Dataset, technology: str | None = None, *, uncertain: bool = True
+) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
     """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
 
-    With ``technology`` only its fingerprints. Raises DatasetError where none is left.
+    With ``technology`` only its fingerprints; without ``uncertain`` none that is so, as formats want that cannot say
+    how sure a position is. Raises DatasetError where none is left.
     """
     known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
     wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
+    sure = pl.lit(value=True) if uncertain else pl.col("status") != "uncertain"
     counts = dataset.fingerprints.select(
-        kept=(known & wanted).sum(), unlabelled=(~known & wanted).sum(), other=(~wanted).sum()
+        kept=(known & wanted & sure).sum(),
+        unlabelled=(~known & wanted).sum(),
+        unsure=(known & wanted & ~sure).sum(),
+        other=(~wanted).sum(),
     ).collect(engine="streaming")
-    kept, unlabelled, other = counts.row(0)
+    kept, *lost = counts.row(0)
     if not kept:
         what = "fingerprint" if technology is None else f"{technology} fingerprint"
         raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
-    findings = []
-    if unlabelled:
-        message = "fingerprints without a position are left out: the format has no place for them"
-        findings.append(_left_out("unlabelled_left_out", unlabelled, message))
-    if other:
-        message = f"fingerprints of another technology than {technology} are left out"
-        findings.append(_left_out("technology_left_out", other, message))
-    return dataset.fingerprints.filter(known & wanted), tuple(findings)
+    messages = (
+        ("unlabelled_left_out", "fingerprints without a position are left out: the format has no place for them"),
+        (
+            "uncertain_left_out",
+            "uncertain fingerprints are left out: the format cannot say how sure a position is; "
+            "`dataset --max-sigma` decides",
+        ),
+        ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
+    )
+    findings = (_left_out(kind, count, message) for count, (kind, message) in zip(lost, messages, strict=True) if count)
+    return dataset.fingerprints.filter(known & wanted & sure), tuple(findings)
 
 
 def each_labelled(

@@ -86,7 +86,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     for a split that is not there.
     """
     parts = chosen_parts(dataset, context)
-    fingerprints, findings = labelled(dataset, TECHNOLOGY)
+    fingerprints, findings = labelled(dataset, TECHNOLOGY, uncertain=False)
     transmitters = (
         dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)
         .select("bssid", "technology", "ssid", "frequency_mhz")
