@@ -5,6 +5,7 @@ Flags are null where the identifier is no address (``WAP001``): such data sets h
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import polars as pl
@@ -20,6 +21,8 @@ FAR_APART_M = 50.0
 FLOORS_APART = 3
 """Three slabs cost 40 dB and more: a transmitter that stays put is not strong that many floors apart."""
 _CELL_M = 5.0
+_PARTS = 16
+"""Sessions whose counts are added up at once."""
 _STRONG_READINGS = 3
 """A cell counts as one where a transmitter is strong from this many readings on: one odd label moves nothing."""
 _LOCAL_BIT = 2
@@ -69,12 +72,14 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
 
     ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
     """
-    total: _Tally | None = None
+    tallies: list[_Tally] = []
     for tables in each_session(fingerprints, readings):
-        tally = _tally(tables)
-        total = tally if total is None else _sum(total, tally)
-    if total is None:
+        tallies.append(_tally(tables))
+        if len(tallies) == _PARTS:
+            tallies = [_sum(tallies)]
+    if not tallies:
         return empty_table(ACCESS_POINTS)
+    total = _sum(tallies)
     table = (
         total.heard.join(_floors(total.floors), on="bssid", how="left")
         .join(_median_frequency(total.channels), on="bssid", how="left")
@@ -107,24 +112,24 @@ def _tally(tables: SessionTables) -> _Tally:
     )
 
 
-def _sum(one: _Tally, other: _Tally) -> _Tally:
-    def both(part: str) -> pl.DataFrame:
-        parts: list[pl.DataFrame] = [getattr(one, part), getattr(other, part)]
+def _sum(tallies: Sequence[_Tally]) -> _Tally:
+    def all_of(part: str) -> pl.DataFrame:
+        parts: list[pl.DataFrame] = [getattr(tally, part) for tally in tallies]
         return pl.concat(parts)
 
     counts = pl.col("count").sum()
     return _Tally(
-        both("heard")
+        all_of("heard")
         .group_by("bssid")
         .agg(
             pl.col("technology").min(),
             pl.col("readings", "fingerprints", "sessions").sum(),
             pl.col("strongest_dbm").max(),
         ),
-        both("floors").unique(),
-        both("channels").group_by("bssid", "frequency_mhz").agg(counts),
-        both("strong").group_by("bssid", "building", "floor", "column", "row").agg(counts),
-        sum_of_differences((one.differences, other.differences)),
+        all_of("floors").unique(),
+        all_of("channels").group_by("bssid", "frequency_mhz").agg(counts),
+        all_of("strong").group_by("bssid", "building", "floor", "column", "row").agg(counts),
+        sum_of_differences([tally.differences for tally in tallies]),
     )
 
 
