@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.cli.command_dataset import seconds_of
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.run import process
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("survey") / "campus", seconds=60.0)
+
+
+@pytest.fixture(scope="module")
+def labels(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("labels") / "labels"
+    process(survey, out)
+    return out
+
+
+@pytest.mark.parametrize(("text", "seconds"), [("1s", 1.0), ("500ms", 0.5), (" 2.5 s ", 2.5), ("1.5min", 90.0)])
+def test_durations(text: str, seconds: float) -> None:
+    assert seconds_of(text, "--window") == pytest.approx(seconds)
+
+
+@pytest.mark.parametrize("text", ["", "1", "s", "0s", "-1s", "1h", "1e3s", "1,5s", "0.0 ms"])
+def test_other_texts_are_no_durations(text: str) -> None:
+    with pytest.raises(UsageError, match=r"--window .*such as 500ms, 2s"):
+        seconds_of(text, "--window")
+
+
+def test_a_survey_becomes_a_data_set(survey: Path, labels: Path, tmp_path: Path) -> None:
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--people", "2", "--hours", "0.5")
+    assert done.returncode == 0, done.stderr
+    assert "fingerprints" in done.stdout.splitlines()[0]
+    assert f"page: {tmp_path / 'set/report.html'}" in done.stdout
+    assert done.stderr == ""
+    built = open_dataset(tmp_path / "set")
+    assert built.info.name == "campus"
+    statistics = json.loads((tmp_path / "set/statistics.json").read_text())
+    assert statistics["effort"]["person_hours"] == 1.0
+    assert (tmp_path / "set/plans/floor_0.jpg").is_file()
+    of_labels = vislam2tag(
+        "dataset", labels, "--survey", survey, "--out", tmp_path / "again", "--people", "2", "--hours", "0.5"
+    )
+    assert of_labels.returncode == 0
+    assert bytes_of(tmp_path / "again") == bytes_of(tmp_path / "set")
+
+
+def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
+    (tmp_path / "key").write_text("a secret of at least sixteen bytes")
+    (tmp_path / "about.toml").write_text('title = "Our building"\nlicence = "CC-BY-4.0"\n')
+    done = vislam2tag(
+        *("dataset", labels, "--out", tmp_path / "set", "--name", "lab", "--window", "500ms", "--ble-window", "2s"),
+        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma", "0.05", "--building", "main", "--no-ssid"),
+        *("--hash-bssid", tmp_path / "key", "--describe", tmp_path / "about.toml", "--radios", "--jobs", "1"),
+    )
+    assert done.returncode == 0, done.stderr
+    built = open_dataset(tmp_path / "set")
+    assert (built.info.name, built.info.title, built.info.licence) == ("lab", "Our building", "CC-BY-4.0")
+    assert built.info.groupings[0].window_s == 0.5
+    assert built.info.bssid_key is not None
+    points = built.access_points.collect()
+    assert points["ssid"].null_count() == len(points) > 0
+    assert points["bssid"].str.len_chars().unique().to_list() == [32]
+    scans = built.fingerprints.collect()
+    assert set(scans["building"]) == {"main"}
+    assert "uncertain" in set(scans["status"])
+    windows = built.tables["imu_windows"].collect()
+    assert windows["accelerometer"].list.len().unique().to_list() == [300]
+    spans = built.tables["magnetic"].select((pl.col("end_ns") - pl.col("start_ns")).max()).collect().item()
+    assert 0.9e9 < spans < 1e9
+
+
+def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
+    for arguments, part in (
+        ((labels, "--window", "soon"), "--window soon"),
+        ((labels, "--imu-window", "0s"), "--imu-window 0s"),
+        ((tmp_path / "missing",), "no such folder"),
+        ((labels, labels), "give each walk once"),
+        ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
+        ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
+        ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
+    ):
+        assert part in the_error(vislam2tag("dataset", *arguments, "--out", tmp_path / "set"))
+    assert "was not made by this command" in the_error(vislam2tag("dataset", labels, "--out", labels))
+    assert not (tmp_path / "set").exists()
+
+
+def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> None:
+    lone = make_survey(tmp_path / "lone", devices=("LG",), seconds=30.0)
+    for file in lone.glob("floor_0/LG/*/initPoses.csv"):
+        file.unlink()
+    done = vislam2tag("dataset", lone, "--out", tmp_path / "set")
+    assert done.returncode == 1
+    assert "session_without_label 1" in done.stdout
+    assert "failed" in done.stderr
+    assert open_dataset(tmp_path / "set").fingerprints.collect()["x"].is_null().all()
