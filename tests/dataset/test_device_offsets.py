@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given
@@ -66,3 +67,15 @@ def test_means_are_the_same_however_many_walks_they_come_from() -> None:
     rows = [("A" if number % 2 else "B", "x", 0.5, -50.0 - number % 7) for number in range(70)]
     one, many = shared(rows), shared(*([row] for row in rows))
     assert one.equals(many)
+
+
+def test_offsets_of_thousands_of_places_have_a_mean_of_zero() -> None:
+    rng = np.random.default_rng(1)
+    walk = [
+        (device, f"ap{place}", 0.5, float(level + offset))
+        for place, level in enumerate(rng.uniform(-90, -40, 4000))
+        for device, offset in zip("ABC", (0.7, -1.9, 3.3), strict=True)
+        if rng.random() < 0.9
+    ]
+    found = device_offsets(shared(walk), "ABC")
+    assert [found[device].offset_db for device in "ABC"] == pytest.approx([0.0, -2.6, 2.6], abs=1e-3)

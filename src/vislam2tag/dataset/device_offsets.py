@@ -20,6 +20,8 @@ CELL_M = 2.0
 """Side of a cell that counts as one place, metres: RSSI decorrelates over a few wavelengths, its mean over metres."""
 _PLACE = ("technology", "building", "floor", "column", "row", "bssid")
 _PARTS = 16
+_SINGULAR = 1e-9
+"""Share of the greatest singular value below which one is zero: sums over many places leave it above rounding."""
 
 
 @dataclass
@@ -72,7 +74,7 @@ def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, Of
     level = np.bincount(place, weights=shared["rssi_dbm"].to_numpy()) / several
     right = np.bincount(device, weights=shared["rssi_dbm"].to_numpy() - level[place], minlength=len(devices))
     together = _pairs(place, device, 1 / several, len(devices))
-    offset = np.linalg.lstsq(np.diag(heard.astype(np.float64)) - together, right)[0]
+    offset = np.linalg.lstsq(np.diag(heard.astype(np.float64)) - together, right, rcond=_SINGULAR)[0]
     return {
         name: Offset(round(float(offset[number]), 4) if heard[number] else None, int(heard[number]))
         for name, number in index.items()
