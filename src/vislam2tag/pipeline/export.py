@@ -136,6 +136,8 @@ def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[D
         raise DatasetError(
             f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
         )
+    # Building brings statistics and figures, which take seconds to import: only where they are needed.
+
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.dataset.", dir=out.parent) as scratch:
         yield build_dataset(

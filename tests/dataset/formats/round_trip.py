@@ -70,7 +70,7 @@ def signatures_of_hdf5(folder: Path) -> Counter[Signature]:
     """The same of an HDF5 file, read by h5py alone."""
     found: Counter[Signature] = Counter()
     with h5py.File(folder / "fingerprints.h5") as file:
-        for group in file.values():
+        for group in (each for each in file.values() if "scan_id" in each):
             levels = group["X"][:]
             bssids = group["access_points/bssid"].asstr()[:]
             devices = [*group["vocabularies/device"].asstr()[:], None]
