@@ -1,34 +1,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
-from matplotlib.figure import Figure
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.dataset.coverage import CoverageSettings
 from vislam2tag.dataset.schema import REQUIRED, empty_table
 from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.figures import dataset_files
+from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 
 
-def rendered(figure: Figure, kind: str) -> bytes:
-    """Stand for a figure's file: drawing it takes a second."""
-    return f"{kind} with {len(figure.axes)} panels".encode()
-
-
-def test_every_figure_and_table_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dataset_files, "rendered", rendered)
+def test_every_figure_that_there_is_data_for_is_made() -> None:
     dataset = small_dataset()
-    dataset_files.write_dataset_figures(dataset, dataset_statistics(dataset), tmp_path / "figures")
-    files = {path.name: path.read_text() for path in (tmp_path / "figures").iterdir()}
-    stems = {Path(name).stem for name in files}
-    assert stems == {"table_3", "fingerprints", "coverage", "access_points", "rssi", "sigma", "over_time"}
-    assert len(files) == 3 + 2 * 6
-    assert files["coverage.svg"] == "svg with 2 panels"
+    floors = covered_floors(dataset, "wifi", CoverageSettings(), {})
+    figures = dict(dataset_figures(dataset_statistics(dataset), floors))
+    assert set(figures) == {"fingerprints", "coverage", "access_points", "rssi", "sigma", "over_time"}
+    assert [axes.get_title("left")[:11] for axes in figures["coverage"].axes] == ["(a) Floor 0", "(b) Floor 1"]
 
 
-def test_an_empty_set_has_its_table_alone(tmp_path: Path) -> None:
+def test_an_empty_set_has_no_figure() -> None:
     empty = replace(small_dataset(), tables={name: empty_table(name).lazy() for name in REQUIRED})
-    dataset_files.write_dataset_figures(empty, dataset_statistics(empty), tmp_path)
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".md", ".tex"]
+    assert list(dataset_figures(dataset_statistics(empty), covered_floors(empty, "wifi", CoverageSettings(), {}))) == []
+
+
+@pytest.mark.parametrize(("start", "length_m"), [(None, 0.0), ((5.0, 11.0), 32.0)])
+def test_the_walk_begins_where_it_is_told_to(start: tuple[float, float] | None, length_m: float) -> None:
+    dataset = small_dataset(unlabelled=0)
+    wide = CoverageSettings(cell_m=4.0, radius_m=0.1)
+    tight = covered_floors(dataset, "none", wide, {} if start is None else {("", 0): start})
+    assert tight[0].coverage.share == 0
+    assert sum(walk.length_m for walk in tight[0].walks) >= length_m

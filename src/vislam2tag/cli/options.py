@@ -17,7 +17,13 @@ from vislam2tag.pipeline.selection import Selection
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
 ALL_CORES = os.cpu_count() or 1
-_OPTION_NAMES = {"max_sigma_m": "max-sigma", "block_m": "block-size", "guard_m": "guard"}
+_OPTION_NAMES = {
+    "max_sigma_m": "max-sigma",
+    "block_m": "block-size",
+    "guard_m": "guard",
+    "cell_m": "cell",
+    "radius_m": "radius",
+}
 """Options that are not named like their setting."""
 
 SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]

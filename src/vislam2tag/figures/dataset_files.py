@@ -1,18 +1,16 @@
-"""The figures of a data set as files, and the paper's Table III beside them."""
+"""All figures of a data set, by the stems of their files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from vislam2tag.dataset.coverage import coverage
+from vislam2tag.dataset.coverage import CoverageSettings, Place, coverage
 from vislam2tag.dataset.floor_plan import floor_of
 from vislam2tag.dataset.gap_walk import gap_walks
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.statistics_record import DatasetStatistics
-from vislam2tag.dataset.table_3 import Table3, csv_text, latex_text, markdown_text
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.figures.dataset_figures import (
     access_points_heard,
@@ -21,36 +19,34 @@ from vislam2tag.figures.dataset_figures import (
     rssi_by_device,
     sigma_distribution,
 )
-from vislam2tag.figures.style import rendered
-
-KINDS = ("svg", "pdf")
-TABLE = "table_3"
 
 
-def write_dataset_figures(dataset: Dataset, statistics: DatasetStatistics, folder: Path) -> None:
-    """Write each figure that the set has data for (SVG, PDF) and Table III (CSV, Markdown, LaTeX) into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    table = Table3.of(statistics.by_device, statistics.walks)
-    texts = {"csv": csv_text(table), "md": markdown_text(table), "tex": latex_text(table)}
-    for suffix, text in texts.items():
-        (folder / f"{TABLE}.{suffix}").write_text(text, encoding="utf-8", newline="\n")
-    for stem, figure in dataset_figures(dataset, statistics):
-        for kind in KINDS:
-            (folder / f"{stem}.{kind}").write_bytes(rendered(figure, kind))
+def covered_floors(
+    dataset: Dataset,
+    technology: str,
+    settings: CoverageSettings,
+    starts: Mapping[Place, tuple[float, float]],
+) -> list[CoveredFloor]:
+    """Count the cells of every floor and plan the walks that fill its gaps, from its place of ``starts`` if given."""
+    return [
+        CoveredFloor(
+            title=_title(covered.place),
+            floor=floor_of(dataset, *covered.place),
+            coverage=covered,
+            walks=gap_walks(covered, settings.radius_m, starts.get(covered.place)),
+        )
+        for covered in coverage(dataset, technology, settings)
+    ]
 
 
-def dataset_figures(dataset: Dataset, statistics: DatasetStatistics) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures by the stem of their files; those of Wi-Fi, else of the technology with most fingerprints."""
+def dataset_figures(statistics: DatasetStatistics, floors: Sequence[CoveredFloor]) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures that there is data for: of Wi-Fi, else of the technology with most fingerprints."""
+    if floors:
+        yield "coverage", coverage_map(floors)
     if statistics.main is None:
         return
     name, technology = statistics.main
     yield "fingerprints", fingerprints_by_device_and_floor(technology)
-    floors = [
-        CoveredFloor(_title(covered.place), floor_of(dataset, *covered.place), covered, gap_walks(covered))
-        for covered in coverage(dataset, name)
-    ]
-    if floors:
-        yield "coverage", coverage_map(floors)
     yield "access_points", access_points_heard(technology.heard)
     if technology.rssi:
         yield "rssi", rssi_by_device(technology.rssi)
@@ -60,6 +56,6 @@ def dataset_figures(dataset: Dataset, statistics: DatasetStatistics) -> Iterator
         yield "over_time", fingerprints_over_time(statistics.sessions, name)
 
 
-def _title(place: tuple[str, int]) -> str:
+def _title(place: Place) -> str:
     building, number = place
     return f"{building}, floor {number}" if building else f"Floor {number}"

@@ -1,0 +1,93 @@
+"""``vislam2tag figures``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from vislam2tag.cli.options import wrong_values_told
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.coverage import CoverageSettings, Place
+from vislam2tag.dataset.coverage_record import CoverageRecord
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.dataset_figures import COVERAGE_FILE, make_dataset_figures, place_text
+
+DEFAULTS = CoverageSettings()
+HELP = """
+Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
+
+Writes fingerprints by device and floor (the paper's Figure 8), coverage on the plans with gaps and walks, access points
+a fingerprint, RSSI by device, sigma, and fingerprints over time as SVG and PDF; Table III as CSV, Markdown and
+LaTeX; coverage.json with each floor's coverage and the corners of the walks.
+
+Exit code: 0 all right, 2 wrong usage, no data set, or OUT cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag figures fingerprints --out figures
+
+    vislam2tag figures fingerprints --out figures --cell 1 --radius 1.5 --start 1:12.5,3 --start annex/0:4,4
+"""
+_START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("figures", help=HELP)(_figures)
+
+
+def start_of(text: str) -> tuple[Place, tuple[float, float]]:
+    """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
+    match = _START.fullmatch(text)
+    if match is None:
+        raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
+    building, floor, x, y = match.groups()
+    return (building or "", int(floor)), (float(x), float(y))
+
+
+def _figures(
+    dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
+    cell: Annotated[float, typer.Option(metavar="METRES", help="Side of a cell.")] = DEFAULTS.cell_m,
+    radius: Annotated[
+        float, typer.Option(metavar="METRES", help="A cell is covered by a fingerprint this near to its centre.")
+    ] = DEFAULTS.radius_m,
+    start: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FLOOR:X,Y", help="Where the walk that fills a floor's gaps begins; repeatable. Else anywhere."
+        ),
+    ] = None,
+) -> None:
+    starts = dict(start_of(text) for text in start or ())
+    with wrong_values_told():
+        settings = CoverageSettings(cell_m=cell, radius_m=radius)
+    console = Console(stderr=True)
+    with console.status("counting") as status:
+        made = make_dataset_figures(
+            dataset, out, settings, starts, lambda stem: status.update(f"drawn: {stem.replace('_', ' ')}")
+        )
+    _print(made, out)
+
+
+def _print(made: CoverageRecord, out: Path) -> None:
+    shown = table("Coverage", ("floor",), ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes"))
+    for floor in made.floors:
+        length_m = sum(walk.length_m for walk in floor.walks)
+        minutes = sum(walk.minutes for walk in floor.walks)
+        shown.add_row(
+            escape(place_text((floor.building, floor.floor))),
+            str(floor.fingerprints),
+            f"{floor.walkable_m2:.0f} m²",
+            "-" if floor.share is None else f"{100 * floor.share:.0f} %",
+            f"{length_m:.0f} m" if floor.walks else "-",
+            f"{minutes:.1f} min" if floor.walks else "-",
+        )
+    console = table_console()
+    console.print(shown)
+    console.print(f"figures, Table III and {COVERAGE_FILE}: {escape(str(out))}", soft_wrap=True)
