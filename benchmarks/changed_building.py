@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import polars as pl
 
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.change_record import CHANGED_POINTS
 from vislam2tag.dataset.changes import APPEARED, CHANGED, MOVED, VANISHED, survey_changes
@@ -19,7 +20,13 @@ from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SES
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.devices import Locale, make_device
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
-from vislam2tag.simulation.radio import RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.radio import (
+    RadioEnvironment,
+    RadioSettings,
+    make_radio_environment,
+    mean_rss_dbm,
+    simulate_wifi,
+)
 from vislam2tag.simulation.sampling import position_at
 from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, stream, walk_settings
 from vislam2tag.simulation.walk import make_walk
@@ -28,6 +35,11 @@ FLOORS = (0, 1)
 LABEL_SIGMA_M = 0.15
 """Error of a scan's label, per axis: about what the smoother states."""
 _MARK = "moved "
+HAND_M = 1.37
+"""Height of the phone."""
+FAINTEST_DBM = -90.0
+LITTLE_DB, MUCH_DB = 2.0, 5.0
+"""True root mean square changes of a place that should not be told, and that should."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +58,8 @@ class Surveys:
 
     base: Dataset
     later: Dataset
+    before: RadioEnvironment
+    after: RadioEnvironment
     removed: frozenset[str] = frozenset()
     moved: frozenset[str] = frozenset()
     added: frozenset[str] = frozenset()
@@ -64,9 +78,12 @@ def two_surveys(
     before = _with_points(building, [index for index in range(len(names)) if index not in changes.added], {})
     places = _other_places(building, changes.moved, seed)
     after = _with_points(building, [index for index in range(len(names)) if index not in gone], places)
+    waves = [make_radio_environment(building, RadioSettings(), seed) for building in (before, after)]
     return Surveys(
-        base=_surveyed(before, seed, "base", ("LG", "OnePlus"), base_walks, minutes),
-        later=_surveyed(after, seed, "later", ("LG", "Galaxy"), later_walks, minutes),
+        before=waves[0],
+        after=waves[1],
+        base=_surveyed(waves[0], seed, "base", ("LG", "OnePlus"), base_walks, minutes),
+        later=_surveyed(waves[1], seed, "later", ("LG", "Galaxy"), later_walks, minutes),
         removed=frozenset(names[index] for index in changes.removed),
         moved=frozenset(names[index] for index in changes.moved),
         added=frozenset(names[index] for index in changes.added),
@@ -103,10 +120,9 @@ def _with_points(building: SimulatedBuilding, kept: list[int], places: dict[int,
 
 
 def _surveyed(
-    building: SimulatedBuilding, seed: int, survey: str, devices: tuple[str, ...], walks: int, minutes: float
+    environment: RadioEnvironment, seed: int, survey: str, devices: tuple[str, ...], walks: int, minutes: float
 ) -> Dataset:
-    environment = make_radio_environment(building, RadioSettings(), seed)
-    fingerprints, readings = [], []
+    building, fingerprints, readings = environment.building, [], []
     for floor in building.floors:
         for name in devices:
             for number in range(walks):
@@ -195,12 +211,19 @@ def main(buildings: int = 20) -> None:
     for seed in range(buildings):
         same.update(_counted(two_surveys(seed, Changes())))
         changed.update(_counted(two_surveys(seed, _three_changes(seed))))
-    print("| building | access points changed | found | of the right kind | others flagged | places flagged |")
-    print("| --- | --- | --- | --- | --- | --- |")
+    print(
+        "| building | access points changed | found | of the right kind | others told | places told "
+        "| of them changed by < 2 dB | changed by > 5 dB: told |"
+    )
+    print("|" + " --- |" * 8)
     for name, counts in (("unchanged", same), ("3 of 28 changed", changed)):
         shares = f"{counts['false']} of {counts['others']} ({_percent(counts['false'], counts['others'])})"
         places = f"{counts['places']} of {counts['common']} ({_percent(counts['places'], counts['common'])})"
-        print(f"| {name} | {counts['true']} | {counts['found']} | {counts['kind']} | {shares} | {places} |")
+        much = f"{counts['much found']} of {counts['much']}"
+        print(
+            f"| {name} | {counts['true']} | {counts['found']} | {counts['kind']} | {shares} | {places} "
+            f"| {counts['little']} | {much} |"
+        )
 
 
 def _three_changes(seed: int) -> Changes:
@@ -219,15 +242,41 @@ def _counted(surveys: Surveys) -> dict[str, int]:
     told = {row["bssid"]: row["change"] for row in found.access_points.iter_rows(named=True)}
     flagged = {bssid for bssid, change in told.items() if change in CHANGED_POINTS}
     common = found.places.filter((pl.col("base") > 0) & (pl.col("later") > 0))
+    told_places = (common["change"] == CHANGED).to_numpy()
+    true_db = _true_sizes_db(surveys, common)
     return {
         "true": len(kinds),
         "found": len(flagged & kinds.keys()),
         "kind": sum(told.get(bssid) == kind for bssid, kind in kinds.items()),
         "false": len(flagged - kinds.keys()),
         "others": len(told.keys() - kinds.keys()),
-        "places": common.filter(pl.col("change") == CHANGED).height,
+        "places": int(told_places.sum()),
+        "little": int((told_places & (true_db < LITTLE_DB)).sum()),
+        "much": int((true_db > MUCH_DB).sum()),
+        "much found": int((told_places & (true_db > MUCH_DB)).sum()),
         "common": common.height,
     }
+
+
+def _true_sizes_db(surveys: Surveys, places: pl.DataFrame) -> FloatArray:
+    """Root mean square change (k,) of the true mean loudness at places' centres, over what can be heard there."""
+    sizes = []
+    for floor, x, y in places.select("floor", "x", "y").iter_rows():
+        loud = [
+            _loudness_db(environment, floor, np.array([x, y, HAND_M]))
+            for environment in (surveys.before, surveys.after)
+        ]
+        change = [loud[1].get(name, 0.0) - loud[0].get(name, 0.0) for name in loud[0].keys() | loud[1].keys()]
+        sizes.append(float(np.sqrt(np.mean(np.square(change)))))
+    return np.array(sizes)
+
+
+def _loudness_db(environment: RadioEnvironment, floor: int, point: FloatArray) -> dict[str, float]:
+    """Loudness above FAINTEST_DBM of each access point that is heard at a point."""
+    names = [name.removeprefix(_MARK) for name in environment.building.ap_bssid]
+    every = np.arange(len(names))
+    rss = mean_rss_dbm(environment, floor, np.tile(point, (len(names), 1)), every, FAINTEST_DBM)
+    return {name: float(level - FAINTEST_DBM) for name, level in zip(names, rss, strict=True) if level > FAINTEST_DBM}
 
 
 def _percent(part: int, whole: int) -> str:

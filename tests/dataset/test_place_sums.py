@@ -39,9 +39,9 @@ def test_loudness_counts_from_what_every_phone_hears() -> None:
 def test_scans_count_once_a_place_heard_or_not() -> None:
     base = surveyed(Survey("base"))
     found = place_sums({"base": base, "later": surveyed(Survey("later"))}, "wifi", CELL_M)
-    assert found.places["base"].sum() == base.fingerprints.collect().height
+    assert found.places["scans_base"].sum() == base.fingerprints.collect().height
     joined = found.heard.join(found.places, on=PLACE)
-    assert (joined["heard_base"] <= joined["base"]).all()
+    assert (joined["heard_base"] <= joined["scans_base"]).all()
 
 
 def test_what_has_no_label_counts_nowhere() -> None:
@@ -49,8 +49,8 @@ def test_what_has_no_label_counts_nowhere() -> None:
     nowhere = [pl.lit(None, pl.Float64).alias(name) for name in ("x", "y")]
     unlabelled = replace(base, tables={**base.tables, FINGERPRINTS: base.fingerprints.with_columns(*nowhere)})
     found = place_sums({"base": unlabelled, "later": surveyed(Survey("later"))}, "wifi", CELL_M)
-    assert found.places["base"].sum() == 0
-    assert found.places["later"].sum() > 0
+    assert found.places["scans_base"].sum() == 0
+    assert found.places["scans_later"].sum() > 0
 
 
 def test_a_technology_that_nobody_logged_has_no_places() -> None:

@@ -1,7 +1,7 @@
 """What changed in a building between two surveys: access points and places, tested against the surveys' own noise.
 
 At each place that both surveys walked, each access point's mean loudness (:mod:`.place_sums`) is compared. The variance
-of a difference follows from the spread of scans within a place and survey, pooled by loudness. Mean squares of
+of a difference follows from the spread of a survey's walks at a place, pooled by loudness. Mean squares of
 standardised differences over an access point's places, or over a place's access points, are turned into normal scores
 (Wilson and Hilferty 1931). Their median and spread are, within bounds, the null (the empirical null of Efron 2004: most
 of a building stays as it is, and how a phone was held moves all scores a little). What lies beyond is found with a
@@ -20,7 +20,7 @@ from scipy.stats import false_discovery_control, norm
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.place_sums import PLACE, PlaceSums, place_sums
+from vislam2tag.dataset.place_sums import PLACE, SURVEYS, PlaceSums, place_sums
 
 CELL_M = 4.0
 """Side of a place, metres: about what is walked between two scans, so that a walk through it leaves one or two."""
@@ -39,7 +39,8 @@ NOTABLE_DB = 10.0
 MOST_NOISE, MOST_SPREAD = 4.0, 3.0
 """What the null may grow to, as variance and as spread of scores: what most access points have beyond is a change."""
 _BIN_DB = 5.0
-_PRIOR_SCANS, _PRIOR_VARIANCE_DB2 = 20.0, 9.0
+_PRIOR, _PRIOR_VARIANCE_DB2 = 20.0, 9.0
+"""Degrees of freedom that a prior counts as, and the first prior."""
 _MAD_TO_SIGMA = 1.4826
 
 UNCHANGED, CHANGED = "unchanged", "changed"
@@ -98,28 +99,37 @@ def _differences(heard: pl.DataFrame, places: pl.DataFrame) -> pl.DataFrame:
 
     Adds mean_base, mean_later (loudness, dB), difference (dB), its variance (dB^2) and z (standard deviations).
     """
-    common = places.filter((pl.col("base") > 0) & (pl.col("later") > 0))
+    common = places.filter((pl.col("walks_base") > 0) & (pl.col("walks_later") > 0))
     pairs = heard.join(common, on=PLACE).with_columns(
-        mean_base=pl.col("sum_base") / pl.col("base"), mean_later=pl.col("sum_later") / pl.col("later")
+        mean_base=pl.col("sum_base") / pl.col("walks_base"), mean_later=pl.col("sum_later") / pl.col("walks_later")
     )
+    walks = pl.col("walks_base") + pl.col("walks_later")
     pairs = pairs.with_columns(
         difference=pl.col("mean_later") - pl.col("mean_base"),
-        level=(pl.col("sum_base") + pl.col("sum_later")) / (pl.col("base") + pl.col("later")),
-        within=sum(pl.col(f"squares_{s}") - pl.col(s) * pl.col(f"mean_{s}") ** 2 for s in ("base", "later")),
-        freedom=pl.col("base") + pl.col("later") - 2,
+        level=(pl.col("sum_base") + pl.col("sum_later")) / walks,
+        between=sum(pl.col(f"squares_{s}") - pl.col(f"walks_{s}") * pl.col(f"mean_{s}") ** 2 for s in SURVEYS),
+        within=pl.sum_horizontal(f"within_{s}" for s in SURVEYS),
+        freedom_between=walks - 2,
+        freedom_within=pl.col("scans_base") + pl.col("scans_later") - walks,
     )
-    variance = _variance(pairs) * (1 / pairs["base"] + 1 / pairs["later"]).to_numpy()
+    variance = _variance(pairs) * (1 / pairs["walks_base"] + 1 / pairs["walks_later"]).to_numpy()
     return pairs.with_columns(z=pairs["difference"] / np.sqrt(variance), variance=variance)
 
 
 def _variance(pairs: pl.DataFrame) -> FloatArray:
-    """Variance (dB^2) of one scan's loudness at each pair's level: pooled in bins, each drawn to the one below."""
+    """Variance (dB^2) of a walk's mean loudness at each pair's level, between walks, pooled in bins.
+
+    Where few walks met it is drawn to the variance of scans within walks, and that to the one of the bin below.
+    """
     place = (pairs["level"] // _BIN_DB).cast(pl.Int64).to_numpy()
-    within = np.bincount(place, weights=pairs["within"].to_numpy())
-    freedom = np.bincount(place, weights=pairs["freedom"].to_numpy())
-    variance, prior = np.empty(len(within)), _PRIOR_VARIANCE_DB2
-    for number, (squares, count) in enumerate(zip(within, freedom, strict=True)):
-        prior = variance[number] = (squares + _PRIOR_SCANS * prior) / (count + _PRIOR_SCANS)
+    sums = {
+        name: np.bincount(place, weights=pairs[name].to_numpy())
+        for name in ("between", "freedom_between", "within", "freedom_within")
+    }
+    variance, prior = np.empty(int(place.max(initial=-1)) + 1), _PRIOR_VARIANCE_DB2
+    for number in range(len(variance)):
+        prior = (sums["within"][number] + _PRIOR * prior) / (sums["freedom_within"][number] + _PRIOR)
+        variance[number] = (sums["between"][number] + _PRIOR * prior) / (sums["freedom_between"][number] + _PRIOR)
     return np.asarray(variance[place], dtype=np.float64)
 
 
@@ -209,10 +219,10 @@ def _judged_places(pairs: pl.DataFrame, changed: pl.Expr) -> pl.DataFrame:
 def _access_points(names: pl.DataFrame, points: pl.DataFrame, sums: PlaceSums, cell_m: float) -> pl.DataFrame:
     """All access points of both surveys, also those that could not be compared."""
     table = names.join(points, on="bssid", how="left")
-    for survey in ("base", "later"):
+    for survey in SURVEYS:
         table = table.join(_loudest(sums, survey, cell_m), on="bssid", how="left")
     change = pl.when("mobile").then(pl.lit(MOBILE)).otherwise(pl.col("change").fill_null(NOT_COMPARED))
-    where = [f"{survey}_{what}" for survey in ("base", "later") for what in ("floor", "x", "y")]
+    where = [f"{survey}_{what}" for survey in SURVEYS for what in ("floor", "x", "y")]
     return table.select(
         "bssid",
         "ssid",
@@ -227,7 +237,7 @@ def _access_points(names: pl.DataFrame, points: pl.DataFrame, sums: PlaceSums, c
 def _loudest(sums: PlaceSums, survey: str, cell_m: float) -> pl.DataFrame:
     """Where a survey heard each access point loudest: the place with the greatest mean."""
     heard = sums.heard.filter(pl.col(f"heard_{survey}") > 0).join(sums.places, on=PLACE)
-    mean = (pl.col(f"sum_{survey}") / pl.col(survey)).round(6)
+    mean = (pl.col(f"sum_{survey}") / pl.col(f"walks_{survey}")).round(6)
     loudest = heard.sort(mean, *PLACE, descending=[True, *(False for _ in PLACE)]).group_by(
         "bssid", maintain_order=True
     )
@@ -243,26 +253,30 @@ def _centre(cell_m: float) -> tuple[pl.Expr, pl.Expr]:
 
 def _places(judged: pl.DataFrame, sums: PlaceSums, changed: pl.Series, cell_m: float) -> pl.DataFrame:
     """All places of both surveys; those of the base alone are outdated where an access point that changed was."""
-    lost = sums.heard.filter(pl.col("bssid").is_in(changed)).join(sums.places.filter(pl.col("later") == 0), on=PLACE)
+    lost = sums.heard.filter(pl.col("bssid").is_in(changed)).join(
+        sums.places.filter(pl.col("walks_later") == 0), on=PLACE
+    )
     outdated = (
-        lost.filter(pl.col("sum_base") / pl.col("base") >= NOTABLE_DB).group_by(PLACE).agg(was=pl.col("bssid").sort())
+        lost.filter(pl.col("sum_base") / pl.col("walks_base") >= NOTABLE_DB)
+        .group_by(PLACE)
+        .agg(was=pl.col("bssid").sort())
     )
     x, y = _centre(cell_m)
     table = sums.places.join(judged, on=PLACE, how="left").join(outdated, on=PLACE, how="left").sort(PLACE)
     change = (
-        pl.when(pl.col("base") == 0)
+        pl.when(pl.col("walks_base") == 0)
         .then(pl.lit(NEW))
         .when(pl.col("was").is_not_null())
         .then(pl.lit(OUTDATED))
-        .when(pl.col("later") == 0)
+        .when(pl.col("walks_later") == 0)
         .then(pl.lit(NOT_WALKED))
         .otherwise(pl.col("change").fill_null(UNCHANGED))
     )
     return table.select(
         "building",
         "floor",
-        "base",
-        "later",
+        base=pl.col("scans_base"),
+        later=pl.col("scans_later"),
         x=x,
         y=y,
         change=change,

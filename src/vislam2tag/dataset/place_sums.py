@@ -1,7 +1,8 @@
 """What two surveys heard at the same places: sums of how loud each access point was there, free of devices' offsets.
 
 Loudness counts from the faintest level that every phone of both surveys hears, and is zero where a scan did not hear
-the access point: so that "not heard" is a value, and no phone hears more for being more sensitive.
+the access point: so that "not heard" is a value, and no phone hears more for being more sensitive. What a walk heard at
+a place counts once, by its mean: its scans there share the way it took, how the phone was held, and the hour.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ _UNKNOWN = "unknown"
 _TYPES: Mapping[str, pl.DataType] = {
     **dict.fromkeys(("building", "bssid"), pl.String()),
     **dict.fromkeys(("floor", "column", "row"), pl.Int32()),
-    **dict.fromkeys(("sum", "squares"), pl.Float64()),
+    **dict.fromkeys(("sum", "squares", "within"), pl.Float64()),
 }
+_VISITS, _SUMS = ("scans", "walks"), ("sum", "squares", "within", "heard")
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,10 @@ class PlaceSums:
     faintest_dbm: float
     """RSSI, without its device's offset, from which loudness counts."""
     places: pl.DataFrame
-    """PLACE, base, later: scans of each survey, 0 where only the other has been."""
+    """PLACE, and of each survey: scans and walks, 0 where only the other has been."""
     heard: pl.DataFrame
-    """PLACE, bssid, and of each survey: sum and squares of loudness (dB, dB^2) and scans that heard it, 0 for none."""
+    """PLACE, bssid, and of each survey: sum and squares of its walks' mean loudness (dB, dB^2), within (squared
+    deviations of scans from their walk's mean, dB^2) and heard (scans that heard it), 0 for none."""
 
 
 def place_sums(surveys: Mapping[str, Dataset], technology: str, cell_m: float) -> PlaceSums:
@@ -65,27 +68,42 @@ def place_sums(surveys: Mapping[str, Dataset], technology: str, cell_m: float) -
         loud = readings.join(frame.filter(survey=survey), on="device", how="left").with_columns(
             *cells, loudness=(pl.col("rssi_dbm") - pl.col("offset_db").fill_null(0.0) - faintest).clip(0.0)
         )
-        of_scan = loud.group_by(*PLACE, "scan_id", "bssid").agg(pl.col("loudness").mean())
-        places.append(scans.with_columns(*cells).group_by(PLACE).agg(pl.len().cast(pl.Int64).alias(survey)))
-        heard.append(of_scan.group_by(*PLACE, "bssid").agg(**_loudness_sums(survey)))
+        visits = (
+            scans.with_columns(*cells).group_by(PLACE).agg(scans=pl.len().cast(pl.Int64), walks=pl.lit(1, pl.Int64))
+        )
+        places.append(_of_survey(visits, PLACE, survey))
+        heard.append(_of_survey(_walk_sums(loud, visits), (*PLACE, "bssid"), survey))
         if len(places) == _PARTS:
-            places, heard = [_summed(places, PLACE)], [_summed(heard, (*PLACE, "bssid"))]
+            places, heard = [_summed(places, PLACE, _VISITS)], [_summed(heard, (*PLACE, "bssid"), _SUMS)]
     plain = {key: offset for key, (offset, _, _) in offsets.items()}
-    return PlaceSums(plain, faintest, _summed(places, PLACE), _summed(heard, (*PLACE, "bssid")))
+    return PlaceSums(plain, faintest, _summed(places, PLACE, _VISITS), _summed(heard, (*PLACE, "bssid"), _SUMS))
 
 
-def _loudness_sums(survey: str) -> dict[str, pl.Expr]:
+def _walk_sums(loud: pl.DataFrame, visits: pl.DataFrame) -> pl.DataFrame:
+    """Mean loudness of each access point at each place of a walk, scans that did not hear it included."""
+    of_scan = loud.group_by(*PLACE, "scan_id", "bssid").agg(pl.col("loudness").mean())
     loudness = pl.col("loudness")
-    return {
-        f"sum_{survey}": loudness.sum(),
-        f"squares_{survey}": (loudness**2).sum(),
-        f"heard_{survey}": pl.len().cast(pl.Int64),
-    }
+    sums = of_scan.group_by(*PLACE, "bssid").agg(
+        sum=loudness.sum(), within=(loudness**2).sum(), heard=pl.len().cast(pl.Int64)
+    )
+    return sums.join(visits, on=PLACE).select(
+        *PLACE,
+        "bssid",
+        "heard",
+        sum=pl.col("sum") / pl.col("scans"),
+        squares=(pl.col("sum") / pl.col("scans")) ** 2,
+        within=pl.col("within") - pl.col("sum") ** 2 / pl.col("scans"),
+    )
 
 
-def _summed(parts: list[pl.DataFrame], keys: tuple[str, ...]) -> pl.DataFrame:
-    """Add up by key, with a column for each survey even where one has nothing."""
-    names = SURVEYS if keys == PLACE else [f"{what}_{s}" for s in SURVEYS for what in ("sum", "squares", "heard")]
+def _of_survey(table: pl.DataFrame, keys: tuple[str, ...], survey: str) -> pl.DataFrame:
+    """Name the columns that are no keys after the survey."""
+    return table.rename({name: f"{name}_{survey}" for name in table.columns if name not in keys})
+
+
+def _summed(parts: list[pl.DataFrame], keys: tuple[str, ...], values: tuple[str, ...]) -> pl.DataFrame:
+    """Add up by key, with columns of each survey even where one has nothing."""
+    names = [f"{value}_{survey}" for survey in SURVEYS for value in values]
     empty = pl.DataFrame(schema={name: _TYPES.get(name.split("_")[0], pl.Int64()) for name in (*keys, *names)})
     return pl.concat([empty, *parts], how="diagonal").group_by(keys).agg(pl.col(names).sum()).sort(keys)
 
