@@ -7,6 +7,7 @@ one walk is in memory at a time.
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -44,6 +45,8 @@ SAME_READING_NS = 5_000_000
 _LABELS = LabelSettings(max_sigma_m=math.inf)
 """No place between taps is too unsure to be one: its sigma is told."""
 _NAMES = "names"
+_ROWS_A_GROUP = 20_000
+"""Of the joined files: small enough to read one walk without its neighbours."""
 
 
 class Place(NamedTuple):
@@ -118,10 +121,10 @@ class WalkTables:
 
     def dataset(self, info: DatasetInfo, files: Mapping[str, Path]) -> Dataset:
         """Make the data set of all walks added; findings are added to those of ``info``."""
-        tables = {name: self._scan(name) for name in (FINGERPRINTS, READINGS, SESSIONS, MAGNETIC)}
-        names = self._scan(_NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
-        ordered = names.sort("bssid", "technology", "ssid").collect()
-        transmitters = access_point_table(tables[FINGERPRINTS], tables[READINGS], ordered)
+        tables = {name: self._joined(name) for name in (FINGERPRINTS, READINGS, SESSIONS, MAGNETIC)}
+        names = self._joined(_NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+        counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+        transmitters = access_point_table(tables[FINGERPRINTS], tables[READINGS], counted)
         whole = info.model_copy(update={"findings": (*info.findings, *summed(self._findings))})
         return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
 
@@ -131,8 +134,12 @@ class WalkTables:
         rows = in_schema(table, rows) if table in SCHEMAS else rows
         rows.write_parquet(folder / f"{self._walks:06d}.parquet", compression="lz4")
 
-    def _scan(self, table: str) -> pl.LazyFrame:
-        return pl.scan_parquet(sorted((self._scratch / table).glob("*.parquet")))
+    def _joined(self, table: str) -> pl.LazyFrame:
+        """Stream the walks' files of a table into one, which is read many times."""
+        parts, whole = self._scratch / table, self._scratch / f"{table}.parquet"
+        pl.scan_parquet(sorted(parts.glob("*.parquet"))).sink_parquet(whole, row_group_size=_ROWS_A_GROUP)
+        shutil.rmtree(parts)
+        return pl.scan_parquet(whole)
 
     def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
         """Turn indices of places into buildings and floors."""
