@@ -5,31 +5,39 @@
     summary = process(Path("survey"), Path("labels"), Settings(strategy="local"))
 
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
-``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels.
+``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
+data set of labels, ``open_dataset`` opens one: its tables are Polars' lazy frames.
 """
 
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
-from vislam2tag.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.errors import DatasetError, OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.evaluation.check_record import SurveyCheck
 from vislam2tag.evaluation.evaluation_record import SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.pipeline.check import check
+from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.evaluate import evaluate
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
+from vislam2tag.settings import DatasetSettings, LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 
 __all__ = [
+    "BuildOptions",
     "CameraTrack",
+    "Dataset",
+    "DatasetError",
+    "DatasetSettings",
     "LabelRule",
     "LabelSettings",
     "LandmarkLog",
@@ -55,10 +63,12 @@ __all__ = [
     "UsageError",
     "VisitSettings",
     "Vislam2tagError",
+    "build_dataset",
     "check",
     "evaluate",
     "label_readings",
     "mark_uncertain",
+    "open_dataset",
     "open_survey",
     "paper_evaluation",
     "process",
@@ -67,4 +77,5 @@ __all__ = [
     "simulate",
     "strategy_named",
     "strategy_names",
+    "write_dataset",
 ]
