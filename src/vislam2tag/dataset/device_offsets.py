@@ -84,4 +84,4 @@ def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, Of
 def _pairs(place: IntArray, device: IntArray, weight: FloatArray, devices: int) -> FloatArray:
     """Sum, over the places, of the weight of each pair of devices that both heard something there (d, d)."""
     heard = csr_array((np.ones(len(place)), (place, device)), shape=(len(weight), devices))
-    return np.asarray((heard.T @ (heard * weight[:, None])).todense(), dtype=np.float64)
+    return np.asarray(csr_array(heard.T @ (heard * weight[:, None])).toarray(), dtype=np.float64)
