@@ -12,15 +12,16 @@ from hypothesis import strategies as st
 
 from tests.dataset.factory import SCANS, small_dataset
 from vislam2tag.dataset.formats.samples import (
+    MatrixLosses,
     each_labelled,
     labelled,
     matrices,
-    matrix_findings,
     seconds_text,
     with_unix_time,
 )
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.errors import DatasetError
+from vislam2tag.findings import Finding
 
 
 def test_sessions_in_pieces_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,13 +52,20 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
     heard = once != 100.0
     assert twice[heard] == pytest.approx(once[heard] - 5, abs=1e-4)
     assert (twice[~heard] == 100.0).all()
-    (finding,) = matrix_findings(doubled, rows, 100.0)
+    (finding,) = losses(doubled, rows, 100.0)
     assert (finding.kind, finding.count) == ("readings_averaged", int(heard.sum()))
 
 
 def _matrices(dataset: Dataset, rows: pl.LazyFrame, transmitters: pl.Series) -> list[np.ndarray]:
     pieces = (matrices(tables, transmitters, 100.0) for tables in each_labelled(dataset, rows, _quiet))
     return [levels for piece in pieces for _, levels in piece]
+
+
+def losses(dataset: Dataset, rows: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
+    counted = MatrixLosses(not_heard)
+    for tables in each_labelled(dataset, rows, _quiet):
+        counted.add(tables.readings)
+    return counted.findings
 
 
 def _quiet(_total: int) -> None:
@@ -68,7 +76,7 @@ def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
     dataset = small_dataset(unlabelled=0)
     level = pl.when(pl.col("bssid").str.ends_with("00")).then(None).otherwise(pl.lit(-110.0, pl.Float32))
     odd = replace(dataset, tables={**dataset.tables, "readings": dataset.readings.with_columns(rssi_dbm=level)})
-    kinds = {finding.kind: finding.count for finding in matrix_findings(odd, labelled(odd)[0], -110.0)}
+    kinds = {finding.kind: finding.count for finding in losses(odd, labelled(odd)[0], -110.0)}
     total = dataset.readings.collect().height
     assert kinds == {"unknown_levels_left_out": 4 * SCANS * 2, "levels_left_out": total - 4 * SCANS * 2}
 

@@ -26,7 +26,7 @@ from vislam2tag.dataset.formats.hdf5_columns import (
 from vislam2tag.dataset.formats.hdf5_windows import write_imu_windows, write_magnetic
 from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET, SPLITS
 from vislam2tag.dataset.formats.registry import ExportContext, register_export
-from vislam2tag.dataset.formats.samples import each_labelled, labelled, matrices, matrix_findings
+from vislam2tag.dataset.formats.samples import MatrixLosses, each_labelled, labelled, matrices
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
 from vislam2tag.findings import Finding
@@ -73,8 +73,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
         file.attrs["version"] = __version__
         for kind in kinds:
             own = fingerprints.filter(pl.col("technology") == kind)
-            _technology(file.create_group(kind, track_order=True), dataset, own, kind, context)
-            found += matrix_findings(dataset, own, NOT_HEARD_DBM)
+            found += _technology(file.create_group(kind, track_order=True), dataset, own, kind, context)
         write_imu_windows(file, dataset)
         write_magnetic(file, dataset)
     return tuple(found)
@@ -82,7 +81,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
 def _technology(
     group: h5py.Group, dataset: Dataset, fingerprints: pl.LazyFrame, kind: str, context: ExportContext
-) -> None:
+) -> tuple[Finding, ...]:
     transmitters = dataset.access_points.filter(pl.col("technology") == kind).collect()
     ids = fingerprints.select("scan_id").collect(engine="streaming")["scan_id"]
     names = {name: named(fingerprints, name) for name in _NAMES}
@@ -102,10 +101,13 @@ def _technology(
     write_texts(group, "access_points/bssid", transmitters["bssid"])
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
+    losses = MatrixLosses(NOT_HEARD_DBM)
     for tables in each_labelled(dataset, fingerprints, context.advance):
+        losses.add(tables.readings)
         for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
             filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))
     write_splits(group, dataset.splits, ids)
+    return losses.findings
 
 
 register_export("hdf5", write, EXPORT_HELP, HOLDS)

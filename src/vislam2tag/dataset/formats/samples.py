@@ -84,23 +84,37 @@ def matrices(
         yield rows, matrix
 
 
-def matrix_findings(dataset: Dataset, fingerprints: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
-    """Count the readings that a matrix of levels cannot hold as they are."""
-    heard = dataset.readings.join(fingerprints.select("scan_id"), on="scan_id", how="semi")
-    levels = pl.col("rssi_dbm")
-    counts = heard.select(
-        unknown=levels.is_null().sum(),
-        hidden=(levels == not_heard).sum(),
-        several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
-    ).collect(engine="streaming")
-    messages = (
-        ("unknown_levels_left_out", "readings without a level are left out"),
-        ("levels_left_out", f"readings of {not_heard:g} dBm look like not heard, which the format writes this way"),
-        ("readings_averaged", "readings are further ones of an access point in a fingerprint: their mean is written"),
-    )
-    return tuple(
-        _left_out(kind, count, message) for count, (kind, message) in zip(counts.row(0), messages, strict=True) if count
-    )
+class MatrixLosses:
+    """Counts, session by session, the readings that a matrix of levels cannot hold as they are."""
+
+    def __init__(self, not_heard: float) -> None:
+        self._not_heard = not_heard
+        self._counts = np.zeros(3, dtype=np.int64)
+
+    def add(self, readings: pl.DataFrame) -> None:
+        """Count among the readings of a session's fingerprints."""
+        levels = pl.col("rssi_dbm")
+        row = readings.select(
+            unknown=levels.is_null().sum(),
+            hidden=(levels == self._not_heard).sum(),
+            several=pl.len() - pl.struct("scan_id", "bssid").n_unique(),
+        ).row(0)
+        self._counts += np.array(row, dtype=np.int64)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was counted."""
+        hidden = f"readings of {self._not_heard:g} dBm look like not heard, which the format writes this way"
+        messages = (
+            ("unknown_levels_left_out", "readings without a level are left out"),
+            ("levels_left_out", hidden),
+            (
+                "readings_averaged",
+                "readings are further ones of an access point in a fingerprint: their mean is written",
+            ),
+        )
+        counted = zip(self._counts.tolist(), messages, strict=True)
+        return tuple(_left_out(kind, count, message) for count, (kind, message) in counted if count)
 
 
 def with_unix_time(dataset: Dataset) -> pl.LazyFrame:

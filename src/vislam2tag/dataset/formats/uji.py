@@ -22,7 +22,7 @@ from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.formats.parts import TEST, TRAIN, chosen_parts
 from vislam2tag.dataset.formats.points import Points, floor_infos, point_dataset
 from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
-from vislam2tag.dataset.formats.samples import each_labelled, labelled, matrices, matrix_findings, with_unix_time
+from vislam2tag.dataset.formats.samples import MatrixLosses, each_labelled, labelled, matrices, with_unix_time
 from vislam2tag.dataset.formats.text_file import CsvFile, csv_file
 from vislam2tag.dataset.formats.wide import WideTable, is_wide, read_wide
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
@@ -97,13 +97,15 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     numbers = {name: _write_numbers(folder, numbering, fingerprints) for name, numbering in NUMBERINGS.items()}
     whole = _all_whole(dataset)
     extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
+    losses = MatrixLosses(NOT_HEARD)
     with ExitStack() as stack:
         there = fingerprints.join(parts.part.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
         files = {part: stack.enter_context(csv_file(folder / name)) for part, name in FILES.items() if part in there}
         for tables in each_labelled(dataset, fingerprints, context.advance):
+            losses.add(tables.readings)
             for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
                 _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
-    return (*findings, *parts.findings, *matrix_findings(dataset, fingerprints, NOT_HEARD))
+    return (*findings, *parts.findings, *losses.findings)
 
 
 def wap_columns(count: int) -> list[str]:
