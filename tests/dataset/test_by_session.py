@@ -4,7 +4,7 @@ import polars as pl
 from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import SESSION_KEYS, small_dataset
-from vislam2tag.dataset.by_session import each_session
+from vislam2tag.dataset.by_session import each_session, readings_by_session
 
 
 def test_every_row_comes_once_with_its_session() -> None:
@@ -21,3 +21,20 @@ def test_ids_need_not_begin_with_their_session() -> None:
     readings = pl.LazyFrame({"scan_id": ["a", "b", "b", "c"]})
     counts = {tables.session: tables.readings.height for tables in each_session(fingerprints, readings)}
     assert counts == {"one": 2, "two": 2}
+
+
+def test_lazy_work_sees_one_session_at_a_time_and_keeps_the_order() -> None:
+    dataset = small_dataset()
+    counted = readings_by_session(
+        dataset.fingerprints, dataset.readings, lambda own: own.with_columns(count=pl.len())
+    ).collect()
+    assert_frame_equal(counted.drop("count"), dataset.readings.collect())
+    sessions = pl.col("scan_id").str.split("/").list.first()
+    expected = dataset.readings.select(count=pl.len().over(sessions)).collect()["count"]
+    assert counted["count"].to_list() == expected.to_list()
+
+
+def test_no_session_is_no_rows() -> None:
+    dataset = small_dataset()
+    none = readings_by_session(dataset.fingerprints.head(0), dataset.readings.head(0), lambda own: own)
+    assert none.collect().is_empty()

@@ -67,3 +67,13 @@ def test_an_access_point_of_one_survey_has_zeros_in_the_other() -> None:
     new = found.heard.filter(pl.col("bssid") == bssid(3))
     assert new["sum_base"].sum() == 0.0
     assert new["sum_later"].sum() > 0.0
+
+
+def test_a_building_without_a_name_is_a_place() -> None:
+    base = surveyed(Survey("base"))
+    unnamed = base.fingerprints.with_columns(building=pl.lit(None, pl.String))
+    found = place_sums(
+        {"base": replace(base, tables={**base.tables, FINGERPRINTS: unnamed}), "later": base}, "wifi", CELL_M
+    )
+    assert (found.places["scans_base"] == found.places["scans_later"]).all()
+    assert (found.heard["heard_base"] == found.heard["heard_later"]).all()

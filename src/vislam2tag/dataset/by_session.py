@@ -43,17 +43,15 @@ def readings_by_session(
 
     For work that must see a scan whole, as grouping does: over all readings at once it would hold them all.
     """
+    parts = [work(own) for _, own in session_readings(fingerprints, readings)]
+    return pl.concat(parts) if parts else work(readings)
+
+
+def session_readings(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> Iterator[tuple[str, pl.LazyFrame]]:
+    """Yield each session's name and, lazily, its readings, in the order of the names."""
     ids = pl.col("scan_id")
     ranges = fingerprints.group_by("session").agg(first=ids.min(), last=ids.max()).collect(engine="streaming")
-    parts = [
-        work(
-            readings.filter(ids.is_between(pl.lit(first), pl.lit(last))).join(
-                fingerprints.filter(pl.col("session") == session).select("scan_id"),
-                on="scan_id",
-                how="semi",
-                maintain_order="left",
-            )
-        )
-        for session, first, last in ranges.sort("session").iter_rows()
-    ]
-    return pl.concat(parts) if parts else work(readings)
+    for session, first, last in ranges.sort("session").iter_rows():
+        own = fingerprints.filter(pl.col("session") == session).select("scan_id")
+        near = readings.filter(ids.is_between(pl.lit(first), pl.lit(last)))
+        yield session, near.join(own, on="scan_id", how="semi", maintain_order="left")

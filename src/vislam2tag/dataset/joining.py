@@ -9,7 +9,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.by_session import one_session
+from vislam2tag.dataset.by_session import one_session, session_readings
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table
 from vislam2tag.errors import DatasetError
@@ -154,20 +154,13 @@ def _table(name: str, base: Dataset, news: Dataset) -> pl.LazyFrame:
 
 
 def _parts(name: str, datasets: Sequence[Dataset]) -> Iterator[tuple[str, pl.LazyFrame]]:
+    """Rows of each session by its name, lazily."""
     for dataset in datasets:
-        if name not in dataset.tables:
-            continue
-        table, ids = dataset.tables[name], pl.col("scan_id")
-        if name != READINGS:
+        if name == READINGS:
+            yield from session_readings(dataset.fingerprints, dataset.readings)
+        elif name in dataset.tables:
             for session in _sessions(dataset)["session"]:
-                yield session, table.filter(pl.col("session") == session)
-            continue
-        scans = dataset.fingerprints
-        ranges = scans.group_by("session").agg(first=ids.min(), last=ids.max()).collect(engine="streaming")
-        for session, first, last in ranges.iter_rows():
-            own = scans.filter(pl.col("session") == session).select("scan_id")
-            near = table.filter(ids.is_between(pl.lit(first), pl.lit(last)))
-            yield session, near.join(own, on="scan_id", how="semi", maintain_order="left")
+                yield session, dataset.tables[name].filter(pl.col("session") == session)
 
 
 def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFrame]) -> pl.DataFrame:

@@ -116,7 +116,9 @@ def _each_walk(surveys: Mapping[str, Dataset], technology: str) -> Iterator[tupl
         for tables in each_session(dataset.fingerprints, dataset.readings):
             own = pl.col("technology") == technology
             scans = tables.fingerprints.filter(own & pl.all_horizontal(pl.col("floor", "x", "y").is_not_null()))
-            placed = scans.select(columns).with_columns(pl.col("device").fill_null(_UNKNOWN))
+            placed = scans.select(columns).with_columns(
+                pl.col("device").fill_null(_UNKNOWN), pl.col("building").fill_null("")
+            )
             readings = tables.readings.select("scan_id", "bssid", "rssi_dbm").join(placed, on="scan_id")
             yield survey, placed, readings
 

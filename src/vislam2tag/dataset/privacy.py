@@ -68,6 +68,7 @@ def with_privacy(dataset: Dataset, privacy: Privacy) -> Dataset:
     """Leave out and hide what ``privacy`` says; tables stay lazy, that of the access points is read.
 
     Fingerprints keep their positions; how many readings they have is counted anew. A finding counts what was left out.
+    The table of access points has to list all that were heard, as it does in every data set: hashing goes by it.
     Raises UsageError where identifiers should be hashed that are hashed already.
     """
     if privacy.hash_key is not None and dataset.info.bssid_key is not None:
