@@ -28,7 +28,7 @@ def test_cells_are_coloured_by_count_gap_and_walk() -> None:
     assert kinds == [[0, 0, 1, 0, 0]]
     assert classes == [[2, -1, -1, -1, 5]]
     assert tuple(axes.images[0].get_extent()) == (20.0, 30.0, -4.0, -2.0)
-    assert axes.get_title("left") == "(a) Floor 1: 80 % covered, 0 m to go"
+    assert axes.get_title("left") == "(a) Floor 1: 80 % covered, one place lacks"
     assert len(axes.lines) == 2
 
 

@@ -97,8 +97,10 @@ def _title(floor: CoveredFloor) -> str:
     coverage = floor.coverage
     if coverage.share is None or not coverage.tells:
         return floor.title
-    walked = sum(walk.length_m for walk in floor.walks)
-    return f"{floor.title}: {100 * coverage.share:.0f} % covered" + (f", {walked:.0f} m to go" if floor.walks else "")
+    stops = sum(len(walk.stops_m) for walk in floor.walks)
+    ways = sum(walk.length_m for walk in floor.walks)
+    walks = f", {ways:.0f} m to {stops} places fill the gaps" if stops > 1 else ", one place lacks" if stops else ""
+    return f"{floor.title}: {100 * coverage.share:.0f} % covered{walks}"
 
 
 def _explain(figure: Figure, *, walks: bool) -> None:

@@ -57,7 +57,8 @@ def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure
         shown = parts if len(colours) <= len(PALETTE) else [("", floor.labels.labelled)]
         _bar(right, (row, _THICK * len(technology.by_floor) / max(3, rows)), floor.labels, shown, colours)
     right.set_yticks(range(len(technology.by_floor)), [floor_name(floor) for floor in technology.by_floor])
-    for axes in (left, right):
+    for axes, bars in ((left, devices), (right, technology.by_floor)):
+        axes.set_ylim(-0.6, len(bars) - 0.4)
         _counts_along(axes)
     letter((left, right), ("Fingerprints per device", "Fingerprints per floor"))
     return figure
