@@ -73,9 +73,9 @@ def _camera_axes(time_ns: IntArray, bcs_R_camera: Rotation, level_R_body: Rotati
     turn_camera = _tilting(bcs_R_camera, up_camera, pairs, later[pairs])
     turn_body = _tilting(level_R_body, up_body, pairs, later[pairs])
     ways = Rotation.create_group("O").as_matrix()
-    gravity = np.einsum("wij,ni,nj->w", ways, up_camera, up_body) / len(time_ns)
+    gravity = np.einsum("wij,ij->w", ways, up_camera.T @ up_body) / len(time_ns)
     norm = np.sqrt(np.sum(turn_camera**2) * np.sum(turn_body**2))
-    alike = np.einsum("wij,ni,nj->w", ways, turn_camera, turn_body) / max(norm, 1e-12)
+    alike = np.einsum("wij,ij->w", ways, turn_camera.T @ turn_body) / max(norm, 1e-12)
     alike[gravity < MIN_GRAVITY] = -1.0
     second, best = np.argsort(alike)[-2:]
     if alike[best] < MIN_ALIKE or alike[best] - alike[second] < MIN_LEAD:

@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.gravity_frame import LevelOrientation, filtered_orientation, logged_orientation
 from vislam2tag.dataset.positions import mean_position
 from vislam2tag.dataset.schema import MAGNETIC, in_schema
-from vislam2tag.dataset.sensor_series import sensor_series
+from vislam2tag.dataset.sensor_series import in_time_order, sensor_series
 
 LONGEST_GAP_NS = 200_000_000
 """A reading farther than this from any of the orientation has no vertical and horizontal part."""
@@ -54,13 +54,14 @@ def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_
 
 def _readings(sensors: pl.DataFrame) -> pl.DataFrame:
     """Pick the magnetometer's readings in order, each once; ``fx``, ``fy``, ``fz``: the field in the phone."""
-    rows = sensors.filter(pl.col("sensor") == "MAG").with_columns(fx="v1", fy="v2", fz="v3")
+    columns = ("time_ns", "status", "floor", "device", "x", "y", "z", "sigma")
+    rows = sensors.filter(pl.col("sensor") == "MAG").select(*columns, fx="v1", fy="v2", fz="v3")
     if not len(rows):
-        rows = sensors.filter(pl.col("sensor") == "MAG_UN").with_columns(
-            fx=pl.col("v1") - pl.col("v4"), fy=pl.col("v2") - pl.col("v5"), fz=pl.col("v3") - pl.col("v6")
+        rows = sensors.filter(pl.col("sensor") == "MAG_UN").select(
+            *columns, fx=pl.col("v1") - pl.col("v4"), fy=pl.col("v2") - pl.col("v5"), fz=pl.col("v3") - pl.col("v6")
         )
     finite = pl.all_horizontal(pl.col("fx", "fy", "fz").is_finite())
-    return rows.filter(finite, pl.col("status") != "duplicate").sort("time_ns", maintain_order=True)
+    return in_time_order(rows.filter(finite, pl.col("status") != "duplicate"))
 
 
 def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.dataset.rotations import RotationSeries
-from vislam2tag.dataset.sensor_series import FINE, JUMP, SensorSeries, first_fault
+from vislam2tag.dataset.sensor_series import FINE, JUMP, SensorSeries, first_fault, in_time_order
 from vislam2tag.settings import LabelSettings
 
 JUMP_M, FASTEST_M_S = 0.1, 4.0
@@ -59,7 +59,7 @@ class MappedFrames:
 def mapped_frames(trajectory: pl.DataFrame, gyroscope: SensorSeries) -> MappedFrames:
     """Take a session's frames from its ``trajectory`` table; stamps that the gyroscope says are late are set back."""
     unusable = (Status.DUPLICATE.label, Status.INVALID.label)
-    rows = trajectory.filter(~pl.col("status").is_in(unusable)).unique("time_ns", keep="first").sort("time_ns")
+    rows = in_time_order(trajectory.filter(~pl.col("status").is_in(unusable)))
     known = rows.select(pl.all_horizontal(pl.col("x", "y", "qx", "qy", "qz", "qw").is_not_null())).to_series()
     quaternion = rows.filter(known).select("qx", "qy", "qz", "qw").to_numpy(writable=True).reshape(-1, 4)
     status = rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy().copy()

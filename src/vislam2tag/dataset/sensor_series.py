@@ -46,15 +46,22 @@ def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) ->
     """Take one sensor from a session's ``sensors`` table; repeated and non-finite readings are left out."""
     finite = pl.all_horizontal(pl.col(columns).is_finite().fill_null(False))
     known = pl.col("status") != Status.DUPLICATE.label
-    rows = sensors.filter(pl.col("sensor") == name, known, finite).sort("time_ns", maintain_order=True)
-    if len(rows) > 1 and rows["time_ns"].diff().min() == 0:
-        rows = rows.unique("time_ns", keep="first", maintain_order=True)
+    rows = sensors.select("sensor", "time_ns", "status", "floor", *columns)
+    rows = in_time_order(rows.filter(pl.col("sensor") == name, known, finite))
     return SensorSeries(
         rows["time_ns"].to_numpy(),
         rows.select(columns).to_numpy(writable=True).reshape(-1, len(columns)),
         rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
         rows["floor"].cast(pl.Int64).to_numpy(),
     )
+
+
+def in_time_order(rows: pl.DataFrame) -> pl.DataFrame:
+    """Sort rows by ``time_ns``; of those with one time the first stays. Logs are in order nearly always."""
+    step_ns = rows["time_ns"].diff().min()
+    if step_ns is None or step_ns > 0:  # type: ignore[operator]
+        return rows
+    return rows.unique("time_ns", keep="first", maintain_order=True).sort("time_ns")
 
 
 def first_fault(time_ns: IntArray, faults: IntArray, start_ns: IntArray, end_ns: IntArray) -> IntArray:
