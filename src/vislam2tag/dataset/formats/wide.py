@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.errors import DatasetError
 from vislam2tag.findings import ROWS_NAMED, Finding, Severity
 
@@ -108,11 +108,8 @@ def _read(
     first_row = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
-        taken = odd.sort_out(levels, first_row)
-        row, column = np.nonzero(taken)
-        heard.append(
-            pl.DataFrame({"row": row + first_row, "bssid": names.gather(column), "rssi_dbm": levels[row, column]})
-        )
+        row, column, level = odd.sort_out(levels, first_row)
+        heard.append(pl.DataFrame({"row": row + first_row, "bssid": names.gather(column), "rssi_dbm": level}))
         rows.append(batch.select(name for name in header if name in columns))
         short += [row + first_row + first_line for row in batch[header[-1]].is_null().arg_true()]
         first_row += batch.height
@@ -188,16 +185,20 @@ class _OddLevels:
         self._absurd_lines: list[int] = []
         self._empty = self._absurd = 0
 
-    def sort_out(self, levels: FloatArray, first_row: int) -> BoolArray:
-        """Mask (rows, access points) of the levels that were heard."""
-        heard: BoolArray = levels != NOT_HEARD
-        empty = np.isnan(levels)
-        absurd = heard & ~empty & ~((levels >= LEAST_DBM) & (levels <= GREATEST_DBM))
+    def sort_out(self, levels: FloatArray, first_row: int) -> tuple[IntArray, IntArray, FloatArray]:
+        """Row, column and level (h,) of what was heard, by row, then column, of a batch of rows."""
+        column, row = np.divmod(np.flatnonzero(levels.T != NOT_HEARD), len(levels))  # columns lie together in memory
+        order = np.argsort(row, kind="stable")
+        row, column = row[order], column[order]
+        level = levels[row, column]
+        empty = np.isnan(level)
+        measured = (level >= LEAST_DBM) & (level <= GREATEST_DBM)
+        absurd = ~empty & ~measured
         self._empty += int(empty.sum())
         self._absurd += int(absurd.sum())
-        self._empty_lines += (np.flatnonzero(empty.any(axis=1)) + first_row + self._first_line).tolist()
-        self._absurd_lines += (np.flatnonzero(absurd.any(axis=1)) + first_row + self._first_line).tolist()
-        return heard & ~empty & ~absurd
+        self._empty_lines += (np.unique(row[empty]) + first_row + self._first_line).tolist()
+        self._absurd_lines += (np.unique(row[absurd]) + first_row + self._first_line).tolist()
+        return row[measured], column[measured], level[measured]
 
     def findings(self, file: str) -> Iterator[Finding]:
         """One for each kind of odd level."""
