@@ -179,6 +179,18 @@ def test_what_privacy_hides_is_hidden_in_the_raw_files_too(labels: Path, survey:
         assert annotated.read_bytes() == raw.read_bytes()
 
 
+def test_raw_files_that_may_tell_addresses_are_left_out(labels: Path, survey: Path, tmp_path: Path) -> None:
+    shutil.copytree(survey, tmp_path / "survey")
+    for name in ("ble.csv", "WiFi.csv", "notes.txt"):
+        for poses in (tmp_path / "survey").rglob("poses.csv"):
+            poses.with_name(name).write_text("secret\n")
+    findings = exported(labels, tmp_path / "hidden", survey=tmp_path / "survey", privacy=Privacy(hash_key=KEY))
+    assert {finding.kind: finding.count for finding in findings}["raw_files_left_out"] == 2 * 3
+    assert not [file for file in (tmp_path / "hidden").rglob("*.*") if file.read_bytes() == b"secret\n"]
+    exported(labels, tmp_path / "plain", survey=tmp_path / "survey")
+    assert len(list((tmp_path / "plain").rglob("ble.csv"))) == 2
+
+
 def test_another_survey_is_refused(labels: Path, survey: Path, tmp_path: Path) -> None:
     shutil.copytree(survey, tmp_path / "survey")
     changed = next((tmp_path / "survey").rglob("wifi.csv"))

@@ -76,6 +76,31 @@ def test_names_come_back_however_odd(tmp_path: Path) -> None:
     assert back.access_points.collect()["ssid"].null_count() == 10
 
 
+@pytest.mark.parametrize("name", ["uji", "comford"])
+def test_buildings_with_floors_of_the_same_number(tmp_path: Path, name: str) -> None:
+    plain = small_dataset()
+    building = pl.when(pl.col("device") == "Pixel").then(pl.lit("annex, east")).otherwise(pl.lit("main"))
+    tables = {
+        **plain.tables,
+        **{each: plain.tables[each].with_columns(building=building) for each in (FINGERPRINTS, "sessions")},
+    }
+    back = through(replace(plain, tables=tables), name, tmp_path)
+    rows = back.fingerprints.group_by("device", "building", "floor").len().sort("device", "floor").collect()
+    known = SCANS - 1
+    assert rows.rows() == [
+        ("Galaxy", "main", 0, known),
+        ("Galaxy", "main", 1, known),
+        ("Pixel", "annex, east", 0, known),
+        ("Pixel", "annex, east", 1, known),
+    ]
+    assert [(floor.building, floor.number) for floor in back.info.floors] == [
+        ("annex, east", 0),
+        ("annex, east", 1),
+        ("main", 0),
+        ("main", 1),
+    ]
+
+
 def test_parts_of_the_chosen_split(tmp_path: Path) -> None:
     dataset = with_split(small_dataset(unlabelled=0), folds=2)
     with pytest.raises(UsageError, match=r"has 2 folds; choose one by --fold: floor_0.Galaxy.walk/x"):

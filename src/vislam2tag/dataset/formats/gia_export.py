@@ -26,11 +26,9 @@ WIFI_FILE, SENSORS_FILE = "wifi_annotated.csv", "sensors_annotated.csv"
 WIFI_TYPE = "WLAN"
 OUTSIDE = ("after_last_landmark", "outside_frames")
 """Rows that the published program leaves out: nothing is mapped from there on."""
-_WITHOUT_ADDRESSES = frozenset(name for role, names in FILE_NAMES.items() if role != "wifi" for name in names) | {
-    "tachy.csv",
-    "truth.csv",
-    "route.csv",
-}
+_WITHOUT_ADDRESSES = frozenset(
+    name for role in ("poses", "landmarks", "sensors", "presses") for name in FILE_NAMES[role]
+) | {"tachy.csv", "truth.csv", "route.csv"}
 """Raw files that hold no address or name of a network."""
 HOLDS = {
     "wifi": ("floor", "device", "session", "row", "scan", "time_ns", "bssid", "ssid", "rssi_dbm", "x", "y"),
