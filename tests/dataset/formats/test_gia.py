@@ -18,8 +18,6 @@ from vislam2tag.dataset.privacy import Privacy, hashed
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.pipeline.dataset import build_dataset
-from vislam2tag.pipeline.run import process
-from vislam2tag.settings import LabelSettings, Settings
 from vislam2tag.survey.model import SessionKey
 
 KEY = b"0123456789abcdef"
@@ -157,13 +155,21 @@ def test_a_table_in_no_sessions_folder(tmp_path: Path) -> None:
         imported("gia", tmp_path, tmp_path / "scratch")
 
 
-def test_uncertain_rows_lose_their_position(survey: Path, tmp_path: Path) -> None:
-    process(survey, tmp_path / "labels", Settings(labels=LabelSettings(max_sigma_m=0.1)))
+def test_uncertain_rows_and_those_on_other_floors_lose_their_position(labels: Path, tmp_path: Path) -> None:
+    shutil.copytree(labels, tmp_path / "labels")
+    for file in (tmp_path / "labels" / "wifi").iterdir():
+        rows = pl.read_parquet(file)
+        known = pl.col("x").is_not_null()
+        third = known & (known.cum_sum() % 3 == 0)
+        status = pl.when(third).then(pl.lit("uncertain")).otherwise("status").alias("status")
+        floor = pl.when(known & (known.cum_sum() == 1)).then(pl.lit(7, pl.Int32)).otherwise("floor").alias("floor")
+        rows.with_columns(status, floor).write_parquet(file)
     findings = {finding.kind: finding.count for finding in exported(tmp_path / "labels", tmp_path / "out")}
-    sessions = open_labelled(tmp_path / "labels").sessions
-    uncertain = [session.table("wifi", ("status",)) for session in sessions]
-    uncertain += [session.table("sensors", ("status",)) for session in sessions]
-    assert findings["uncertain_left_out"] == sum((rows["status"] == "uncertain").sum() for rows in uncertain) > 0
+    tables = [pl.read_csv(file) for file in tables_of(tmp_path / "out", "wifi_annotated.csv")]
+    before = sum(session.table("wifi", ("x",))["x"].count() for session in open_labelled(labels).sessions)
+    assert findings["other_floor"] == 2
+    assert findings["uncertain_left_out"] == pytest.approx(before / 3, abs=2)
+    assert sum(table["x_coord"].count() for table in tables) == before - 2 - findings["uncertain_left_out"]
 
 
 def test_what_privacy_hides_is_hidden_in_the_raw_files_too(labels: Path, survey: Path, tmp_path: Path) -> None:
