@@ -56,7 +56,8 @@ def stretch_drift(model: Model, weights: Weights) -> FloatArray:
 def sighting_variance(model: Model, noise: Noise) -> FloatArray:
     """Usual variances (p,) per axis of where a pass puts its landmark, m^2: they grow with distance and scatter."""
     passes = model.walked.passes
-    return noise.sighting_m**2 * (1 + passes.distance_m**2) / 2 + passes.spread_m**2
+    aside_m2 = model.walked.odometry.aside_m2[passes.at]
+    return noise.sighting_m**2 * (1 + passes.distance_m**2) / 2 + passes.spread_m**2 + aside_m2
 
 
 def start_precision(model: Model, *, pinned: bool) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from math import inf
 
 
 class Source(Enum):
@@ -35,6 +36,8 @@ class Noise:
     scale: float = 0.0008
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
+    told: float = inf
+    """How many observed numbers the levels of drift and sightings follow from; infinite where they are given."""
 
     def level(self, source: Source) -> float:
         """Standard deviation that scales the drift of this source."""

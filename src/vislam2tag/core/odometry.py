@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.excursions import find_excursions, returned
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.losses import FASTEST_M_S, bridge_loss, frozen_frames, lost_frames, runs
 from vislam2tag.core.map_moves import MapMoves, map_moves
@@ -66,6 +67,8 @@ class Odometry:
     jump_rad2: FloatArray
     rewritten: BoolArray
     """(n,) frames at which the tracker rewrote its map: a landmark that moved then was not seen then."""
+    aside_m2: FloatArray
+    """(n,) variances per axis of where the camera was amid an excursion, beyond what its neighbours leave open."""
     jumped: BoolArray
     """(n - 1,) steps over which nothing connects: breaks, corrections, losses."""
     events: tuple[TrackerEvent, ...]
@@ -116,6 +119,13 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     local = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
     local = np.where(verdict.update, with_map * turn[1:], local)
     jump_m2, jump_rad2 = _freedom(steps, moves, verdict)
+    aside_m2 = np.zeros(len(frame))
+    alone, unknown = verdict.jump & ~moves.moved, lost[1:] | lost[:-1] | frozen[1:] | frozen[:-1] | hole
+    for trip in find_excursions((steps.moved - steps.expected) * turn[:-1], alone, unknown, np.abs(local)):
+        span = slice(trip.away, trip.back + 1)
+        local[span], aside_m2[trip.away + 1 : trip.back + 2] = returned(trip, local[span])
+        jump_m2[span] = np.where(alone[span], steps.spread_m[span] ** 2, jump_m2[span])
+        jump_rad2[span] = np.where(alone[span], 0, jump_rad2[span])
     losses = _losses(lost | frozen, hole)
     for start, stop in losses:
         local[start:stop], freedom = bridge_loss(local[start:stop], steps.dt[start:stop])
@@ -131,6 +141,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         jump_m2=jump_m2,
         jump_rad2=jump_rad2,
         rewritten=np.concatenate(([False], moves.moved)),
+        aside_m2=aside_m2,
         jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
         events=_events(frame, steps, moves, verdict, with_map, _claims(losses, raw)),
     )

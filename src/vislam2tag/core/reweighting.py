@@ -147,39 +147,49 @@ def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
 
 def _levels(model: Model, weights: Weights, squares: Squares) -> Noise:
     noise, passes = weights.noise, model.walked.passes
-    drift = {
-        source: _level(
-            (noise.level(source), USUAL.level(source)),
-            model.ranks[source],
-            squares.stretch[source],
-            1 / weights.stretch[source],
-        )
-        for source in ESTIMATED
-    }
     # Of the squares of a pass, its own scatter explains a part.
     growth = (1 + passes.distance_m**2) / 2
     share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
+    worth = share**2 / (growth * weights.sighting)
+    sighting = _told(noise.sighting_m, 2 * share, squares.sighting, worth)
+    sighting_m = sighting.level(USUAL.sighting_m)
+    sheet = _told(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
+    drift = {
+        source: _told(noise.level(source), model.ranks[source], squares.stretch[source], 1 / weights.stretch[source])
+        for source in ESTIMATED
+    }
+    # As far as nothing tells, a tracker that sees worse than usual drifts more, too, and the other way round.
+    kinship = sighting_m / USUAL.sighting_m
+    levels = {source: told.level(USUAL.level(source) * kinship) for source, told in drift.items()}
     return Noise(
-        position_m=drift[Source.POSITION],
-        heading_rad=drift[Source.HEADING],
-        scale=noise.scale if model.rough else drift[Source.SCALE],
-        sighting_m=_level(
-            (noise.sighting_m, USUAL.sighting_m), 2 * share, squares.sighting, share**2 / (growth * weights.sighting)
-        ),
-        sheet_rad=_level((noise.sheet_rad, USUAL.sheet_rad), model.headed, squares.sheet, 1 / weights.sheet),
+        position_m=levels[Source.POSITION],
+        heading_rad=levels[Source.HEADING],
+        scale=noise.scale if model.rough else levels[Source.SCALE],
+        sighting_m=sighting_m,
+        sheet_rad=sheet.level(USUAL.sheet_rad),
+        told=sighting.numbers + sum(told.numbers for told in drift.values()),
     )
 
 
-def _level(levels: tuple[float, float], numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> float:
-    """New level from the present and the usual one: mean square over the numbers that the observations told.
+@dataclass(frozen=True)
+class _Told:
+    """What the observations tell of one level: how many numbers, and the sum of their squares."""
 
-    The same fixed point as the mean of the expected squares, reached in few rounds however little is told (MacKay
-    1992).
-    """
-    present, usual = levels
+    numbers: float
+    squares: float
+
+    def level(self, usual: float) -> float:
+        """Mean square of these numbers and of what is assumed before, as a level.
+
+        The same fixed point as the mean of the expected squares, reached in few rounds however little is told (MacKay
+        1992).
+        """
+        return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
+
+
+def _told(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Told:
     told = float(np.sum(numbers - worth * square.open / present**2))
-    missed = float(np.sum(worth * square.missed))
-    return float(np.sqrt((PRIOR_WEIGHT * usual**2 + missed) / (PRIOR_WEIGHT + max(told, 0.0))))
+    return _Told(max(told, 0.0), float(np.sum(worth * square.missed)))
 
 
 def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatArray:
@@ -190,17 +200,23 @@ def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatA
 def equivalent_variances(model: Model, weights: Weights) -> Weights:
     """Weights for covariances: those of the normal distribution that stands for each Student's t.
 
-    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread.
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor are the
+    levels themselves known better than from as many numbers as told them.
     """
+    unsure = _widening(PRIOR_WEIGHT + weights.noise.told)
     return replace(
         weights,
         stretch={
-            source: np.asarray(factor * _widening(TAIL[source] + model.ranks[source]))
+            source: np.asarray(factor * _widening(TAIL[source] + model.ranks[source]) * _of_level(source, unsure))
             for source, factor in weights.stretch.items()
         },
-        sighting=weights.sighting * _widening(SIGHTING_TAIL + 2),
+        sighting=weights.sighting * _widening(SIGHTING_TAIL + 2) * unsure,
         sheet=weights.sheet * _widening(SHEET_TAIL + 1),
     )
+
+
+def _of_level(source: Source, unsure: FloatArray) -> FloatArray | float:
+    return unsure if source in ESTIMATED else 1.0
 
 
 def _widening(freedom: npt.ArrayLike) -> FloatArray:
@@ -208,5 +224,4 @@ def _widening(freedom: npt.ArrayLike) -> FloatArray:
 
     Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
     """
-    freedom = np.asarray(freedom, dtype=np.float64)
-    return np.asarray(freedom / np.maximum(freedom - 1.45, 0.55))
+    return np.asarray(1 + 1.45 / np.maximum(np.asarray(freedom, dtype=np.float64) - 1.45, 0.55))

@@ -175,6 +175,7 @@ def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]
     count = len(model.path)
     state = knots.at_frames(knots.state, count)
     covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
+    covariance += model.walked.odometry.aside_m2[:, None, None] * np.eye(2)
     position = model.path + state[:, 0] + 1j * state[:, 1]
     turn = model.turn * model.walked.odometry.turn
     return as_points(position), covariance, np.angle(turn) + state[:, 3]
