@@ -10,7 +10,7 @@ from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import SESSION_KEYS, bssid, small_dataset
 from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.joining import SAME_SESSIONS, join_datasets
+from vislam2tag.dataset.joining import SAME_SESSIONS, SPLITS_LEFT_OUT, join_datasets
 from vislam2tag.dataset.model import Dataset, Fold, Related, Split, SplitInfo
 from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS, SESSIONS
@@ -137,15 +137,24 @@ def test_one_survey_that_saw_a_network_opt_out_is_enough() -> None:
     assert joined.access_points.filter(pl.col("nomap")).collect()["bssid"].to_list() == [bssid(0, 0)]
 
 
-def test_splits_are_left_to_be_made_again_but_those_from_outside() -> None:
+def with_splits(dataset: Dataset, **kinds: str) -> Dataset:
+    """A data set with splits of these names and kinds."""
     groups = pl.DataFrame({"id": ["a"], "group": ["test"]})
-    kinds = {"official": "official", "block": "block"}
-    splits = {
-        name: Split(SplitInfo(name=name, kind=kind, folds=(Fold(name="test", test=("test",)),)), groups)
-        for name, kind in kinds.items()
-    }
-    joined = join_datasets(replace(part(NAMES[0]), splits=splits), part(NAMES[1])).dataset
+    folds = (Fold(name="test", test=("test",)),)
+    splits = {name: Split(SplitInfo(name=name, kind=kind, folds=folds), groups) for name, kind in kinds.items()}
+    return replace(dataset, splits=splits)
+
+
+def test_splits_are_left_to_be_made_again_but_those_from_outside() -> None:
+    base = with_splits(part(NAMES[0]), official="official", block="block", half="random")
+    joined = join_datasets(base, with_splits(part(NAMES[1]), block="block", other="official")).dataset
     assert set(joined.splits) == {"official"}
+    groups = joined.splits["official"].groups
+    assert groups.filter(pl.col("group").is_not_null())["id"].to_list() == ["a"]
+    assert groups.height == 1 + part(NAMES[1]).fingerprints.collect().height
+    (finding,) = joined.info.findings
+    assert (finding.kind, finding.count) == (SPLITS_LEFT_OUT, 2)
+    assert "walks: half, other;" in finding.message
 
 
 def test_the_joined_set_is_a_new_version() -> None:

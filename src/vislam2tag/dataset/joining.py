@@ -10,14 +10,23 @@ import polars as pl
 
 from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.by_session import one_session, session_readings
-from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related
-from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table
+from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related, Split
+from vislam2tag.dataset.schema import (
+    ACCESS_POINTS,
+    FINGERPRINTS,
+    IMU_WINDOWS,
+    KEYS,
+    MAGNETIC,
+    READINGS,
+    SESSIONS,
+    empty_table,
+)
+from vislam2tag.dataset.splits import SplitKind
 from vislam2tag.errors import DatasetError
 from vislam2tag.findings import Finding, Severity
 
 SAME_SESSIONS = "sessions_in_both"
-SPLIT_KINDS = frozenset({"random", "device", "trajectory", "day", "block", "floor"})
-"""Splits of these kinds are made again over the whole set; others are carried."""
+SPLITS_LEFT_OUT = "splits_left_out"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
 _MUST_AGREE = {
@@ -58,10 +67,10 @@ def join_datasets(base: Dataset, later: Dataset) -> Joined:
             "groupings": _groupings(base.info.groupings, later.info.groupings),
             "sources": (*base.info.sources, *later.info.sources),
             "related": (*base.info.related, *_earlier_version(base.info)),
-            "findings": (*base.info.findings, *later.info.findings, *_told(same)),
+            "findings": (*base.info.findings, *later.info.findings, *_told(same), *_told_splits(base, later)),
         }
     )
-    carried = {name: split for name, split in base.splits.items() if split.info.kind not in SPLIT_KINDS}
+    carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
     return Joined(Dataset(info, tables, carried, _files(base, later, floors)), news)
 
 
@@ -130,6 +139,27 @@ def _told(same: Sequence[str]) -> tuple[Finding, ...]:
         return ()
     message = f"sessions that base and later survey both hold, with the same rows; taken once: {', '.join(same)}"
     return (Finding(kind=SAME_SESSIONS, file="", count=len(same), message=message, severity=Severity.INFO),)
+
+
+def _made_by_us(split: Split) -> bool:
+    return split.info.kind in set(SplitKind)
+
+
+def _with_news(split: Split, news: Dataset) -> Split:
+    """Carry a split: fingerprints and windows of the news are in neither part."""
+    keys = {name: KEYS[name] for name in (FINGERPRINTS, MAGNETIC, IMU_WINDOWS) if name in news.tables}
+    ids = [news.tables[name].select(id=key, group=pl.lit(None, pl.String)) for name, key in keys.items()]
+    return replace(split, groups=pl.concat([split.groups, *pl.collect_all(ids)]))
+
+
+def _told_splits(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
+    """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
+    lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
+    lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}
+    if not lost:
+        return ()
+    message = f"splits that do not hold for all walks: {', '.join(sorted(lost))}; make them again by `vislam2tag split`"
+    return (Finding(kind=SPLITS_LEFT_OUT, file="", count=len(lost), message=message),)
 
 
 def _without_sessions(dataset: Dataset, same: Sequence[str]) -> Dataset:
