@@ -5,12 +5,14 @@ from pathlib import Path
 
 import polars as pl
 import pytest
+import typer
+from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.cli.command_dataset import seconds_of
+from vislam2tag.cli.command_dataset import register, seconds_of
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.errors import UsageError
+from vislam2tag.errors import UsageError, Vislam2tagError
 from vislam2tag.pipeline.run import process
 
 
@@ -81,6 +83,8 @@ def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
 
 
 def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
+    app = typer.Typer()
+    register(app)
     for arguments, part in (
         ((labels, "--window", "soon"), "--window soon"),
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
@@ -89,9 +93,13 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
+        ((labels, "--out", labels), "was not made by this command"),
     ):
-        assert part in the_error(vislam2tag("dataset", *arguments, "--out", tmp_path / "set"))
-    assert "was not made by this command" in the_error(vislam2tag("dataset", labels, "--out", labels))
+        done = CliRunner().invoke(app, ["--out", str(tmp_path / "set"), *map(str, arguments)])
+        assert isinstance(done.exception, Vislam2tagError)
+        assert part in str(done.exception)
+        assert "\n" not in str(done.exception)
+    assert "no such folder" in the_error(vislam2tag("dataset", tmp_path / "missing", "--out", tmp_path / "set"))
     assert not (tmp_path / "set").exists()
 
 
