@@ -4,7 +4,7 @@ import csv
 import io
 
 from vislam2tag.dataset.statistics_record import Walks
-from vislam2tag.dataset.table_3 import Table3, csv_text, latex_text, markdown_text
+from vislam2tag.dataset.table_3 import ALL, PAPER, Table3, csv_text, latex_text, markdown_text
 
 LG = Walks(trajectories=18, duration_s=4653.6, distance_m=3701.375, velocity_m_s=0.7954)
 POINTS = Walks(trajectories=2)
@@ -23,6 +23,7 @@ def test_the_papers_numbers_stand_beside_for_the_papers_phones() -> None:
     texts = dict(table.texts())
     assert texts["LG"] == ("18", "18", "77.56", "77.56", "3701.38", "3701.38", "0.80", "0.92")
     assert texts["My_phone"][1::2] == ("-",) * 4
+    assert texts["all"][1::2] == ("81", "252.00", "11237.02", "-")
     assert table.heads[:2] == ("trajectories", "paper")
 
 
@@ -42,3 +43,9 @@ def test_latex_escapes_and_rules_off_the_total() -> None:
 def test_markdown_has_a_column_for_each_head() -> None:
     head, rule, *rows = markdown_text(Table3.of(ROWS, LG)).splitlines()[2:]
     assert {line.count("|") for line in (head, rule, *rows)} == {6}
+
+
+def test_the_papers_totals_are_sums_of_its_rows() -> None:
+    devices = [numbers for device, numbers in PAPER.items() if device != ALL]
+    sums = [round(sum(number or 0 for number in column), 2) for column in zip(*devices, strict=True)]
+    assert sums[:3] == list(PAPER[ALL])[:3]

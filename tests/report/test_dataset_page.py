@@ -71,6 +71,7 @@ def test_totals_table_and_rates_stand_in_the_page(text: str) -> None:
     assert "All time on site counts: 2 people, 2.0 person-hours." in words
     assert "Galaxy 2 1.20 72.00 1.00" in words
     assert "repeated readings" in words
+    assert "Wi-Fi 10 0 0 0 -41 dBm" in words
 
 
 def test_the_page_needs_nothing_else_and_escapes_what_people_wrote(text: str) -> None:

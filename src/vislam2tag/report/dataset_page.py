@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import cycle
+from typing import Any
 
+import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
@@ -59,11 +61,21 @@ def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "table_title": TITLE,
         "floors": [floor_map(dataset, name, covered, colours) for covered in coverage(dataset, name)],
         "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
+        "transmitters": _transmitters(dataset),
         "splits": [SplitView(split, name) for split in leakage(dataset, dataset.splits)],
         "sessions": statistics.sessions[:MOST_SESSIONS],
         "main": name,
     }
     return page_text("dataset.html.j2", context)
+
+
+def _transmitters(dataset: Dataset) -> list[dict[str, Any]]:
+    """Count the transmitters of each technology; flags are None where no identifier is an address."""
+    flag = {name: pl.when(pl.col(name).count() > 0).then(pl.col(name).sum()) for name in ("randomised", "mobile")}
+    counted = dataset.access_points.group_by("technology").agg(
+        heard=pl.len(), once=(pl.col("readings") == 1).sum(), strongest=pl.col("strongest_dbm").max(), **flag
+    )
+    return counted.sort("technology").collect().to_dicts()
 
 
 def _colours(devices: list[str]) -> dict[str, str]:
