@@ -1,5 +1,8 @@
 # Everything runs in .venv, made on first use from the lock file.
 PYTHON ?= python3
+# Networks need PyTorch: locked here, not with the rest, as each machine has its own build of it. `make test TORCH=` does
+# without; tests of networks are then skipped.
+TORCH ?= torch==2.13.0
 VENV := .venv
 BIN := $(VENV)/bin
 
@@ -8,7 +11,7 @@ BIN := $(VENV)/bin
 demo: $(VENV)/.installed
 	$(BIN)/vislam2tag demo demo-out
 
-test: $(VENV)/.installed
+test: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(VENV)/.installed
@@ -28,6 +31,10 @@ $(VENV)/.installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.torch: $(VENV)/.installed
+	$(if $(TORCH),$(BIN)/python -m pip install --quiet --disable-pip-version-check $(TORCH))
 	touch $@
 
 # Remakes the lock file from pyproject.toml (needs uv: pip install uv).
