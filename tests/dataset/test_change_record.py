@@ -6,7 +6,7 @@ import polars as pl
 
 from tests.dataset.changing import Survey, bssid, surveyed, usual_places
 from vislam2tag.dataset.change_record import NOTHING_COMPARED, RECORD, SurveyChanges, survey_record, write_changes
-from vislam2tag.dataset.changes import VANISHED, survey_changes
+from vislam2tag.dataset.changes import CHANGED, VANISHED, survey_changes
 
 
 def test_files_tell_what_the_tables_hold(tmp_path: Path) -> None:
@@ -23,6 +23,10 @@ def test_files_tell_what_the_tables_hold(tmp_path: Path) -> None:
     assert dict(points["change"].value_counts().iter_rows()) == technology.access_points
     assert dict(cells["change"].value_counts().iter_rows()) == technology.places
     assert set(points["technology"]) == {"wifi"}
+    assert points["bssid"][0] == bssid(8)
+    changed = cells.filter(pl.col("change") == CHANGED)
+    assert cells["change"].head(changed.height).unique().to_list() == [CHANGED]
+    assert changed["size_db"].is_sorted(descending=True)
     assert set(cells["because"].drop_nulls()) - {""} == {bssid(8)}
 
 

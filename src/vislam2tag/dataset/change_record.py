@@ -8,7 +8,17 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
-from vislam2tag.dataset.changes import APPEARED, FAINTER, LOUDER, MOVED, UNCHANGED, VANISHED, Changes
+from vislam2tag.dataset.changes import (
+    APPEARED,
+    CHANGED,
+    FAINTER,
+    LOUDER,
+    MOVED,
+    OUTDATED,
+    UNCHANGED,
+    VANISHED,
+    Changes,
+)
 from vislam2tag.findings import Finding
 
 RECORD = "changes.json"
@@ -110,15 +120,20 @@ def _counts(table: pl.DataFrame) -> dict[str, int]:
 
 
 def write_changes(folder: Path, record: SurveyChanges, changes: Sequence[Changes]) -> None:
-    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; those places to walk again come first."""
+    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; what changed comes first, the most first."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / RECORD).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    points = [one.access_points.with_columns(technology=pl.lit(one.technology)) for one in changes]
-    places = [
-        one.places.with_columns(technology=pl.lit(one.technology), because=pl.col("because").list.join(" "))
-        for one in changes
-    ]
-    for name, tables in (("access_points", points), ("places", places)):
+    for name in ("access_points", "places"):
+        tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
         if tables:
-            table = pl.concat(tables)
-            table.select("technology", pl.exclude("technology")).write_csv(folder / f"{name}.csv")
+            _listed(pl.concat(tables)).write_csv(folder / f"{name}.csv")
+
+
+def _listed(table: pl.DataFrame) -> pl.DataFrame:
+    """Order a table by what is to be done about it, and write lists as words."""
+    first = ~pl.col("change").is_in([*CHANGED_POINTS, CHANGED, OUTDATED])
+    size = "size_db" if "size_db" in table.columns else "score"
+    words = (pl.col(name).list.join(" ") for name, kind in table.schema.items() if isinstance(kind, pl.List))
+    order = (first, "technology", "change", size)
+    ordered = table.sort(*order, descending=[False, False, False, True], nulls_last=True, maintain_order=True)
+    return ordered.select("technology", pl.exclude("technology")).with_columns(*words)
