@@ -243,7 +243,9 @@ def test_walks_that_could_not_be_mapped_and_columns_nobody_knows(survey: Path, t
     assert built.sessions.collect().height == 4
 
 
-def test_sources_that_cannot_be_used(labels: Path, built: Dataset, tmp_path: Path) -> None:
+def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset, tmp_path: Path) -> None:
+    other = shutil.copytree(survey, tmp_path / "other")
+    (other / "floor_dimensions.csv").write_text("id,width,height\n0,10,10\n1,60,32\n")
     unfinished = shutil.copytree(labels, tmp_path / "unfinished")
     (unfinished / "summary.json").unlink()
     with pytest.raises(DatasetError, match="has not ended"):
@@ -256,7 +258,14 @@ def test_sources_that_cannot_be_used(labels: Path, built: Dataset, tmp_path: Pat
     with pytest.raises(DatasetError, match="is a data set already"):
         build_dataset(tmp_path / "good", tmp_path / "set")
     with pytest.raises(OutputError, match="not made by this command"):
-        build_dataset(labels, unfinished)
+        build_dataset(tmp_path / "no survey", unfinished)
+    for options, message in (
+        (BuildOptions(labels=tmp_path / "kept"), "--labels: all sources are labelled"),
+        (BuildOptions(surveys=(survey, survey)), "--survey: given for 2 of 1"),
+        (BuildOptions(surveys=(other,)), "--survey .*floor 0 is not the one"),
+    ):
+        with pytest.raises(UsageError, match=message):
+            build_dataset(labels, tmp_path / "set", options=options)
     assert not (tmp_path / "set").exists()
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
     assert open_dataset(tmp_path / "good").info == built.info

@@ -5,11 +5,14 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.mutations import mutate
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.sessions.ble_table import ble_findings, parse_ble
+from vislam2tag.sessions.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.landmark_log import LANDMARK_SCHEMA, landmark_log
@@ -22,6 +25,9 @@ from vislam2tag.survey.ids import landmark_id
 MUTATIONS = 2000
 LINES = 30
 SETTINGS = FindingSettings()
+UUID = "32ff6e37-9a5b-457c-a5f3-bf91dfa4426e"
+BLE = [f"{41_000_000_000_000 + n}; c2:00:00:00:00:0{n % 9}; desk; -{n + 50}" for n in range(15)]
+BLE += [f"{line}; {UUID}; 1; {n}" for n, line in enumerate(BLE)]
 
 
 @cache
@@ -66,18 +72,27 @@ def read_wifi(data: bytes) -> RawTable:
     return table
 
 
+def read_ble(data: bytes) -> RawTable:
+    table = parse_ble(data, "ble.csv")
+    ble_findings(mark_repeated_ble(table.rows), "ble.csv")
+    identity = table.rows.select(pl.sum_horizontal(pl.col("uuid", "major", "minor").is_null())).to_series()
+    assert identity.is_in([0, 3]).all()
+    return table
+
+
 READERS = {
     "poses.csv": read_poses,
     "initPoses.csv": read_landmarks,
     "sensors.csv": read_sensors,
     "wifi.csv": read_wifi,
+    "ble.csv": read_ble,
 }
 
 
 @pytest.mark.parametrize("name", READERS)
 def test_two_thousand_damaged_files_raise_nothing_and_account_for_every_line(name: str) -> None:
     rng = np.random.default_rng(20220114)
-    clean = to_bytes(clean_files()[name][:LINES])
+    clean = to_bytes((clean_files() | {"ble.csv": BLE})[name][:LINES])
     for number in range(MUTATIONS):
         data = mutate(clean, rng)
         table = READERS[name](data)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,7 +18,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
 from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
 from vislam2tag.dataset.statistics_record import FieldWork
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.pipeline.dataset_findings import survey_findings
 from vislam2tag.pipeline.dataset_finish import finish_dataset
 from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, SessionOutcome, build_session
@@ -28,6 +26,7 @@ from vislam2tag.pipeline.dataset_sources import LabelledSource, merged_floors, n
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.workers import process_all
 from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.slugs import unique_slugs
 
 Progress = Callable[[str, str | None, int], None]
 """Called after each session with the stage (``label`` or ``build``), its error, and the number of sessions."""
@@ -75,8 +74,24 @@ def build_dataset(
     """
     settings, options, report = settings or DatasetSettings(), options or BuildOptions(), progress or _silent
     folders = [sources] if isinstance(sources, Path) else list(sources)
-    with _labelled(folders, out, options, jobs, report) as opened:
-        _build(opened, out, settings, options, jobs, report)
+    with dataset_folder(out) as folder:
+        scratch = folder.root / ".scratch"
+        opened = _labelled(folders, scratch / "labels", options, jobs, report)
+        floors, plans = merged_floors(opened)
+        todo = list(_session_jobs(opened, scratch / "parts", settings, options.max_sigma_m))
+        outcomes = _build_sessions(todo, jobs, report)
+        info = DatasetInfo(
+            name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in opened)),
+            floors=floors,
+            groupings=_groupings(outcomes, settings),
+            sources=tuple(source.record(settings) for source in opened),
+            findings=tuple(survey_findings(outcomes)),
+        )
+        info = described(info, options.description) if options.description else info
+        info = _add_tables(folder, scratch / "parts", info, options)
+        shutil.rmtree(scratch)
+        folder.add_files(plans)
+        finish_dataset(folder, info, options.field_work)
     return open_dataset(out)
 
 
@@ -84,63 +99,37 @@ def _silent(_stage: str, _error: str | None, _total: int) -> None:
     """Report nothing."""
 
 
-@contextmanager
 def _labelled(
-    folders: Sequence[Path], out: Path, options: BuildOptions, jobs: int, report: Progress
-) -> Iterator[tuple[LabelledSource, ...]]:
+    folders: Sequence[Path], scratch: Path, options: BuildOptions, jobs: int, report: Progress
+) -> tuple[LabelledSource, ...]:
     """Process those sources that are surveys, and open all."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}.labels.", dir=out.parent) as scratch:
-        outs: list[Path] = []
-        raw: list[Path | None] = []
-        given = iter(options.surveys)
-        for number, folder in enumerate(folders):
-            if is_labelled(folder):
-                outs.append(folder)
-                raw.append(next(given, None))
-                continue
-            if is_dataset(folder):
-                raise DatasetError(
-                    f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote"
-                )
-            labels = _labels_folder(options.labels, len(folders), Path(scratch), number, folder)
-            process(folder, labels, jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
-            outs.append(labels)
-            raw.append(folder)
-        yield open_sources(outs, options.buildings, raw)
+    raw = [folder for folder in folders if not is_labelled(folder)]
+    _refuse_options(raw, len(folders) - len(raw), options)
+    names = dict(zip(raw, unique_slugs([folder.resolve().name for folder in raw], list(map(str, raw))), strict=True))
+    given = iter(options.surveys)
+    outs: list[Path] = []
+    surveys: list[Path | None] = []
+    for folder in folders:
+        if folder not in names:
+            outs.append(folder)
+            surveys.append(next(given, None))
+            continue
+        keep = options.labels if len(folders) == 1 else options.labels and options.labels / names[folder]
+        outs.append(keep or scratch / names[folder])
+        surveys.append(folder)
+        process(folder, outs[-1], jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
+    return open_sources(outs, options.buildings, surveys)
 
 
-def _labels_folder(labels: Path | None, sources: int, scratch: Path, number: int, survey: Path) -> Path:
-    if labels is None:
-        return scratch / str(number)
-    return labels if sources == 1 else labels / survey.resolve().name
-
-
-def _build(
-    sources: tuple[LabelledSource, ...],
-    out: Path,
-    settings: DatasetSettings,
-    options: BuildOptions,
-    jobs: int,
-    report: Progress,
-) -> None:
-    floors, plans = merged_floors(sources)
-    with dataset_folder(out) as folder:
-        parts = folder.root / ".parts"
-        todo = list(_session_jobs(sources, parts, settings, options.max_sigma_m))
-        outcomes = _build_sessions(todo, jobs, report)
-        info = DatasetInfo(
-            name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in sources)),
-            floors=floors,
-            groupings=_groupings(outcomes, settings),
-            sources=tuple(source.record(settings) for source in sources),
-            findings=tuple(survey_findings(outcomes)),
-        )
-        info = described(info, options.description) if options.description else info
-        info = _add_tables(folder, parts, info, options)
-        shutil.rmtree(parts)
-        folder.add_files(plans)
-        finish_dataset(folder, info, options.field_work)
+def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:
+    """Raise for what the sources cannot be used for, before anything is done."""
+    for folder in raw:
+        if is_dataset(folder):
+            raise DatasetError(f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote")
+    if options.labels is not None and not raw:
+        raise UsageError("--labels: all sources are labelled already; leave it out")
+    if len(options.surveys) > labelled:
+        raise UsageError(f"--survey: given for {len(options.surveys)} of {labelled} sources that `process` wrote")
 
 
 def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:

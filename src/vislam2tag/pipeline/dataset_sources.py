@@ -43,23 +43,31 @@ def open_sources(
 ) -> tuple[LabelledSource, ...]:
     """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
 
-    Raises DatasetError where a folder is none, UsageError where there is not one building's name for each.
+    Raises DatasetError where a folder is none, UsageError where there is not one building's name for each, or a survey
+    is another's.
     """
     if buildings and len(buildings) != len(outs):
         raise UsageError(
             f"--building: {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
         )
     names = list(buildings) or [""] * len(outs)
+    opened = [open_labelled(out) for out in outs]
     return tuple(
-        LabelledSource(open_labelled(out), building, _plans(survey))
-        for out, building, survey in zip(outs, names, surveys, strict=True)
+        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled))
+        for labelled, building, survey in zip(opened, names, surveys, strict=True)
     )
 
 
-def _plans(survey: Path | None) -> dict[int, Path]:
-    if survey is None:
-        return {}
+def _plans(survey: Path, labelled: LabelledSurvey) -> dict[int, Path]:
+    """Find the plans of a survey; raises UsageError where its floors are not those that were labelled."""
     site, _ = read_site(survey)
+    for record in labelled.floors:
+        floors = [floor for floor in site.floors if floor.number == record.number]
+        if [(floor.width_m, floor.height_m) for floor in floors] != [(record.width_m, record.height_m)]:
+            raise UsageError(
+                f"--survey {survey}: floor {record.number} is not the one that {labelled.root} was made of; "
+                "give that survey, or process this one anew"
+            )
     return {floor.number: floor.plan for floor in site.floors if floor.plan is not None}
 
 
