@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
+from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_result, make_results, make_survey
 from vislam2tag.core.faults import EventKind
 from vislam2tag.report.html import write_report
@@ -18,20 +18,13 @@ from vislam2tag.report.summary import summarise
 from vislam2tag.results import Drawing, Polyline, SessionResult, Stretch
 from vislam2tag.settings import Settings
 
-BROWSERS = ("chromium", "/usr/bin/chromium", "google-chrome")
-ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu"]
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
-        pytest.skip(f"no browser installed (looked for {', '.join(BROWSERS)})")
-    with sync_playwright() as playwright:
-        running = playwright.chromium.launch(executable_path=found, args=ARGUMENTS)
+    with running_browser() as running:
         yield running
-        running.close()
 
 
 @pytest.fixture(scope="module")
@@ -54,19 +47,11 @@ def problems() -> list[str]:
 @pytest.fixture
 def page(browser: Browser, report: Path, problems: list[str]) -> Iterator[Page]:
     page = browser.new_page(viewport={"width": 1280, "height": 900})
-    page.on("console", lambda message: problems.append(f"console {message.type}: {message.text}"))
-    page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
-    page.on("dialog", lambda dialog: problems.append(f"dialog: {dialog.message}"))
-    page.on("request", lambda request: _note_request(problems, request.url))
+    note_problems(page, problems)
     page.goto(report.as_uri())
     page.wait_for_selector("#times .barlayer")
     yield page
     page.close()
-
-
-def _note_request(problems: list[str], url: str) -> None:
-    if not url.startswith(("file:", "data:", "blob:")):
-        problems.append(f"request: {url[:100]}")
 
 
 def points_drawn(page: Page, floor: int) -> dict[str, int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +12,10 @@ from typing import Any
 import polars as pl
 import pytest
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from tests.dataset.factory import SCANS, small_dataset
+from tests.report.browser import note_problems, running_browser
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
 from vislam2tag.dataset.splits import standard_splits
@@ -24,7 +24,6 @@ from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.findings import Finding
 from vislam2tag.report import dataset_map, dataset_page
 
-BROWSERS = ("chromium", "/usr/bin/chromium", "google-chrome")
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 
@@ -131,30 +130,15 @@ def test_more_devices_than_the_palette_has_keep_colours_of_their_own() -> None:
 
 @pytest.fixture(scope="module")
 def page(text: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, list[str]]]:
-    found = next((path for path in map(shutil.which, BROWSERS) if path), None)
-    if found is None:
-        pytest.skip(f"no browser installed (looked for {', '.join(BROWSERS)})")
     file = tmp_path_factory.mktemp("page") / "report.html"
     file.write_text(text, encoding="utf-8")
     problems: list[str] = []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=found, args=["--headless", "--no-sandbox", "--disable-gpu"]
-        )
+    with running_browser() as browser:
         page = browser.new_page(viewport={"width": 1280, "height": 900})
-        page.on("console", lambda message: problems.append(f"console {message.type}: {message.text}"))
-        page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
-        page.on("dialog", lambda dialog: problems.append(f"dialog: {dialog.message}"))
-        page.on("request", lambda request: _note_request(problems, request.url))
+        note_problems(page, problems)
         page.goto(file.as_uri())
         page.wait_for_selector("#sessions")
         yield page, problems
-        browser.close()
-
-
-def _note_request(problems: list[str], url: str) -> None:
-    if not url.startswith(("file:", "data:", "blob:")):
-        problems.append(f"request: {url[:100]}")
 
 
 def test_the_browser_draws_every_map_and_chart_without_complaint(page: tuple[Page, list[str]]) -> None:

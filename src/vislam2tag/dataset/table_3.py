@@ -20,8 +20,8 @@ PAPER: Mapping[str, Sequence[float | None]] = {
     "S20": (15, 68.18, 2624.85, 0.98),
     ALL: (81, 252.00, 11237.02, None),
 }
-"""The paper's numbers for giaIndoorLoc; the totals are sums of its rows. Its velocities exceed its own distance over duration (0.64 to 0.80 m/s): how
-they were made is not said. Ours are distance over duration."""
+"""The paper's numbers for giaIndoorLoc; the totals are sums of its rows. Its velocities exceed its own distance over
+duration (0.64 to 0.80 m/s): how they were made is not said. Ours are distance over duration."""
 PAPER_FINGERPRINTS = 2049
 """Labelled fingerprints of giaIndoorLoc, by two people in under two hours (paper, section VII)."""
 _NONE = "-"
