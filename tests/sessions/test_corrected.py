@@ -118,3 +118,13 @@ def test_a_shift_stays_within_int64(tmp_path: Path) -> None:
     session = read_files(tmp_path / "LG" / "walk", files)
     corrected, _ = corrected_session(session, corrections_of(shift_clock=[{"table": "sensors", "offset_s": 5}]))
     assert corrected.tables["sensors"]["time_ns"].to_numpy().max() == 2**63 - 1
+
+
+def test_the_clock_of_ble_is_shifted_where_there_is_one(session: Session, tmp_path: Path) -> None:
+    shift = corrections_of(shift_clock=[{"table": "ble", "offset_s": 0.25}])
+    assert corrected_session(session, shift)[0].tables.keys() == session.tables.keys()
+    assert corrected_session(session, shift)[1] == ()
+    logged = read_files(tmp_path / "LG" / "ble", clean_files() | {"ble.csv": [f"{frame_ns(3)}; c2:01; desk; -60"]})
+    corrected, uses = corrected_session(logged, shift)
+    assert corrected.tables["ble"]["time_ns"].to_list() == [frame_ns(3) + 250_000_000]
+    assert uses == ("The clock of ble is shifted by +0.25 s.",)

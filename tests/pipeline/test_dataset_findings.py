@@ -1,0 +1,31 @@
+from __future__ import annotations
+
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.pipeline.dataset_findings import pooled, survey_findings
+from vislam2tag.pipeline.dataset_session import SessionOutcome
+
+
+def finding(kind: str, count: int, message: str = "m", severity: Severity = Severity.INFO) -> Finding:
+    return Finding(kind=kind, file="", count=count, message=message, severity=severity)
+
+
+def outcome(device: str, readings: int, error: str | None = None, *found: Finding) -> SessionOutcome:
+    return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found)
+
+
+def test_findings_of_one_kind_and_message_are_summed_in_order() -> None:
+    found = [finding("b", 1), finding("a", 2), finding("b", 3), finding("b", 4, "other")]
+    assert pooled(found) == [finding("b", 4), finding("a", 2), finding("b", 4, "other")]
+    assert pooled([]) == []
+
+
+def test_what_sessions_lack_is_counted() -> None:
+    fine = survey_findings([outcome("LG", 5, None, finding("a", 1)), outcome("Pixel", 2, None, finding("a", 2))])
+    assert fine == [finding("a", 3)]
+    outcomes = [outcome("LG", 5), outcome("LG", 0, "no frame"), outcome("Pixel", 0), outcome("Pixel", 0, "lost")]
+    found = {each.kind: each for each in survey_findings(outcomes)}
+    assert (found["session_without_label"].count, found["device_without_scan"].count) == (2, 1)
+    assert "the first: no frame" in found["session_without_label"].message
+    assert found["device_without_scan"].message.endswith(": Pixel")
+    (nothing,) = survey_findings([outcome("LG", 0), outcome("Pixel", 0)])
+    assert (nothing.kind, nothing.count, nothing.severity) == ("no_radio_reading", 2, Severity.WARNING)
