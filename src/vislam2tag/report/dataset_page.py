@@ -10,7 +10,7 @@ import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
-from vislam2tag.dataset.coverage import coverage
+from vislam2tag.dataset.coverage import CoverageSettings, coverage
 from vislam2tag.dataset.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.statistics_record import DatasetStatistics
@@ -62,6 +62,7 @@ def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "floors": [floor_map(dataset, name, covered, colours) for covered in coverage(dataset, name)],
         "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
         "transmitters": _transmitters(dataset),
+        "radius_m": CoverageSettings().radius_m,
         "splits": [SplitView(split, name) for split in leakage(dataset, dataset.splits)],
         "sessions": statistics.sessions[:MOST_SESSIONS],
         "main": name,
