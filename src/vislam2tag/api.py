@@ -22,6 +22,7 @@ from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.pipeline.check import check
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.evaluate import evaluate
+from vislam2tag.pipeline.export import ExportOptions, export
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
@@ -38,6 +39,7 @@ __all__ = [
     "Dataset",
     "DatasetError",
     "DatasetSettings",
+    "ExportOptions",
     "LabelRule",
     "LabelSettings",
     "LandmarkLog",
@@ -66,6 +68,7 @@ __all__ = [
     "build_dataset",
     "check",
     "evaluate",
+    "export",
     "label_readings",
     "mark_uncertain",
     "open_dataset",
