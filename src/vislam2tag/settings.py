@@ -43,6 +43,8 @@ class SmootherSettings(_Frozen):
 
     sighting_range_m: float = Field(default=6.0, gt=0)
     """A landmark whose logged pose changes counts as seen within this horizontal distance, metres."""
+    allow_for_pose_lag: bool = True
+    """Poses are taken for as much older than their stamps as the gyroscope tells, where it does."""
 
 
 class LabelSettings(_Frozen):
@@ -104,11 +106,11 @@ class ImuWindowSettings(_Frozen):
 class DatasetSettings(_Frozen):
     """How labelled readings become a data set (docs/datasets.md)."""
 
-    wifi_window_s: float | None = Field(default=None, gt=0)
+    wifi_window_s: float | None = Field(default=None, ge=0.001)
     """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""
-    ble_window_s: float = Field(default=1.0, gt=0)
+    ble_window_s: float = Field(default=1.0, ge=0.001)
     """BLE readings are grouped by windows of this length, seconds: there are no scans."""
-    magnetic_window_s: float = Field(default=0.5, gt=0)
+    magnetic_window_s: float = Field(default=0.5, ge=0.001)
     """Magnetic readings are averaged over windows of this length, seconds: half a metre of walking."""
     scan_length_s: float = Field(default=6.0, gt=0)
     """A reading this much older than the newest of its scan is a cached result: sweeping all channels takes less."""

@@ -33,7 +33,7 @@ def test_durations(text: str, seconds: float) -> None:
     assert seconds_of(text, "--window") == pytest.approx(seconds)
 
 
-@pytest.mark.parametrize("text", ["", "1", "s", "0s", "-1s", "1h", "1e3s", "1,5s", "0.0 ms"])
+@pytest.mark.parametrize("text", ["", "1", "s", "0s", "-1s", "1h", "1e3s", "1,5s", "0.0 ms", "0.9ms"])
 def test_other_texts_are_no_durations(text: str) -> None:
     with pytest.raises(UsageError, match=r"--window .*such as 500ms, 2s"):
         seconds_of(text, "--window")

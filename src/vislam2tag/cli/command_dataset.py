@@ -42,6 +42,7 @@ Examples:
     vislam2tag dataset main-building annex --building main --building annex --out campus
 """
 _UNITS_S = {"ms": 1e-3, "s": 1.0, "min": 60.0}
+_LEAST_S = 1e-3
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(ms|s|min)\s*")
 
 
@@ -53,9 +54,12 @@ def register(app: typer.Typer) -> None:
 def seconds_of(text: str, option: str) -> float:
     """Read a duration such as ``500ms``, ``2s`` or ``1.5 min``; raises UsageError for anything else."""
     match = _DURATION.fullmatch(text)
-    if match is None or float(match.group(1)) == 0:
-        raise UsageError(f"{option} {text}: give a time above zero with its unit, such as 500ms, 2s or 1.5min")
-    return float(match.group(1)) * _UNITS_S[match.group(2)]
+    seconds = float(match.group(1)) * _UNITS_S[match.group(2)] if match else 0.0
+    if seconds < _LEAST_S:
+        raise UsageError(
+            f"{option} {text}: give a time of a millisecond or more with its unit, such as 500ms, 2s or 1.5min"
+        )
+    return seconds
 
 
 def _dataset(
