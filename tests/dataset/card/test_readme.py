@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -12,8 +13,11 @@ import yaml
 
 from vislam2tag.dataset.card.columns import meaning
 from vislam2tag.dataset.card.hugging_face import front_matter
+from vislam2tag.dataset.card.readme import readme_text
 from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.model import Georeference
 from vislam2tag.dataset.schema import SCHEMAS
+from vislam2tag.dataset.statistics import dataset_statistics
 
 COLUMNS = [(table, column) for table, schema in SCHEMAS.items() for column in schema]
 
@@ -98,3 +102,18 @@ def test_the_lines_that_load_it_run(library: str, described_set: Path, monkeypat
 @pytest.mark.parametrize(("table", "column"), COLUMNS)
 def test_every_column_has_a_meaning(table: str, column: str) -> None:
     assert meaning(table, column)
+
+
+def test_hashed_identifiers_and_a_place_on_earth_are_told(bare_set: Path) -> None:
+    dataset = open_dataset(bare_set)
+    place = Georeference(latitude_deg=50.5, longitude_deg=6.25, bearing_deg=30)
+    floors = (dataset.info.floors[0].model_copy(update={"georeference": place}), *dataset.info.floors[1:])
+    info = dataset.info.model_copy(update={"bssid_key": "abc", "floors": floors})
+    text = readme_text(replace(dataset, info=info), dataset_statistics(dataset))
+    assert "hashed with the key that is called abc." in text
+    assert (
+        "\n\n- floor 0: its origin lies at 50.5, 6.25 (latitude, longitude, degrees), its y axis points 30.0 deg"
+        in text
+    )
+    assert "floor 1: its origin" not in text
+    assert "hashed" not in (bare_set / "README.md").read_text("utf-8")
