@@ -105,7 +105,8 @@ def test_parts_of_the_chosen_split(tmp_path: Path) -> None:
     dataset = with_split(small_dataset(unlabelled=0), folds=2)
     with pytest.raises(UsageError, match=r"has 2 folds; choose one by --fold: floor_0.Galaxy.walk/x"):
         exported(dataset, "uji", tmp_path / "a", split="by_walk")
-    exported(dataset, "uji", tmp_path / "b", split="by_walk", fold="floor_0.Galaxy.walk/x")
+    findings = exported(dataset, "uji", tmp_path / "b", split="by_walk", fold="floor_0.Galaxy.walk/x")
+    assert [(finding.kind, finding.count) for finding in findings] == [("in_neither_part", 4)]
     train = pl.read_csv(tmp_path / "b" / "trainingData.csv")
     test = pl.read_csv(tmp_path / "b" / "validationData.csv")
     assert (train.height, test.height) == (3 * (SCANS - 1), SCANS - 1)

@@ -95,7 +95,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
             samples.add(_sample_rows(tables.fingerprints, extra))
             rssi.add(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()
-    return (*findings, *parts.findings, *_unknown_levels(unknown_levels))
+    return (*findings, *parts.findings, *parts.neither(fingerprints), *_unknown_levels(unknown_levels))
 
 
 def _sample_rows(fingerprints: pl.DataFrame, extra: pl.DataFrame) -> pl.DataFrame:

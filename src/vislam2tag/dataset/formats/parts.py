@@ -22,6 +22,15 @@ class Parts:
     """Columns ``scan_id`` and ``part``; fingerprints in neither part have no row."""
     findings: tuple[Finding, ...] = ()
 
+    def neither(self, fingerprints: pl.LazyFrame) -> tuple[Finding, ...]:
+        """Count the fingerprints that the split puts into neither part."""
+        left = fingerprints.join(self.part.lazy(), on="scan_id", how="anti").select(pl.len())
+        count = int(left.collect(engine="streaming").item())
+        if not count:
+            return ()
+        message = "fingerprints are in neither part of the split: they are in no training or test set"
+        return (Finding(kind="in_neither_part", file="", count=count, message=message, severity=Severity.INFO),)
+
 
 def chosen_parts(dataset: Dataset, context: ExportContext) -> Parts:
     """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.

@@ -105,7 +105,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
             losses.add(tables.readings)
             for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
                 _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
-    return (*findings, *parts.findings, *losses.findings)
+    return (*findings, *parts.findings, *parts.neither(fingerprints), *losses.findings)
 
 
 def wap_columns(count: int) -> list[str]:
