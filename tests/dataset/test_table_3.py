@@ -30,6 +30,7 @@ def test_the_papers_numbers_stand_beside_for_the_papers_phones() -> None:
 def test_csv_has_numbers_and_empty_cells() -> None:
     lines = list(csv.DictReader(io.StringIO(csv_text(Table3.of(ROWS, LG, beside_paper=True)))))
     assert (lines[0]["duration_min"], lines[0]["paper_velocity_m_s"]) == ("77.56", "0.92")
+    assert lines[2]["paper_distance_m"] == "11237.02"
     assert (lines[1]["distance_m"], lines[1]["paper_trajectories"]) == ("", "")
     assert "paper" not in csv_text(Table3.of(ROWS, LG))
 

@@ -124,6 +124,7 @@ class TechnologyStatistics(_Model):
     labels: Labels
     readings: int
     labelled_readings: int
+    """Readings with a position, that of uncertain fingerprints included."""
     transmitters: int
     by_device: dict[str, Labels]
     by_floor: tuple[FloorLabels, ...]

@@ -66,7 +66,7 @@ def csv_text(table: Table3) -> str:
     writer.writerow(("device", *_COLUMNS, *paper))
     for device, numbers in table.rows:
         beside = PAPER.get(device, (None,) * len(_COLUMNS)) if table.beside_paper else ()
-        writer.writerow((device, *("" if number is None else f"{number:g}" for number in (*numbers, *beside))))
+        writer.writerow((device, *("" if number is None else f"{number:.10g}" for number in (*numbers, *beside))))
     return buffer.getvalue()
 
 
