@@ -104,7 +104,9 @@ def _dataset(
         Path | None,
         typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
     ] = None,
-    people: Annotated[int, typer.Option(min=1, help="How many people made the survey, for what it cost.")] = 1,
+    people: Annotated[
+        int | None, typer.Option(min=1, help="How many people made the survey (with --hours), for what it cost.")
+    ] = None,
     hours: Annotated[
         float | None, typer.Option(min=0.01, help="Hours that the survey took, setting up included.")
     ] = None,
@@ -129,7 +131,7 @@ def _dataset(
         merge_radios=radios,
         privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
         description=None if describe is None else read_description(describe),
-        field_work=None if hours is None else FieldWork(people=people, hours=hours),
+        field_work=_field_work(people, hours),
     )
     try:
         dataset = _built(sources, out, settings, options, jobs)
@@ -138,6 +140,13 @@ def _dataset(
         raise typer.Exit(INTERRUPTED) from None
     _print(dataset, out)
     raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
+
+
+def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
+    """What the survey took; raises UsageError for people without hours."""
+    if hours is None and people is not None:
+        raise UsageError(f"--people {people}: tell --hours, too, for what the survey cost")
+    return None if hours is None else FieldWork(people=people or 1, hours=hours)
 
 
 def _imu_settings(length_s: float) -> ImuWindowSettings:
