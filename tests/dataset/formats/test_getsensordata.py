@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime as dt
 import io
 import zipfile
@@ -11,6 +12,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.mutations import exaggerate, mutate
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata import read
@@ -67,7 +69,7 @@ def ns(seconds: float) -> int:
 def test_a_wifi_result_has_the_time_when_it_was_received_on_the_phones_clock() -> None:
     log = parsed(acce(1), acce(2), posi(3, 0, 0), wifi(4, BOOT_S + 2.5), acce(5))
     assert log.tables["wifi"]["time_ns"].to_list() == [ns(BOOT_S + 2.5)]
-    assert log.tap_ns.tolist() == [pytest.approx(ns(BOOT_S + 3 - 0.005), abs=2)]
+    assert log.taps.time_ns.tolist() == [pytest.approx(ns(BOOT_S + 3 - 0.005), abs=2)]
     assert log.tables["sensors"]["time_ns"].to_list() == pytest.approx(
         [ns(BOOT_S + t - 0.005) for t in (1, 2, 5)], abs=2
     )
@@ -108,8 +110,8 @@ def test_a_sensor_that_counts_from_elsewhere_is_shifted() -> None:
 
 def test_a_log_without_sensors_takes_the_clock_of_the_freshest_wifi_result() -> None:
     log = parsed(posi(0, 0, 0), wifi(4, BOOT_S + 3.9), wifi(4, BOOT_S + 2, mac=OTHER))
-    assert log.tap_ns.tolist() == [ns(BOOT_S - 0.1)]
-    assert parsed(posi(7, 0, 0)).tap_ns.tolist() == [ns(7)]
+    assert log.taps.time_ns.tolist() == [ns(BOOT_S - 0.1)]
+    assert parsed(posi(7, 0, 0)).taps.time_ns.tolist() == [ns(7)]
 
 
 def test_angles_become_the_rotation_vector() -> None:
@@ -154,6 +156,13 @@ def test_what_follows_a_reset_of_the_apps_clock_is_left_out() -> None:
     assert kinds(log)["clock_reset"] == (4, 5)
 
 
+def test_a_single_row_whose_time_is_ahead_costs_only_itself() -> None:
+    log = parsed(posi(1, 0, 0), acce(99_999), acce(2), posi(9, 5, 5), acce(8.9995), acce(10))
+    assert kinds(log) == {"odd_times": (2,)}
+    assert log.taps.app_s.tolist() == [1.0, 9.0]
+    assert log.tables["sensors"].height == 3
+
+
 def test_header() -> None:
     log = parsed(acce(1))
     assert log.device == "samsung SM-A310F"
@@ -169,6 +178,15 @@ def test_nothing_breaks_it(data: bytes) -> None:
     log = parse_log(data, "log.txt")
     assert all(table.is_empty() for table in log.tables.values())
     assert not looks_like_a_log(data)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_log_is_read_or_told(seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    data = walk(posi(8, 1, 1)).replace(b";", b"; ")
+    (tmp_path / "log.txt").write_bytes(exaggerate(mutate(data, rng), rng).replace(b"; ", b";"))
+    with contextlib.suppress(DatasetError):
+        imported(tmp_path / "log.txt", tmp_path)
 
 
 def walk(*extra: str) -> bytes:
@@ -220,6 +238,13 @@ def test_floors_and_buildings_change_within_a_walk(tmp_path: Path) -> None:
     assert found == [("2", 1, "ok"), ("", None, "gap"), ("2", 2, "ok")]
     (session,) = dataset.sessions.collect().rows(named=True)
     assert (session["building"], session["floor"]) == ("", None)
+
+
+def test_a_tap_in_another_town_is_none(tmp_path: Path) -> None:
+    (tmp_path / "log.txt").write_bytes(walk(posi(9, 20_000, 0)))
+    dataset = imported(tmp_path / "log.txt", tmp_path)
+    assert [(finding.kind, finding.count) for finding in dataset.info.findings] == [("far_taps", 1)]
+    assert dataset.readings.select(pl.col("x").max()).collect().item() < 30
 
 
 def test_archives_and_folders_of_logs(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from matplotlib.path import Path as Outline
 
 from tests.conftest import shared_folder
+from tests.mutations import exaggerate, mutate
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats import ImportContext, import_format_of
 from vislam2tag.dataset.formats.archives import folder_of
@@ -174,12 +176,32 @@ def test_walks_with_too_few_taps_or_no_readings(tmp_path: Path) -> None:
     assert findings == {"too_few_taps": 2, "unlabelled_fingerprints": 2}
 
 
+def test_a_waypoint_outside_the_plan_is_none(tmp_path: Path) -> None:
+    trace(tmp_path / "in" / "mall" / "F1" / "path_data_files", (0, 0, 0), (2000, 90, 4), (4000, 8, 4))
+    described(tmp_path / "in" / "mall" / "F1")
+    dataset = imported(tmp_path / "in", tmp_path)
+    assert [(finding.kind, finding.count) for finding in dataset.info.findings] == [("taps_outside_plan", 1)]
+    assert dataset.readings.select(pl.col("x").max()).collect().item() == pytest.approx(6)
+
+
 @pytest.mark.parametrize("text", ["{}", "no", '{"map_info": {"width": "wide", "height": 1}}'])
 def test_a_broken_floor_info_is_told(tmp_path: Path, text: str) -> None:
     trace(tmp_path / "mall" / "F1" / "path_data_files", (0, 0, 0))
     described(tmp_path / "mall" / "F1", text)
     with pytest.raises(DatasetError, match=r"F1/floor_info.json: cannot be read; expected"):
         find_sites(tmp_path)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_trace_is_read_or_told(seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    traces = tmp_path / "in" / "mall" / "F1" / "path_data_files"
+    trace(traces, (0, 0, 0), (4000, 8, 4))
+    data = (traces / "a.txt").read_bytes() + f"{T + 9}\tTYPE_MAGNETIC_FIELD\t1\t2\t3\t3\n".encode()
+    damaged = exaggerate(mutate(data.replace(b"\t", b"; "), rng), rng).replace(b"; ", b"\t")
+    (traces / "a.txt").write_bytes(damaged)
+    with contextlib.suppress(DatasetError):
+        imported(tmp_path / "in", tmp_path)
 
 
 def test_no_trace(tmp_path: Path) -> None:

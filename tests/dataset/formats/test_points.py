@@ -6,6 +6,7 @@ import datetime as dt
 from pathlib import Path
 
 import polars as pl
+import pytest
 
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats.points import OFFICIAL, Points, floor_infos, point_dataset
@@ -49,6 +50,13 @@ def test_a_fingerprint_without_floor_is_unlabelled_and_so_are_its_readings() -> 
     last = dataset.fingerprints.collect().row(-1, named=True)
     assert (last["x"], last["y"], last["status"], last["labelled"], last["readings"]) == (None, None, "invalid", 0, 1)
     assert dataset.readings.collect().row(-1, named=True)["x"] is None
+    assert [(finding.kind, finding.count) for finding in dataset.info.findings] == [("unlabelled_fingerprints", 1)]
+
+
+@pytest.mark.parametrize("x", [float("nan"), float("inf"), 1e300])
+def test_a_position_off_the_earth_is_none(x: float) -> None:
+    dataset = point_dataset(INFO, Points(ROWS.with_columns(x=pl.lit(x)), HEARD))
+    assert dataset.fingerprints.collect()["x"].null_count() == 4
 
 
 def test_sessions_tell_what_their_fingerprints_share() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -45,6 +45,15 @@ def test_nothing_is_known_outside_the_taps_nor_between_floors() -> None:
     assert taps((0, 0, 0, 1), (4, 4, 0, 1), (8, 4, 9, 2)).leg_m.tolist() == [4, 0]
 
 
+def test_nothing_is_known_between_taps_far_apart_in_time() -> None:
+    apart = taps((0, 0, 0, 1), (4, 4, 0, 1), (10**9, 8, 0, 1), (10**9 + 4, 8, 4, 1))
+    trajectory = trajectory_between(apart)
+    labels = label_by_interpolation(np.array([2, 5, 10**8, 10**9 - 1, 10**9 + 2]) * S, trajectory, 1.0)
+    assert labels.status.tolist() == [Status.OK, Status.GAP, Status.GAP, Status.GAP, Status.OK]
+    assert len(trajectory.time_ns) < 50
+    assert apart.leg_m.tolist() == [4, 0, 4]
+
+
 @pytest.mark.parametrize("rows", [(), ((1, 2, 3, 0),)])
 def test_too_few_taps_to_walk_between(rows: tuple[tuple[float, float, float, int], ...]) -> None:
     trajectory = trajectory_between(taps(*rows))
@@ -58,6 +67,7 @@ def test_of_two_taps_at_one_time_the_first_counts() -> None:
     assert both.position.tolist() == [[0, 0], [7, 7]]
 
 
+@settings(deadline=None, max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 10**12), st.integers(-50, 50), st.sampled_from([0, 1])), max_size=6))
 def test_every_tap_is_a_frame_and_times_grow(rows: list[tuple[int, int, int]]) -> None:
     found = Waypoints.of(

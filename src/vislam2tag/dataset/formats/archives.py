@@ -8,6 +8,7 @@ import tarfile
 import zipfile
 import zlib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import IO
 
@@ -40,12 +41,22 @@ def names_in(path: Path) -> Iterator[PurePosixPath]:
     if path.is_dir():
         yield from (PurePosixPath(file.relative_to(path).as_posix()) for file in path.rglob("*") if file.is_file())
     elif is_archive(path):
-        try:
-            yield from (name for name, _ in _members(path))
-        except _DAMAGED:
-            return
+        yield from _names_in_archive(path, path.stat().st_mtime_ns)
     else:
         yield PurePosixPath(path.name)
+
+
+@cache
+def _names_in_archive(path: Path, changed_ns: int) -> tuple[PurePosixPath, ...]:
+    """List an archive; kept, as every format looks at it and a tar must be unpacked for it."""
+    del changed_ns
+    names = []
+    try:
+        for name, _ in _members(path):
+            names.append(name)
+    except _DAMAGED:
+        pass
+    return tuple(names)
 
 
 def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:

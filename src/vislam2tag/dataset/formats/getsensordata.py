@@ -15,7 +15,7 @@ from vislam2tag.dataset.formats.archives import folder_of, heads_in
 from vislam2tag.dataset.formats.getsensordata_log import Taps, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
 from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.waypoints import PACE_M2_S, TAP_SIGMA_M, Waypoints
+from vislam2tag.dataset.formats.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.georeference import from_wgs84
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Georeference, Grouping, Source
 from vislam2tag.errors import DatasetError
@@ -45,12 +45,14 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """Read all logs below a folder or in an archive, one at a time, in metres on the plane at the origin."""
     logs = _logs(path, folder_of(path, context.scratch))
     taps = [parse_taps(_bytes(file)) for _, file in logs]
-    origin = _origin(path, taps, context.origin)
-    places = sorted({place for each in taps for place in _places(each)})
+    centre = _centre(path, taps)
+    near = [_near(each, centre) for each in taps]
+    origin = _origin(near, context.origin)
+    places = sorted({place for each in near for place in _places(each)})
     tables = WalkTables(context.scratch, places)
     inputs: dict[str, str] = {}
     for slug, file in logs:
-        walk, findings = _walk(slug, file, places, origin)
+        walk, findings = _walk(slug, file, places, centre, origin)
         tables.add(walk, findings)
         inputs[slug] = walk.source
         context.advance(len(logs))
@@ -112,37 +114,54 @@ def _places(taps: Taps) -> list[Place]:
     ]
 
 
-def _origin(path: Path, taps: Sequence[Taps], given: tuple[float, float] | None) -> Georeference:
-    corners = [each.position.min(axis=0) for each in taps if len(each.position)]
-    if not corners:
+def _centre(path: Path, taps: Sequence[Taps]) -> Georeference:
+    """The tap nearest to the median of all; raises DatasetError where there is none."""
+    position = np.concatenate([each.position for each in taps])
+    if not len(position):
         raise DatasetError(f"{path}: no log has a POSI row that names a place; without any, nothing can be labelled")
+    off = np.linalg.norm(position - np.median(position, axis=0), axis=1)
+    longitude, latitude = position[np.argmin(off)].tolist()
+    return Georeference(latitude_deg=latitude, longitude_deg=longitude)
+
+
+def _near(taps: Taps, centre: Georeference) -> Taps:
+    """Leave out taps that lie too far away to be of the same site."""
+    near = np.linalg.norm(from_wgs84(taps.position, centre), axis=1) <= FARTHEST_M
+    return Taps(taps.app_s[near], taps.position[near], taps.floor[near], taps.building[near], taps.time_ns[near])
+
+
+def _origin(taps: Sequence[Taps], given: tuple[float, float] | None) -> Georeference:
     if given is not None:
         return Georeference(latitude_deg=given[0], longitude_deg=given[1])
-    west, south = (
-        round(math.floor(value / ORIGIN_STEP_DEG) * ORIGIN_STEP_DEG, 4) for value in np.min(corners, axis=0).tolist()
-    )
+    west, south = np.min(np.concatenate([each.position for each in taps]), axis=0).tolist()
+    west, south = (round(math.floor(value / ORIGIN_STEP_DEG) * ORIGIN_STEP_DEG, 4) for value in (west, south))
     return Georeference(latitude_deg=south, longitude_deg=west)
 
 
 def _walk(
-    slug: str, file: Path, places: Sequence[Place], origin: Georeference
+    slug: str, file: Path, places: Sequence[Place], centre: Georeference, origin: Georeference
 ) -> tuple[LoggedWalk, tuple[Finding, ...]]:
     data = _bytes(file)
     log = parse_log(data, file.name)
-    index = np.array([places.index(place) for place in _places(log.taps)], dtype=np.int64)
+    taps = _near(log.taps, centre)
+    index = np.array([places.index(place) for place in _places(taps)], dtype=np.int64)
+    findings = list(log.findings)
+    if far := len(log.taps.app_s) - len(taps.app_s):
+        message = "POSI rows lie more than ten kilometres from the others; they are no taps"
+        findings.append(Finding(kind="far_taps", file=file.name, count=far, message=message))
     walk = LoggedWalk(
         slug=slug,
         name=file.stem,
         place=None,
         device=log.device,
-        taps=Waypoints.of(log.tap_ns, from_wgs84(log.taps.position, origin), index),
+        taps=Waypoints.of(taps.time_ns, from_wgs84(taps.position, origin), index),
         tables=log.tables,
         first_ns=log.first_ns,
         last_ns=log.last_ns,
         started=log.started,
         source=hashlib.sha256(data).hexdigest(),
     )
-    return walk, log.findings
+    return walk, tuple(findings)
 
 
 register_import("getsensordata", read, HELP, recognises, takes=("origin",))

@@ -21,10 +21,14 @@ from vislam2tag.findings import Finding, Severity
 
 RESET_S = 1.0
 """Times of the app's clock that go back by more mean that it was set anew; rows are some milliseconds out of order."""
+GREATEST_S = 1e9
+"""No clock of a phone counts that far: the number is a fault."""
 OLDEST_S = 600.0
 """Phones cache results for a minute or so; a Wi-Fi time this much older is on another clock."""
 _NEWEST_S = 1.0
 """A Wi-Fi result may seem this much younger than its row: the clocks are related by the delays of other sensors."""
+_MOST = 10_000
+"""Numbers of floors and buildings are smaller."""
 _HEAD_BYTES = 8192
 _NUMBER = r"\s*[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\s*"
 _ADDRESS = r"\s*[0-9A-Fa-f]{2}(?::[0-9A-Fa-f]{2}){5}\s*"
@@ -57,13 +61,14 @@ _MAKER, _MODEL = (
 @dataclass(frozen=True)
 class Taps:
     """Where the walker was: ``app_s`` (n,) on the app's clock, ``position`` (n, 2) longitude and latitude in degrees,
-    ``floor`` and ``building`` (n,) as the rows number them.
+    ``floor`` and ``building`` (n,) as the rows number them; ``time_ns`` (n,) on the clock of the log's tables.
     """
 
     app_s: FloatArray
     position: FloatArray
     floor: IntArray
     building: IntArray
+    time_ns: IntArray
 
 
 @dataclass(frozen=True)
@@ -71,13 +76,12 @@ class Log:
     """What a log holds.
 
     ``tables`` (``wifi``, ``ble``, ``sensors``) are as a :class:`~vislam2tag.sessions.model.Session` has them, ``ble``
-    as :func:`.radio_tables.radio_rows` makes it; ``tap_ns`` are the times of the taps on the same clock.
+    as :func:`.radio_tables.radio_rows` makes it.
     """
 
     device: str | None
     started: datetime | None
     taps: Taps
-    tap_ns: IntArray
     tables: dict[str, pl.DataFrame]
     first_ns: int
     last_ns: int
@@ -90,25 +94,23 @@ def looks_like_a_log(data: bytes) -> bool:
 
 
 def parse_taps(data: bytes) -> Taps:
-    """Parse only where the walker was."""
+    """Parse only where the walker was; times are on the app's clock."""
     rows = b"\n".join(line for line in data.split(b"\n") if line.startswith(b"POSI;"))
-    return _taps(_parsed(_lines(rows), "POSI"))
+    return _taps(_parsed(_lines(rows), "POSI"), offset_s=0.0)
 
 
 def parse_log(data: bytes, file: str) -> Log:
     """Parse a log file; both variants of Wi-Fi rows (with and without frequency) are understood, also mixed."""
-    lines, reset = _before_reset(_lines(data), file)
+    lines, reset = _on_one_clock(_lines(data), file)
     rows = {kind: _parsed(lines, kind) for kind in _ROWS}
     offset_s = _boot_offset_s(rows)
     wifi, odd = _wifi(rows["WIFI"], offset_s, file)
-    taps = _taps(rows["POSI"])
     times_ns = _ns(np.append(np.concatenate([each["app"].to_numpy() for each in rows.values()]), np.nan) + offset_s)
     head = data[:_HEAD_BYTES].decode("utf-8", errors="replace")
     return Log(
         device=" ".join(found[1] for pattern in (_MAKER, _MODEL) if (found := pattern.search(head))) or None,
         started=_started(head),
-        taps=taps,
-        tap_ns=_ns(taps.app_s + offset_s),
+        taps=_taps(rows["POSI"], offset_s),
         tables={"wifi": wifi, "ble": _ble(rows["BLE4"], offset_s), "sensors": _sensors(rows, offset_s)},
         first_ns=int(times_ns.min(initial=times_ns.max(initial=0))),
         last_ns=int(times_ns.max(initial=0)),
@@ -134,16 +136,23 @@ def _lines(data: bytes) -> pl.DataFrame:
     )
 
 
-def _before_reset(lines: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """Leave out what follows a moment when the app's clock was set anew: its times would be those of other places."""
-    timed = lines.filter(pl.col("kind").is_in(list(_ROWS)) & pl.col("app").is_not_null())
-    back = timed.filter(pl.col("app") < pl.col("app").cum_max() - RESET_S)
-    if back.is_empty():
-        return lines, []
-    first = int(back["row"][0])
-    rest = timed.filter(pl.col("row") >= first)["row"].to_list()
-    message = "the app's clock went back: what follows has no time of its own and is left out; split the log there"
-    return lines.filter(pl.col("row") < first), [Finding.at_lines("clock_reset", file, rest, message, Severity.ERROR)]
+def _on_one_clock(lines: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Leave out single rows whose time is far ahead, and all that follows once the app's clock was set anew."""
+    app = pl.col("app")
+    timed = lines.filter(pl.col("kind").is_in(list(_ROWS)) & app.is_not_null())
+    ahead = (app > app.shift(-1) + RESET_S) & (app.shift(1).fill_null(-np.inf) <= app.shift(-1) + RESET_S)
+    odd = timed.filter(ahead)["row"]
+    back = timed.filter(~pl.col("row").is_in(odd.implode())).filter(app < app.cum_max() - RESET_S)["row"]
+    findings = []
+    if len(odd):
+        message = "times of single rows are ahead of those around them; the rows are left out"
+        findings.append(Finding.at_lines("odd_times", file, odd.to_list(), message))
+    if len(back):
+        lost = timed.filter(pl.col("row") >= back[0])["row"].to_list()
+        message = "the app's clock went back: what follows has no time of its own and is left out; split the log there"
+        findings.append(Finding.at_lines("clock_reset", file, lost, message, Severity.ERROR))
+        lines = lines.filter(pl.col("row") < back[0])
+    return lines.filter(~pl.col("row").is_in(odd.implode())), findings
 
 
 def _parsed(lines: pl.DataFrame, kind: str) -> pl.DataFrame:
@@ -154,9 +163,11 @@ def _parsed(lines: pl.DataFrame, kind: str) -> pl.DataFrame:
         .unnest("line")
     )
     numbers = [name for name in rows.columns if name not in ("row", *_TEXTS)]
-    return rows.filter(pl.col("app").is_not_null()).with_columns(
+    table = rows.filter(pl.col("app").is_not_null()).with_columns(
         pl.col(numbers).str.strip_chars().cast(pl.Float64, strict=False)
     )
+    times = pl.col("app", "seen") if "seen" in numbers and kind in _SENSORS else pl.col("app")
+    return table.filter(pl.all_horizontal(times.is_between(0, GREATEST_S)))
 
 
 def _boot_offset_s(rows: Mapping[str, pl.DataFrame]) -> float:
@@ -236,20 +247,24 @@ def _ns(seconds: FloatArray) -> IntArray:
     return times
 
 
-def _taps(rows: pl.DataFrame) -> Taps:
+def _taps(rows: pl.DataFrame, offset_s: float) -> Taps:
     placed = rows.filter(_is_placed())
     return Taps(
         placed["app"].to_numpy(),
         placed.select("longitude", "latitude").to_numpy(),
         placed["floor"].cast(pl.Int64).to_numpy(),
         placed["building"].cast(pl.Int64).to_numpy(),
+        _ns(placed["app"].to_numpy() + offset_s),
     )
 
 
 def _is_placed() -> pl.Expr:
     """The app writes zeros where nobody said where the mark is; halves of floors are stairs."""
     somewhere = (pl.col("latitude") != 0) | (pl.col("longitude") != 0)
-    whole = (pl.col("floor") == pl.col("floor").round()) & (pl.col("building") == pl.col("building").round())
+    whole = pl.all_horizontal(
+        (pl.col(name) == pl.col(name).round()) & pl.col(name).is_between(-_MOST, _MOST)
+        for name in ("floor", "building")
+    )
     return somewhere & whole & pl.col("latitude").is_between(-90, 90) & pl.col("longitude").is_between(-180, 180)
 
 

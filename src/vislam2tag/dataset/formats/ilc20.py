@@ -6,19 +6,24 @@ import hashlib
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
+
 from vislam2tag import __version__
+from vislam2tag.core.arrays import BoolArray
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.formats.archives import folder_of, names_in
 from vislam2tag.dataset.formats.ilc20_site import TraceRef, find_sites, is_trace_path
 from vislam2tag.dataset.formats.ilc20_trace import parse_trace
 from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
 from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.waypoints import PACE_M2_S, TAP_SIGMA_M, Waypoints
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
+from vislam2tag.dataset.formats.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
+from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
 from vislam2tag.errors import DatasetError
 from vislam2tag.findings import Finding
 from vislam2tag.settings import DatasetSettings
 
+BESIDE_M = 10.0
+"""Plans are drawn by hand: a waypoint may lie this far beside one."""
 HELP = (
     "Indoor Location Competition 2.0: folder or archive with SITE/FLOOR/path_data_files/*.txt, floor_info.json and "
     "floor_image.png; Wi-Fi and BLE between waypoints"
@@ -36,10 +41,11 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """Read all traces below a folder or in an archive, one at a time."""
     sites = find_sites(folder_of(path, context.scratch))
     places = sorted({ref.place for ref in sites.traces})
+    floors = {Place(floor.building, floor.number): floor for floor in sites.floors}
     tables = WalkTables(context.scratch, places)
     inputs: dict[str, str] = {}
     for ref in sites.traces:
-        walk, findings = _walk(ref, places)
+        walk, findings = _walk(ref, places.index(ref.place), floors[ref.place])
         tables.add(walk, findings)
         inputs[f"{ref.place.building}/{ref.floor_name}/{ref.path.name}"] = walk.source
         context.advance(len(sites.traces))
@@ -69,13 +75,20 @@ def read(path: Path, context: ImportContext) -> Dataset:
     return tables.dataset(info, sites.plans)
 
 
-def _walk(ref: TraceRef, places: list[Place]) -> tuple[LoggedWalk, tuple[Finding, ...]]:
+def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tuple[Finding, ...]]:
     try:
         data = ref.path.read_bytes()
     except OSError as error:
         raise DatasetError(f"{ref.path}: cannot be read ({error.strerror})") from error
     trace = parse_trace(data, ref.path.name)
-    taps = Waypoints(trace.taps.time_ns, trace.taps.position, trace.taps.floor + places.index(ref.place))
+    inside = _on_plan(trace.taps, floor)
+    taps = Waypoints(trace.taps.time_ns[inside], trace.taps.position[inside], trace.taps.floor[inside] + index)
+    findings = list(trace.findings)
+    if not inside.all():
+        message = "waypoints lie outside the plan; they are no taps"
+        findings.append(
+            Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
+        )
     phone = " ".join(trace.header[part] for part in ("Brand", "Model") if trace.header.get(part))
     walk = LoggedWalk(
         slug=ref.slug,
@@ -89,7 +102,15 @@ def _walk(ref: TraceRef, places: list[Place]) -> tuple[LoggedWalk, tuple[Finding
         started=datetime.fromtimestamp(trace.first_ns // 1_000_000 / 1e3, UTC).replace(tzinfo=None),
         source=hashlib.sha256(data).hexdigest(),
     )
-    return walk, trace.findings
+    return walk, tuple(findings)
+
+
+def _on_plan(taps: Waypoints, floor: FloorInfo) -> BoolArray:
+    """Mask (n,) of the taps that lie on the plan, or a few metres beside it."""
+    size = np.array([size_m or FARTHEST_M for size_m in (floor.width_m, floor.height_m)])
+    low = -BESIDE_M if floor.width_m else -FARTHEST_M
+    inside: BoolArray = np.all((taps.position >= low) & (taps.position <= size + BESIDE_M), axis=1)
+    return inside
 
 
 register_import("ilc20", read, HELP, recognises)

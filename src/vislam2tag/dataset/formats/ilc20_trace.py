@@ -19,6 +19,8 @@ from vislam2tag.findings import Finding, Severity
 _MARK = re.compile(rb"\tTYPE_")
 _DIGITS = 13
 """Of a time in milliseconds since 1970, until the year 2286."""
+_LATEST_MS = 9 * 10**12
+"""As nanoseconds, later times do not fit 64 bits."""
 _WIDTH = 10
 """Fields of the longest record taken."""
 _MS_TO_NS = 1_000_000
@@ -70,7 +72,8 @@ def parse_trace(data: bytes, file: str) -> Trace:
     comment = pl.all_horizontal(pl.col(f"f{number}").is_null() for number in range(_WIDTH)) | (
         pl.col("f0").str.starts_with("#").fill_null(value=False)
     )
-    timed = pl.col("time_ms").is_not_null() & pl.col("f1").str.starts_with("TYPE_").fill_null(value=False)
+    timed = pl.col("time_ms").is_between(0, _LATEST_MS) & pl.col("f1").str.starts_with("TYPE_")
+    timed = timed.fill_null(value=False)
     records = lines.filter(timed)
     broken = lines.filter(~comment & ~timed)["row"].to_list()
     typed = {}
@@ -78,7 +81,10 @@ def parse_trace(data: bytes, file: str) -> Trace:
         rows = records.filter(pl.col("f1") == kind).with_columns(
             pl.col(field).cast(cast, strict=False).alias(name) for name, (field, cast) in fields.items()
         )
-        whole = pl.all_horizontal(pl.col(name).is_not_null() for name in fields)
+        whole = pl.all_horizontal(
+            pl.col(name).is_not_null() if cast == _TEXT else pl.col(name).is_finite().fill_null(value=False)
+            for name, (_, cast) in fields.items()
+        )
         typed[kind] = rows.filter(whole)
         broken += rows.filter(~whole)["row"].to_list()
     wifi, odd = _wifi(typed["TYPE_WIFI"], file, joined)
@@ -138,7 +144,7 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     The logger turned times since boot into unix time anew for each scan, which jitters by a millisecond.
     """
     seen_ms = pl.col("f6").cast(pl.Int64, strict=False)
-    usable = (pl.col("time_ms") - seen_ms).is_between(0, _OLDEST_MS).fill_null(value=False)
+    usable = seen_ms.is_between(pl.col("time_ms") - _OLDEST_MS, pl.col("time_ms")).fill_null(value=False)
     table = rows.with_columns(
         usable=usable,
         time_ns=pl.when(usable).then(seen_ms).otherwise("time_ms") * _MS_TO_NS,

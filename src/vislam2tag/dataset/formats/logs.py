@@ -154,7 +154,7 @@ class WalkTables:
     def _session(self, walk: LoggedWalk, motion: Motion, fingerprints: int) -> pl.DataFrame:
         visited = [walk.place] if walk.place else [self._places[index] for index in set(walk.taps.floor.tolist())]
         floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
-        known_s = np.where(np.diff(walk.taps.floor) == 0, np.diff(walk.taps.time_ns), 0).sum() * 1e-9
+        known_s = np.diff(walk.taps.time_ns)[walk.taps.walked].sum() * 1e-9
         return pl.DataFrame(
             {
                 "session": walk.slug,

@@ -11,6 +11,7 @@ import polars as pl
 from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.findings import Finding
 from vislam2tag.survey.slugs import unique_slugs
 
 TEST = "test"
@@ -34,6 +35,8 @@ COLUMNS: Mapping[str, pl.DataType] = {
     "part": pl.String(),
 }
 """What is known of each fingerprint (see :class:`Points`), and its type."""
+GREATEST_M = 1e8
+"""Coordinates of map projections stay below; a greater one is a fault."""
 _LABEL = ("floor", "x", "y", "z", "sigma", "heading_deg")
 _NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
 
@@ -68,7 +71,14 @@ def point_dataset(info: DatasetInfo, points: Points, names: pl.DataFrame = _NO_N
         ACCESS_POINTS: access_point_table(fingerprints.lazy(), readings.lazy(), names),
         SESSIONS: in_schema(SESSIONS, _sessions(rows, info)),
     }
-    return Dataset(info, {name: table.lazy() for name, table in tables.items()}, _splits(rows))
+    whole = info.model_copy(update={"findings": (*info.findings, *_unlabelled(rows))})
+    return Dataset(whole, {name: table.lazy() for name, table in tables.items()}, _splits(rows))
+
+
+def _unlabelled(rows: pl.DataFrame) -> list[Finding]:
+    count = rows["x"].null_count()
+    message = "fingerprints have no position or no floor; their status is invalid"
+    return [Finding(kind="unlabelled_fingerprints", file="", count=count, message=message)] if count else []
 
 
 def floor_infos(rows: pl.DataFrame, elevation_m: Mapping[int, float] | None = None) -> tuple[FloorInfo, ...]:
@@ -93,7 +103,8 @@ def _identified(rows: pl.DataFrame) -> pl.DataFrame:
         pl.col("building").fill_null(""),
     )
     # A position that lacks a part is none: its readings get none, either.
-    whole = pl.all_horizontal(pl.col(name).is_not_null() for name in ("floor", "x", "y"))
+    near = pl.all_horizontal(pl.col(name).is_between(-GREATEST_M, GREATEST_M) for name in ("x", "y"))
+    whole = (pl.col("floor").is_not_null() & near).fill_null(value=False)
     slugs = _slugs(filled["session"].unique().sort().to_list())
     named = filled.with_columns(pl.when(whole).then(pl.col(name)).alias(name) for name in _LABEL).select(
         pl.exclude("session"),

@@ -29,8 +29,8 @@ _NAME = re.compile(r"^(Training|Test)_(rss|coordinates|device|date)(_.*)?\.csv$"
 _PARTS = {"training": TRAIN, "test": TEST}
 _ROLES = ("rss", "coordinates", "device", "date")
 HELP = (
-    "Tampere University's quartet (Lohan et al. 2017): folder or archive with Training_rss_*.csv, "
-    "Training_coordinates_*.csv, Training_device_*.csv, Training_date_*.csv and the same of Test_; with their split"
+    "Tampere University's quartet (Lohan et al. 2017): folder or archive with Training_rss_DATE.csv, "
+    "Training_coordinates_DATE.csv, Training_device_DATE.csv, Training_date_DATE.csv and the same of Test_; their split"
 )
 
 

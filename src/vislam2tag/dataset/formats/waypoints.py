@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 
@@ -16,6 +16,10 @@ PACE_M2_S = 0.25
 """How fast the variance of a walker at an uneven pace grows from a tap on (m^2/s), as a Brownian bridge between two.
 
 From real walks: inner taps left out and interpolated (docs/datasets.md, "Positions between taps")."""
+FARTHEST_M = 10_000.0
+"""No site is larger: a tap farther away than this is a fault."""
+LONGEST_LEG_S = 600.0
+"""Nobody walks straight for longer: between taps farther apart in time nothing is known."""
 _STEP_NS = 500_000_000
 """Frames are made this far apart, so that sigma between them is nearly linear."""
 
@@ -40,17 +44,23 @@ class Waypoints:
 
     @property
     def leg_m(self) -> FloatArray:
-        """Straight way (n - 1,) from each tap to the next, metres; 0 where the floor changes."""
-        length = np.linalg.norm(np.diff(self.position, axis=0), axis=1)
-        same: FloatArray = np.where(np.diff(self.floor) == 0, length, 0.0)
-        return same
+        """Straight way (n - 1,) from each tap to the next, metres; 0 where it is not known."""
+        known: FloatArray = np.where(self.walked, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
+        return known
+
+    @property
+    def walked(self) -> BoolArray:
+        """Mask (n - 1,) of the legs that were walked straight: on one floor and not for too long."""
+        straight: BoolArray = (np.diff(self.floor) == 0) & (np.diff(self.time_ns) <= LONGEST_LEG_S * 1e9)
+        return straight
 
 
 def trajectory_between(taps: Waypoints) -> Trajectory:
     """Make frames at the taps and between them; there are none before the first and after the last.
 
-    Between two taps on different floors lies a frame without a position (``gap``): where the walker changed floors is
-    not known. The variance per axis is ``TAP_SIGMA_M^2 + PACE_M2_S a b / (a + b)``, a and b seconds from and to a tap.
+    Between two taps on different floors, or too far apart in time, lies a frame without a position (``gap``): how the
+    walker went there is not known. The variance per axis is ``TAP_SIGMA_M^2 + PACE_M2_S a b / (a + b)``, a and b
+    seconds from and to a tap.
     """
     time_ns = _frame_times(taps)
     leg = np.clip(np.searchsorted(taps.time_ns, time_ns, side="right") - 1, 0, max(len(taps) - 2, 0))
@@ -60,7 +70,7 @@ def trajectory_between(taps: Waypoints) -> Trajectory:
     variance = TAP_SIGMA_M**2 + PACE_M2_S * since * until / whole
     position = taps.position[leg] + (since / whole)[:, None] * (taps.position[end] - taps.position[leg])
     at_tap = (since == 0) | (until == 0)
-    unknown = (taps.floor[leg] != taps.floor[end]) & ~at_tap
+    unknown = ~np.append(taps.walked, True)[leg] & ~at_tap
     variance[unknown], position[unknown] = np.nan, np.nan
     return Trajectory(
         time_ns=time_ns,
@@ -76,9 +86,10 @@ def _frame_times(taps: Waypoints) -> IntArray:
     """Times of the taps and of enough moments between them (at least one)."""
     if len(taps) < 2:
         return taps.time_ns
+    pieces = np.where(taps.walked, np.maximum(-(-np.diff(taps.time_ns) // _STEP_NS), 2), 2)
     spans = [
-        np.linspace(start, end, max(int(-(-(end - start) // _STEP_NS)), 2), endpoint=False).round().astype(np.int64)
-        for start, end in zip(taps.time_ns[:-1].tolist(), taps.time_ns[1:].tolist(), strict=True)
+        np.linspace(start, end, count, endpoint=False).round().astype(np.int64)
+        for start, end, count in zip(taps.time_ns[:-1], taps.time_ns[1:], pieces.tolist(), strict=True)
     ]
     times: IntArray = np.unique(np.concatenate((*spans, taps.time_ns)))
     return times
