@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import StrEnum
 from typing import Self
 
@@ -49,3 +50,15 @@ class Finding(BaseModel):
             severity=severity,
             lines=tuple(lines[:ROWS_NAMED]),
         )
+
+
+def pooled(findings: Iterable[Finding]) -> list[Finding]:
+    """Sum findings of the same kind and message, in the order in which they first came."""
+    counts: dict[tuple[str, str, Severity], int] = {}
+    for finding in findings:
+        key = (finding.kind, finding.message, finding.severity)
+        counts[key] = counts.get(key, 0) + finding.count
+    return [
+        Finding(kind=kind, file="", count=count, message=message, severity=severity)
+        for (kind, message, severity), count in counts.items()
+    ]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.findings import Finding, pooled
 from vislam2tag.pipeline.dataset_session import SessionOutcome
 
 FAILED = "session_without_label"
@@ -27,15 +27,3 @@ def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
         message = f"devices have no radio reading in any session: {', '.join(silent)}"
         findings.append(Finding(kind="device_without_scan", file="", count=len(silent), message=message))
     return findings
-
-
-def pooled(findings: Iterable[Finding]) -> list[Finding]:
-    """Sum findings of the same kind and message, in the order in which they first came."""
-    counts: dict[tuple[str, str, Severity], int] = {}
-    for finding in findings:
-        key = (finding.kind, finding.message, finding.severity)
-        counts[key] = counts.get(key, 0) + finding.count
-    return [
-        Finding(kind=kind, file="", count=count, message=message, severity=severity)
-        for (kind, message, severity), count in counts.items()
-    ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, 
 from vislam2tag.dataset.motion import Motion
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding
+from vislam2tag.findings import Finding, pooled
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.settings import DatasetSettings
@@ -93,7 +92,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
                 },
             ),
         ),
-        findings=(*about_site, *_pooled(findings)),
+        findings=(*about_site, *pooled(findings)),
     )
     return Dataset(info, {**tables, ACCESS_POINTS: heard.lazy()}, files=plans)
 
@@ -180,16 +179,6 @@ def _site(root: Path) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Fin
             )
         )
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
-
-
-def _pooled(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Sum the findings of all sessions by kind."""
-    pooled: dict[tuple[str, str], Finding] = {}
-    for finding in findings:
-        key = (finding.kind, finding.message)
-        before = pooled[key].count if key in pooled else 0
-        pooled[key] = finding.model_copy(update={"count": before + finding.count})
-    return tuple(pooled.values())
 
 
 register_import("gia", read, IMPORT_HELP, recognises)
