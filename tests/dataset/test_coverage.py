@@ -101,3 +101,13 @@ def test_other_technologies_do_not_cover() -> None:
     (ground, _) = coverage(small_dataset(), "ble")
     assert ground.share == 0
     assert ground.fingerprints == {}
+
+
+def test_uncertain_fingerprints_show_where_people_walk_but_do_not_cover() -> None:
+    dataset = small_dataset()
+    doubtful = pl.when(pl.col("device") == "Pixel").then(pl.lit("uncertain")).otherwise(pl.col("status"))
+    fingerprints = dataset.fingerprints.with_columns(status=doubtful).collect()
+    (ground, _) = coverage(with_tables(dataset, **{FINGERPRINTS: fingerprints}))
+    assert list(ground.fingerprints) == ["Galaxy"]
+    assert ground.walkable.sum() == 2 * (SCANS - 1)
+    assert ground.gaps.sum() == SCANS - 1
