@@ -6,7 +6,7 @@
 
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
 ``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
-data set of labels, ``open_dataset`` opens one: its tables are Polars' lazy frames.
+data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy frames.
 """
 
 from vislam2tag.core.status import Status
@@ -23,6 +23,7 @@ from vislam2tag.pipeline.check import check
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.evaluate import evaluate
 from vislam2tag.pipeline.export import ExportOptions, export
+from vislam2tag.pipeline.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.results import SessionResult, Summary
@@ -40,6 +41,7 @@ __all__ = [
     "DatasetError",
     "DatasetSettings",
     "ExportOptions",
+    "ImportOptions",
     "LabelRule",
     "LabelSettings",
     "LandmarkLog",
@@ -69,6 +71,7 @@ __all__ = [
     "check",
     "evaluate",
     "export",
+    "import_format",
     "label_readings",
     "mark_uncertain",
     "open_dataset",
