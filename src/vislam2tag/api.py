@@ -6,7 +6,8 @@
 
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
 ``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
-data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy frames.
+data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy
+frames.
 """
 
 from vislam2tag.core.status import Status
