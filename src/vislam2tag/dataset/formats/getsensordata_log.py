@@ -48,8 +48,7 @@ _ROWS: Mapping[str, str] = {
     "AHRS": _SENSOR % _ANGLES,
 }
 """Rows that are taken; all others are not."""
-_SENSORS = {"ACCE": "ACC", "GYRO": "GYRO", "MAGN": "MAG", "AHRS": "ROT"}
-"""Rows of sensors and the names that the table ``sensors`` has for them."""
+_SENSORS = {"ACCE": "ACC", "GYRO": "GYRO", "MAGN": "MAG", "AHRS": "ROT"}  # names as in the table ``sensors``
 _TEXTS = ("ssid", "bssid", "told")
 _DATE = re.compile(r"Date of creation:\s*\w{3} (\w{3}) +(\d+) (\d\d):(\d\d):(\d\d) .*?(\d{4})")
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
