@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from vislam2tag.findings import Finding, Severity
-from vislam2tag.pipeline.dataset_findings import pooled, survey_findings
+from vislam2tag.pipeline.dataset_findings import survey_findings
 from vislam2tag.pipeline.dataset_session import SessionOutcome
 
 
@@ -11,12 +11,6 @@ def finding(kind: str, count: int, message: str = "m", severity: Severity = Seve
 
 def outcome(device: str, readings: int, error: str | None = None, *found: Finding) -> SessionOutcome:
     return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found)
-
-
-def test_findings_of_one_kind_and_message_are_summed_in_order() -> None:
-    found = [finding("b", 1), finding("a", 2), finding("b", 3), finding("b", 4, "other")]
-    assert pooled(found) == [finding("b", 4), finding("a", 2), finding("b", 4, "other")]
-    assert pooled([]) == []
 
 
 def test_what_sessions_lack_is_counted() -> None:
