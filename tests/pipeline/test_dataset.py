@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,9 @@ from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.run import process
 from vislam2tag.settings import DatasetSettings, Settings
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.site_files import SiteColumn
+from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.simulation.tour import Climb
 
 SECONDS = 90.0
 
@@ -195,6 +198,20 @@ def test_sources_of_one_building_and_of_two(labels: Path, tmp_path: Path) -> Non
     assert scans.filter(building="annex")["session"].str.starts_with("annex.floor_").all()
     assert scans.filter(building="Main hall")["session"].str.starts_with("Main-hall.floor_").all()
     assert set(both.tables["imu_windows"].collect()["building"]) == {"Main hall", "annex"}
+
+
+def test_a_walk_over_two_floors_has_fingerprints_on_both(tmp_path: Path) -> None:
+    columns = frozenset({SiteColumn.ELEVATION})
+    planned = regular_survey(2, "none", (0, 1), ("LG",), 1, 120.0, climb=Climb.STAIRS, pressure=True)
+    simulate(replace(planned, sessions=planned.sessions[:1]), tmp_path / "survey", WritingOptions(columns=columns))
+    built = build_dataset(tmp_path / "survey", tmp_path / "set")
+    scans = built.fingerprints.filter(pl.col("x").is_not_null()).collect()
+    (file,) = (tmp_path / "survey").glob("floor_0/LG/*/truth.csv")
+    middle = scans.select(time_ns=(pl.col("start_ns") + pl.col("end_ns")) // 2, floor="floor", z="z").sort("time_ns")
+    both = middle.join_asof(pl.read_csv(file).sort("time_ns"), on="time_ns", strategy="nearest", suffix="_true")
+    assert set(scans["floor"]) == {0, 1}
+    assert np.mean((both["floor"] == both["floor_true"]).to_numpy()) > 0.9
+    assert np.median((both["z"] - both["z_true"]).abs().to_numpy()) < 0.5
 
 
 def without(labels: Path, copy: Path, slugs: list[str], *tables: str) -> Path:
