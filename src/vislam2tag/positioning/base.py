@@ -14,12 +14,12 @@ from typing import Any, Self
 import numpy as np
 from sklearn.base import BaseEstimator
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import AnyArray
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.positioning.places import Places, Positions, Storey
 from vislam2tag.positioning.scans import RadioScans
 
-Arrays = dict[str, FloatArray]
+Arrays = dict[str, AnyArray]
 
 
 class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
@@ -32,6 +32,8 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
     access_points_: tuple[str, ...]
     """What was heard in training; nothing else is looked at."""
     storeys_: tuple[Storey, ...]
+    progress: Callable[[float], None] | None = None
+    """Told the share of ``fit`` that is done, 0 to 1, by models that take long; no parameter, and not copied."""
 
     def fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None = None) -> Self:
         """Learn from scans (n) and their places (n).
@@ -80,7 +82,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Return everything learned besides access points and storeys, as named arrays."""
 
     @abstractmethod
-    def restore(self, arrays: Mapping[str, FloatArray]) -> None:
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave; ``access_points_`` and ``storeys_`` are set already."""
 
 
