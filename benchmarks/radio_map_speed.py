@@ -23,10 +23,10 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import WhiteKernel
 from threadpoolctl import threadpool_limits
 
-from vislam2tag.dataset.map_process import MapKernel
-from vislam2tag.dataset.map_readings import MapPlace, map_readings
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo
-from vislam2tag.dataset.radio_maps import FloorMaps, RadioMapSettings, radio_maps
+from vislam2tag.dataset.radio_mapping.map_process import MapKernel
+from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, map_readings
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMapSettings, radio_maps
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table, in_schema
 
 SIZE_M = np.array([80.0, 40.0])

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.dataset.change_record import CHANGED_POINTS
-from vislam2tag.dataset.changes import CHANGED, UNCHANGED, survey_changes
+from vislam2tag.dataset.comparing.change_record import CHANGED_POINTS
+from vislam2tag.dataset.comparing.changes import CHANGED, UNCHANGED, survey_changes
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.cli.privacy import privacy_of
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.errors import UsageError
 
 

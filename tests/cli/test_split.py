@@ -15,7 +15,7 @@ from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.cli.command_split import register
 from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.splits import split_findings, standard_splits
+from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
 from vislam2tag.errors import UsageError
 
 

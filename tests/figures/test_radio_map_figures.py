@@ -10,8 +10,8 @@ from matplotlib.image import AxesImage
 from PIL import Image
 
 from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.floor_plan import floor_of
-from vislam2tag.dataset.radio_maps import FloorMaps, RadioMapSettings, radio_maps
+from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMapSettings, radio_maps
 from vislam2tag.figures.radio_map_figures import SCALES, SHEET, Scale, access_point_map, contact_sheet, thumbnail
 from vislam2tag.figures.style import rendered
 from vislam2tag.survey.model import Floor

@@ -13,7 +13,7 @@ from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
-from vislam2tag.dataset.splits import SplitKind, make_split, standard_splits
+from vislam2tag.dataset.splitting.splits import SplitKind, make_split, standard_splits
 from vislam2tag.errors import DatasetError, OutputError, UsageError
 from vislam2tag.pipeline import added_split
 from vislam2tag.pipeline.added_split import add_split

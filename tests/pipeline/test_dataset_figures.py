@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
-from vislam2tag.dataset.coverage import CoverageSettings
 from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.measures.coverage import CoverageSettings
 from vislam2tag.dataset.schema import READINGS
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline import dataset_figures

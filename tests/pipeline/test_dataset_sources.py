@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.dataset.test_labelled import RUN, write_out
+from tests.dataset.fingerprinting.test_labelled import RUN, write_out
 from vislam2tag.dataset.model import FloorInfo
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.pipeline.dataset_sources import LabelledSource, merged_floors, named_sessions, open_sources

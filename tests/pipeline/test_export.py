@@ -23,8 +23,8 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.formats import ImportContext, export_formats, import_named
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, hashed
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.errors import DatasetError, OutputError, UsageError
 from vislam2tag.pipeline.dataset import build_dataset
 from vislam2tag.pipeline.export import RECORD_FILE, ExportOptions, export, is_export

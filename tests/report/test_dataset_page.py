@@ -16,11 +16,11 @@ from playwright.sync_api import Page
 
 from tests.dataset.factory import SCANS, small_dataset
 from tests.report.browser import note_problems, running_browser
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
-from vislam2tag.dataset.splits import standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.findings import Finding
 from vislam2tag.report import dataset_map, dataset_page
 

@@ -13,8 +13,8 @@ from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, wrong_values_to
 from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.dataset.description import read_description
+from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.statistics_record import FieldWork
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.dataset_findings import FAILED

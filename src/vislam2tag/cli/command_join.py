@@ -12,8 +12,8 @@ from rich.table import Table
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.dataset.change_record import SurveyChanges, TechnologyChanges
-from vislam2tag.dataset.changes import CELL_M, CHANGED, OUTDATED
+from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
+from vislam2tag.dataset.comparing.changes import CELL_M, CHANGED, OUTDATED
 from vislam2tag.pipeline.join import CHANGES, join
 
 HELP = """

@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.dataset.table_3 import TITLE
+from vislam2tag.dataset.measures.table_3 import TITLE
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.pipeline.paper import NAMES, PAGE_FILE, Reproduced, reproduce
 from vislam2tag.report.paper_page import CollectionPart, TablePart

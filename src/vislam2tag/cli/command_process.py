@@ -28,7 +28,7 @@ from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.session import Outcome
 from vislam2tag.report.summary import labelled_share
 from vislam2tag.results import Summary
-from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings
+from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, SmootherSettings, VisitSettings
 
 DEFAULTS = Settings()
 HELP = """
@@ -85,12 +85,16 @@ def _process(
         ),
     ] = DEFAULTS.labels.max_sigma_m,
     max_step_m: MaxStep = DEFAULTS.local.max_step_m,
+    allow_for_pose_lag: Annotated[
+        bool, typer.Option(help="Set the smoother's poses back by as much as the gyroscope says they are stamped late.")
+    ] = DEFAULTS.smoother.allow_for_pose_lag,
 ) -> None:
     with wrong_values_told():
         settings = Settings(
             strategy=strategy,
             visits=VisitSettings(radius_m=visit_radius_m),
             local=LocalSettings(max_step_m=max_step_m),
+            smoother=SmootherSettings(allow_for_pose_lag=allow_for_pose_lag),
             labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s, max_sigma_m=max_sigma),
         )
     selection = selection_of(floor, device)

@@ -12,9 +12,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.dataset.comparable import WHOLE_SET
-from vislam2tag.dataset.comparison import Comparison, compare
-from vislam2tag.dataset.table_comparison import TableDifferences
+from vislam2tag.dataset.comparing.comparable import WHOLE_SET
+from vislam2tag.dataset.comparing.comparison import Comparison, compare
+from vislam2tag.dataset.comparing.table_comparison import TableDifferences
 
 SHOWN = 20
 """Tables that differ and are shown; --json has all."""

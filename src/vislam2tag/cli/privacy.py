@@ -7,7 +7,7 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from vislam2tag.dataset.privacy import LEAST_KEY_BYTES, Privacy, read_key
+from vislam2tag.dataset.transmitters.privacy import LEAST_KEY_BYTES, Privacy, read_key
 
 IncludeNomap: TypeAlias = Annotated[
     bool,

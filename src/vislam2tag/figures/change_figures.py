@@ -13,7 +13,17 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.changes import APPEARED, CHANGED, MOVED, NEW, NOT_WALKED, OUTDATED, UNCHANGED, VANISHED, Changes
+from vislam2tag.dataset.comparing.changes import (
+    APPEARED,
+    CHANGED,
+    MOVED,
+    NEW,
+    NOT_WALKED,
+    OUTDATED,
+    UNCHANGED,
+    VANISHED,
+    Changes,
+)
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
 from vislam2tag.survey.model import Floor

@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.cell_grid import CellGrid
-from vislam2tag.dataset.coverage import FloorCoverage
-from vislam2tag.dataset.gap_walk import GapWalk
+from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.dataset.measures.coverage import FloorCoverage
+from vislam2tag.dataset.measures.gap_walk import GapWalk
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
 from vislam2tag.survey.model import Floor

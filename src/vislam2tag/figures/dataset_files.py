@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from vislam2tag.dataset.coverage import CoverageSettings, Place, coverage
-from vislam2tag.dataset.floor_plan import floor_of
-from vislam2tag.dataset.gap_walk import gap_walks
+from vislam2tag.dataset.measures.coverage import CoverageSettings, Place, coverage
+from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.measures.gap_walk import gap_walks
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.statistics_record import DatasetStatistics
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.figures.dataset_figures import (
     access_points_heard,

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, Split
-from vislam2tag.dataset.statistics_record import DatasetStatistics
 from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.pipeline.dataset_finish import STATISTICS_FILE
 

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.description import Description, described
+from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
-from vislam2tag.dataset.labelled import is_labelled
-from vislam2tag.dataset.merged_radios import merged_radios
+from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
-from vislam2tag.dataset.privacy import Privacy, with_privacy
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.dataset.transmitters.merged_radios import merged_radios
+from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.pipeline.dataset_findings import survey_findings
 from vislam2tag.pipeline.dataset_finish import finish_dataset

@@ -9,11 +9,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from vislam2tag import __version__
-from vislam2tag.dataset.coverage import CoverageSettings, Place
-from vislam2tag.dataset.coverage_record import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.table_3 import Table3, csv_text, latex_text, markdown_text
+from vislam2tag.dataset.measures.coverage import CoverageSettings, Place
+from vislam2tag.dataset.measures.coverage_record import CoverageRecord, floor_record
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.table_3 import Table3, csv_text, latex_text, markdown_text
 from vislam2tag.errors import UsageError
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.folder import FolderWriter
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.splits import split_findings, standard_splits
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import FieldWork
+from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
 from vislam2tag.report.dataset_page import dataset_page
 
 STATISTICS_FILE = "statistics.json"

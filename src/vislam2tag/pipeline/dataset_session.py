@@ -8,11 +8,11 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprints import SessionFingerprints, Walk, fingerprints_of
-from vislam2tag.dataset.imu_windows import imu_windows
-from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.dataset.magnetic import magnetic_windows
-from vislam2tag.dataset.radio_tables import TECHNOLOGIES, radio_rows
+from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, Walk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
+from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
+from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, radio_rows
+from vislam2tag.dataset.inertial.imu_windows import imu_windows
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.model import FloorInfo, Source
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.results import RUN_FILE, FloorRecord

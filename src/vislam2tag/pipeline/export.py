@@ -13,12 +13,12 @@ import polars as pl
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vislam2tag import __version__
+from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
 from vislam2tag.dataset.formats.left_out import left_out, left_out_of_dataset
 from vislam2tag.dataset.formats.registry import ExportContext, ExportFormat, export_named
-from vislam2tag.dataset.labelled import is_labelled
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
+from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
 from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding

@@ -15,7 +15,7 @@ from vislam2tag.dataset.description import Description, described
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.formats.registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, with_privacy
+from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.pipeline.dataset_finish import finish_dataset
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.dataset.change_record import SurveyChanges, survey_record, write_changes
-from vislam2tag.dataset.changes import CELL_M, Changes, survey_changes
-from vislam2tag.dataset.floor_plan import floor_of
+from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
+from vislam2tag.dataset.comparing.changes import CELL_M, Changes, survey_changes
+from vislam2tag.dataset.comparing.joining import join_datasets
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
-from vislam2tag.dataset.joining import join_datasets
+from vislam2tag.dataset.measures.floor_plan import floor_of
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.dataset import table_3
-from vislam2tag.dataset.statistics_record import DatasetStatistics
-from vislam2tag.dataset.table_3 import PAPER_FINGERPRINTS, Table3
+from vislam2tag.dataset.measures import table_3
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
+from vislam2tag.dataset.measures.table_3 import PAPER_FINGERPRINTS, Table3
 from vislam2tag.errors import Vislam2tagError
 from vislam2tag.evaluation.paper import STRATEGIES, PaperWalk, labelled_shares
 from vislam2tag.evaluation.table_text import csv_text, latex_text, markdown_text, walks_csv

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
-from vislam2tag.dataset.statistics import dataset_statistics
-from vislam2tag.dataset.statistics_record import DatasetStatistics
+from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.paper_data import PaperData
 from vislam2tag.pipeline.run import process

@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from vislam2tag import __version__
-from vislam2tag.dataset.floor_plan import floor_of
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
-from vislam2tag.dataset.geotiff import pixel_transform, site_transform, write_geotiff
-from vislam2tag.dataset.map_process import MapKernel
+from vislam2tag.dataset.measures.floor_plan import floor_of
 from vislam2tag.dataset.model import Dataset, Georeference
-from vislam2tag.dataset.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
+from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
+from vislam2tag.dataset.radio_mapping.map_process import MapKernel
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
 from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
@@ -85,8 +85,8 @@ def write_radio_maps(
 ) -> RadioMapIndex:
     """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
 
-    Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_maps.radio_maps` does, OutputError where
-    ``out`` holds something else or cannot be written.
+    Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_mapping.radio_maps.radio_maps` does,
+    OutputError where ``out`` holds something else or cannot be written.
     """
     dataset = open_dataset(source)
     with whole_folder(out, is_radio_maps) as folder:

@@ -11,11 +11,11 @@ import plotly.graph_objects as go
 import polars as pl
 
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.coverage import FloorCoverage
-from vislam2tag.dataset.floor_plan import floor_of
-from vislam2tag.dataset.gap_walk import GapWalk, gap_walks
+from vislam2tag.dataset.measures.coverage import FloorCoverage
+from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.measures.gap_walk import GapWalk, gap_walks
+from vislam2tag.dataset.measures.statistics_record import UNKNOWN
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.statistics_record import UNKNOWN
 from vislam2tag.report.figures import axis, figure_json, page_layout, placed_plan
 from vislam2tag.report.layers import Trace, plotly_text
 from vislam2tag.report.plan import drawn_plan

@@ -10,11 +10,11 @@ import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
-from vislam2tag.dataset.coverage import CoverageSettings, coverage
-from vislam2tag.dataset.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.dataset.measures.coverage import CoverageSettings, coverage
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
+from vislam2tag.dataset.measures.table_3 import TITLE, Table3
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.statistics_record import DatasetStatistics
-from vislam2tag.dataset.table_3 import TITLE, Table3
+from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
 from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.dataset_charts import charts
 from vislam2tag.report.dataset_map import floor_map

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.dataset.table_3 import TITLE, Table3
+from vislam2tag.dataset.measures.table_3 import TITLE, Table3
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.evaluation.tables import PaperTable
 from vislam2tag.report.page import write_page

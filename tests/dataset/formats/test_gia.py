@@ -10,11 +10,11 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from tests.dataset.formats.round_trip import imported
+from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.formats import ExportContext, export_named, import_format_of
 from vislam2tag.dataset.formats.gia_tables import wifi_rows
-from vislam2tag.dataset.labelled import open_labelled
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy, hashed
+from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.pipeline.dataset import build_dataset

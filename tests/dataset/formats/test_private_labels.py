@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.formats.private_labels import PrivateLabels
 from vislam2tag.dataset.formats.raw_wifi import hidden_wifi_file
-from vislam2tag.dataset.labelled import LabelledSession, open_labelled
-from vislam2tag.dataset.privacy import Privacy, hashed
+from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.sessions.wifi_table import parse_wifi
 
 KEY = b"0123456789abcdef"

@@ -9,8 +9,8 @@ import polars as pl
 import pytest
 from evo.tools import file_interface  # type: ignore[import-untyped]
 
+from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.formats import ExportContext, export_named
-from vislam2tag.dataset.labelled import open_labelled
 from vislam2tag.errors import DatasetError
 from vislam2tag.findings import Finding
 

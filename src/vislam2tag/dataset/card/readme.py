@@ -15,9 +15,9 @@ from vislam2tag.dataset.card.datacite import datacite_text
 from vislam2tag.dataset.card.hugging_face import front_matter
 from vislam2tag.dataset.card.licences import licence_url
 from vislam2tag.dataset.description import missing_fields
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Source
 from vislam2tag.dataset.schema import SCHEMAS, UNITS
-from vislam2tag.dataset.statistics_record import DatasetStatistics
 
 NOT_STATED = "not stated"
 LABELS = "process"

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.formats.private_labels import PrivateLabels
 from vislam2tag.dataset.formats.raw_wifi import hidden_wifi_file
 from vislam2tag.dataset.formats.registry import ExportContext, register_labels_export
-from vislam2tag.dataset.labelled import LabelledSession, open_labelled
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.labeling.schemas import SCHEMAS

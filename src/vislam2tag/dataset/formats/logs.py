@@ -19,13 +19,12 @@ import polars as pl
 
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.access_points import access_point_table
-from vislam2tag.dataset.fingerprints import Walk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.fingerprints import Walk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
+from vislam2tag.dataset.fingerprinting.motion import Motion
+from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES
 from vislam2tag.dataset.formats.waypoints import Waypoints, trajectory_between
-from vislam2tag.dataset.magnetic import magnetic_windows
 from vislam2tag.dataset.model import Dataset, DatasetInfo
-from vislam2tag.dataset.motion import Motion
-from vislam2tag.dataset.radio_tables import TECHNOLOGIES
 from vislam2tag.dataset.schema import (
     ACCESS_POINTS,
     FINGERPRINTS,
@@ -36,6 +35,7 @@ from vislam2tag.dataset.schema import (
     empty_table,
     in_schema,
 )
+from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.findings import ROWS_NAMED, Finding
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.settings import DatasetSettings, LabelSettings

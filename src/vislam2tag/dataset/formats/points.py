@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from vislam2tag.dataset.access_points import access_point_table
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
+from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.findings import Finding
 from vislam2tag.survey.slugs import unique_slugs
 
@@ -58,7 +58,7 @@ class Points:
 def point_dataset(info: DatasetInfo, points: Points, names: pl.DataFrame = _NO_NAMES) -> Dataset:
     """Make a data set of fingerprints at points: ordered by session, then time, then row.
 
-    ``names`` is as :func:`~vislam2tag.dataset.access_points.access_point_table` takes it.
+    ``names`` is as :func:`~vislam2tag.dataset.transmitters.access_points.access_point_table` takes it.
     """
     rows = _identified(points.rows)
     heard = points.heard.join(rows.select("row", "scan_id", "order", "floor", "x", "y", "time_ns", "sigma"), on="row")

@@ -1,4 +1,4 @@
-"""Privacy of labelled readings that become no data set (:mod:`vislam2tag.dataset.privacy` is for those that do)."""
+"""Privacy of labelled readings that become no data set (``transmitters.privacy`` is for those that do)."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import polars as pl
 
-from vislam2tag.dataset.access_points import NOMAP
-from vislam2tag.dataset.labelled import LabelledSession
-from vislam2tag.dataset.privacy import NOMAP_LEFT_OUT, Privacy, hashed
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
+from vislam2tag.dataset.transmitters.access_points import NOMAP
+from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, hashed
 from vislam2tag.findings import Finding, Severity
 
 

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Literal, Protocol, TypeVar
 
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.privacy import Privacy
+from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 

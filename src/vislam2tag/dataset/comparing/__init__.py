@@ -1,0 +1,1 @@
+"""Two data sets: are they the same, what changed between them, and joining them."""

@@ -1,0 +1,84 @@
+"""Whether two data sets (or labelled folders) are the same within a tolerance, and where they are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.dataset.comparing.comparable import Comparable, comparable
+from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
+from vislam2tag.errors import UsageError
+
+Progress = Callable[[int, int], None]
+"""Told after each table: how many are done, of how many."""
+
+
+class Comparison(BaseModel):
+    """What differs between a first and a second folder."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: str
+    tolerance: float
+    tables: int
+    """Tables compared: one a session and name."""
+    rows: int
+    """Rows whose key is in both."""
+    missing_sessions: tuple[str, ...]
+    """Sessions that only the first has."""
+    extra_sessions: tuple[str, ...]
+    facts: tuple[str, ...]
+    """Entries of the manifests that differ."""
+    differences: tuple[TableDifferences, ...]
+    """Of the tables that differ alone, by session."""
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing differs."""
+        return not (self.missing_sessions or self.extra_sessions or self.facts or self.differences)
+
+
+def compare(first: Path, second: Path, tolerance: float, progress: Progress | None = None) -> Comparison:
+    """Compare two folders, one table of one session at a time.
+
+    ``tolerance``: metres for positions, the own unit of any other column with fractions.
+    Raises UsageError where a folder holds nothing to compare or both hold different kinds, DatasetError where a
+    table cannot be read.
+    """
+    one, other = comparable(first), comparable(second)
+    if one.kind != other.kind:
+        raise UsageError(
+            f"{first} is of the kind {one.kind}, {second} of the kind {other.kind}: only the same can be compared; "
+            "make data sets or an export of both"
+        )
+    missing, extra = sorted(one.sessions - other.sessions), sorted(other.sessions - one.sessions)
+    compared = sorted(key for key in {*one.parts, *other.parts} if key[0] not in {*missing, *extra})
+    found = []
+    for done, (session, table) in enumerate(compared, start=1):
+        found.append(_compared(session, table, one, other, tolerance))
+        if progress is not None:
+            progress(done, len(compared))
+    return Comparison(
+        kind=one.kind,
+        tolerance=tolerance,
+        tables=len(found),
+        rows=sum(table.matched for table in found),
+        missing_sessions=tuple(missing),
+        extra_sessions=tuple(extra),
+        facts=tuple(
+            name for name in sorted({*one.facts, *other.facts}) if one.facts.get(name) != other.facts.get(name)
+        ),
+        differences=tuple(table for table in found if not table.same),
+    )
+
+
+def _compared(session: str, table: str, one: Comparable, other: Comparable, tolerance: float) -> TableDifferences:
+    """Compare one table; one that is on one side only is all missing or all extra."""
+    parts = one.parts.get((session, table)), other.parts.get((session, table))
+    keys = next(part.keys for part in parts if part is not None)
+    tables = [None if part is None else part.read() for part in parts]
+    schema = next(read.schema for read in tables if read is not None)
+    first, second = (schema.to_frame() if read is None else read for read in tables)
+    return compare_tables(session, table, first, second, keys, tolerance)

@@ -1,0 +1,1 @@
+"""From the labelled tables of a walk to fingerprints, magnetic ones among them."""

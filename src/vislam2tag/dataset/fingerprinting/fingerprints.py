@@ -1,0 +1,181 @@
+"""Fingerprints of one session: its labelled radio readings, grouped by scan or by windows of time.
+
+Published practice is one position a scan, the mean over its readings (paper, section VII); here readings weigh by
+their certainty, and a cached result of an earlier scan does not pull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import polars as pl
+
+from vislam2tag.core.status import STATUS_LABELS
+from vislam2tag.dataset.fingerprinting.motion import Motion
+from vislam2tag.dataset.fingerprinting.positions import mean_position
+from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.results import SessionResult
+from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.corrections import session_start
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Who a session is in the data set, and how its phone moved."""
+
+    session: str
+    """Its slug, unique in the data set."""
+    building: str
+    device: str
+    name: str
+    """The session folder's own name."""
+    motion: Motion
+
+    @classmethod
+    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> Walk:
+        """Make it of what ``process`` wrote of a session: its result and its trajectory."""
+        return cls(session, building, result.device, result.session, Motion.of(trajectory))
+
+
+@dataclass(frozen=True)
+class SessionFingerprints:
+    """Rows of the tables ``fingerprints`` and ``readings`` of one session and technology, in order of time."""
+
+    fingerprints: pl.DataFrame
+    readings: pl.DataFrame
+    names: pl.DataFrame
+    """How often each transmitter was heard by each name: columns bssid, technology, ssid, count."""
+    findings: tuple[Finding, ...]
+
+
+def fingerprints_of(
+    rows: pl.DataFrame, technology: str, walk: Walk, settings: DatasetSettings, max_sigma_m: float
+) -> SessionFingerprints:
+    """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
+
+    Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
+    A fingerprint's position is the mean of its readings' by certainty (:func:`.positions.mean_position`). With scans,
+    readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay,
+    with their own position, and the scan's position, spread and times are those of the others.
+    """
+    window_s = settings.window_of(technology)
+    heard, findings = _heard(rows, technology)
+    grouped = _by_scan(heard, settings.scan_length_s) if window_s is None else _by_window(heard, window_s)
+    grouped = grouped.sort("number", "time_ns", "row", maintain_order=True)
+    table = _summarised(grouped)
+    table = table.sort("start_ns", "number").with_columns(scan_id=_scan_id(walk.session, technology))
+    grouped = table.select("number", "scan_id", pl.int_range(pl.len()).alias("place")).join(grouped, on="number")
+    floor = pl.when(pl.col("x").is_not_null()).then("floor").alias("floor")
+    columns = (floor if name == "floor" else name for name in SCHEMAS[READINGS])
+    readings = grouped.sort("place", "time_ns", "row").select(columns)
+    return SessionFingerprints(
+        in_schema(FINGERPRINTS, _finished(table, technology, walk, max_sigma_m)),
+        in_schema(READINGS, readings),
+        _names(heard, technology),
+        (*findings, *_group_findings(table, grouped, settings.scan_length_s)),
+    )
+
+
+def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Leave out what is no reading of its own, and say how much that is."""
+    repeated = rows["status"] == "duplicate"
+    mute = ~repeated & rows["rssi_dbm"].is_null()
+    findings = []
+    for kind, left_out, message in (
+        ("repeated_readings", repeated, "readings that an earlier row gave already (same transmitter and time)"),
+        ("readings_without_level", mute, "readings whose level is no measurement"),
+    ):
+        count = int(left_out.sum())
+        if count:
+            text = f"{technology}: {message} are left out"
+            findings.append(Finding(kind=kind, file="", count=count, message=text, severity=Severity.INFO))
+    return rows.filter(~repeated & ~mute), findings
+
+
+def _by_scan(heard: pl.DataFrame, scan_length_s: float) -> pl.DataFrame:
+    """Number by the raw file's scan; ``current``: not a cached result of long before."""
+    newest = pl.col("time_ns").max().over("scan")
+    return heard.with_columns(
+        number=pl.col("scan").cast(pl.Int64), current=pl.col("time_ns") >= newest - round(scan_length_s * 1e9)
+    )
+
+
+def _by_window(heard: pl.DataFrame, window_s: float) -> pl.DataFrame:
+    """Number by windows of the clock, counted from the one that holds the session's first reading."""
+    window = pl.col("time_ns") // round(window_s * 1e9)
+    return heard.with_columns(number=window - window.min(), current=pl.lit(value=True))
+
+
+def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
+    """One row for each scan or window, by ``number``; position and sigma null where nothing current is labelled."""
+    placed = pl.col("current") & pl.col("x").is_not_null()
+    position = mean_position(placed)
+    x, y = (pl.col(name).filter(placed) for name in ("x", "y"))
+    return grouped.group_by("number", maintain_order=True).agg(
+        **position,
+        readings=pl.len(),
+        labelled=pl.col("x").count(),
+        placed=placed.any(),
+        start_ns=pl.col("time_ns").filter("current").min(),
+        end_ns=pl.col("time_ns").filter("current").max(),
+        x_median=x.median(),
+        y_median=y.median(),
+        spread=((x - position["x"]) ** 2 + (y - position["y"]) ** 2).mean().sqrt(),
+        cause=_most_frequent(pl.col("status").filter(pl.col("current") & pl.col("x").is_null())),
+    )
+
+
+def _most_frequent(cause: pl.Expr) -> pl.Expr:
+    """The most frequent of the causes; of equally frequent ones the first in order of the status codes."""
+    code = cause.cast(pl.Enum(STATUS_LABELS)).to_physical()
+    return code.mode().min()
+
+
+def _finished(table: pl.DataFrame, technology: str, walk: Walk, max_sigma_m: float) -> pl.DataFrame:
+    heading, speed = walk.motion.heading_and_speed(table["start_ns"].to_numpy(), table["end_ns"].to_numpy())
+    start = session_start(walk.name)
+    return table.with_columns(
+        pl.Series("heading_deg", heading, nan_to_null=True),
+        pl.Series("speed_m_s", speed, nan_to_null=True),
+        technology=pl.lit(technology),
+        building=pl.lit(walk.building),
+        labelled_share=pl.col("labelled") / pl.col("readings"),
+        status=pl.when(~pl.col("placed"))
+        .then(pl.col("cause").replace_strict(dict(enumerate(STATUS_LABELS)), default=None, return_dtype=pl.String))
+        .when(pl.col("sigma").fill_null(0.0) > max_sigma_m)
+        .then(pl.lit("uncertain"))
+        .otherwise(pl.lit("ok")),
+        device=pl.lit(walk.device),
+        session=pl.lit(walk.session),
+        date=pl.lit(None if start is None else start.date(), dtype=pl.Date),
+    ).drop("number", "placed", "cause")
+
+
+def _scan_id(session: str, technology: str) -> pl.Expr:
+    """Session, technology and the scan's or window's own number, which leads back to the raw file."""
+    return pl.concat_str(pl.lit(f"{session}/{technology}/"), pl.col("number").cast(pl.String).str.zfill(6))
+
+
+def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
+    counted = heard.group_by("bssid", "ssid").agg(count=pl.len().cast(pl.Int64)).sort("bssid", "ssid")
+    return counted.select("bssid", pl.lit(technology).alias("technology"), "ssid", "count")
+
+
+def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> list[Finding]:
+    """Count scans without label, by cause, and cached results."""
+    findings = []
+    old = int((~grouped["current"]).sum())
+    if old:
+        message = (
+            f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
+            "keep their own position and do not pull the scan's"
+        )
+        findings.append(Finding(kind="cached_readings", file="", count=old, message=message, severity=Severity.INFO))
+    unlabelled = int((~table["placed"]).sum())
+    if unlabelled:
+        message = "fingerprints have no position; their status is the cause"
+        findings.append(
+            Finding(kind="unlabelled_fingerprints", file="", count=unlabelled, message=message, severity=Severity.INFO)
+        )
+    return findings

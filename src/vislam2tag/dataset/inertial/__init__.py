@@ -1,0 +1,1 @@
+"""Windows of inertial readings, gravity-aligned, with the way walked in them."""

@@ -1,0 +1,204 @@
+"""Windows of gravity-aligned inertial readings with the way walked in them, for learned odometry (docs/datasets.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.status import Status
+from vislam2tag.dataset.inertial.building_frame import level_heading
+from vislam2tag.dataset.inertial.gravity_frame import LevelOrientation, filtered_orientation, logged_orientation
+from vislam2tag.dataset.inertial.mapped_frames import MappedFrames, mapped_frames
+from vislam2tag.dataset.inertial.period_means import period_means
+from vislam2tag.dataset.inertial.sensor_series import (
+    FINE,
+    FLOOR_CHANGE,
+    JUMP,
+    SENSOR_GAP,
+    SensorSeries,
+    first_fault,
+    sensor_series,
+)
+from vislam2tag.dataset.schema import IMU_WINDOWS, empty_table, in_schema
+from vislam2tag.settings import ImuWindowSettings
+
+USUAL_RATES_HZ = (25.0, 50.0, 100.0, 200.0, 400.0)
+MIN_AGREEMENT = 0.97
+"""Below this the phone's heading and tilt stray from the tracker's by about 14 degrees: one of them is wrong."""
+NO_ACCELEROMETER, NO_GYROSCOPE, OTHER_CLOCK, NO_HEADING, ORIENTATIONS_DISAGREE = range(103, 108)
+CAUSES: Mapping[int, str] = {
+    **{int(status): status.label for status in Status if status is not Status.OK},
+    SENSOR_GAP: "sensor_gap",
+    FLOOR_CHANGE: "floor_change",
+    JUMP: "jump",
+    NO_ACCELEROMETER: "no_accelerometer",
+    NO_GYROSCOPE: "no_gyroscope",
+    OTHER_CLOCK: "other_clock",
+    NO_HEADING: "no_heading",
+    ORIENTATIONS_DISAGREE: "orientations_disagree",
+}
+"""Why a window is dropped (docs/datasets.md)."""
+_AHEAD = np.array([0.0, 1.0, -1.0])
+"""Between the phone's top and where its back camera looks: ahead whether it is held flat or upright."""
+
+
+@dataclass(frozen=True)
+class ImuWindows:
+    """The windows of a session (schema ``IMU_WINDOWS``), and how many were dropped by cause (of :data:`CAUSES`)."""
+
+    table: pl.DataFrame
+    dropped: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """The sensors of a session in their common level frame."""
+
+    accelerometer: SensorSeries
+    gyroscope: SensorSeries
+    rotation: SensorSeries
+    level: LevelOrientation
+
+
+def imu_windows(
+    sensors: pl.DataFrame, trajectory: pl.DataFrame, session: str, settings: ImuWindowSettings
+) -> ImuWindows:
+    """Cut a session's windows from its ``sensors`` and ``trajectory`` tables, as ``process`` wrote them.
+
+    A window starts every ``step_s``. It is dropped where a reading in it has no position, a sensor is silent too long,
+    the floor changes, the position jumps, or the phone's orientation cannot be related to the tracker's.
+    """
+    start_ns = _starts(trajectory, settings)
+    if len(start_ns) == 0:
+        return ImuWindows(empty_table(IMU_WINDOWS), {})
+    motion = _motion(sensors, start_ns)
+    if isinstance(motion, int):
+        return ImuWindows(empty_table(IMU_WINDOWS), {CAUSES[motion]: len(start_ns)})
+    frames = mapped_frames(trajectory, motion.gyroscope)
+    cause = _causes(motion, frames, start_ns, settings)
+    heading = level_heading(frames.known_ns, frames.orientation, motion.level) if frames.known.any() else None
+    if heading is None:
+        cause[cause == FINE] = NO_HEADING
+        return ImuWindows(empty_table(IMU_WINDOWS), _counted(cause))
+    turn = heading.at(start_ns + _length_ns(settings) // 2)
+    cause[(cause == FINE) & (np.abs(turn) < MIN_AGREEMENT)] = ORIENTATIONS_DISAGREE
+    kept = np.flatnonzero(cause == FINE)
+    if len(kept) == 0:
+        return ImuWindows(empty_table(IMU_WINDOWS), _counted(cause))
+    turned = frames.turned(heading.camera_axes.apply(_AHEAD), start_ns[kept], start_ns[kept] + _length_ns(settings))
+    columns = _columns(motion, frames, start_ns[kept], turn[kept], settings)
+    table = pl.DataFrame(columns).with_columns(
+        heading_change_rad=pl.Series(turned),
+        window_id=pl.Series([f"{session}/imu/{number:06d}" for number in kept]),
+        building=pl.lit(""),
+        device=pl.lit(trajectory["device"][0]),
+        session=pl.lit(session),
+    )
+    return ImuWindows(in_schema(IMU_WINDOWS, table), _counted(cause))
+
+
+def _starts(trajectory: pl.DataFrame, settings: ImuWindowSettings) -> IntArray:
+    """Return when windows start: one a step, where there are frames.
+
+    The first starts, and the last ends, so far inside the frames that the sensors' readings reach over it.
+    """
+    unusable = (Status.DUPLICATE.label, Status.INVALID.label)
+    time_ns = trajectory.filter(~pl.col("status").is_in(unusable))["time_ns"].to_numpy()
+    if len(time_ns) == 0:
+        return np.empty(0, dtype=np.int64)
+    margin_ns, step_ns = round(settings.max_sensor_gap_s * 1e9), round(settings.step_s * 1e9)
+    start_ns = time_ns[0] + margin_ns + np.unique((time_ns - time_ns[0] - margin_ns) // step_ns) * step_ns
+    first_ns, last_ns = time_ns[0] + margin_ns, time_ns[-1] - margin_ns - _length_ns(settings)
+    starts: IntArray = start_ns[(start_ns >= first_ns) & (start_ns <= last_ns)]
+    return starts
+
+
+def _length_ns(settings: ImuWindowSettings) -> int:
+    """Length of a window, nanoseconds."""
+    return round(settings.length_s * 1e9)
+
+
+def _counted(cause: IntArray) -> dict[str, int]:
+    codes, counts = np.unique(cause[cause != FINE], return_counts=True)
+    return {CAUSES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}
+
+
+def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _Motion | int:
+    """Return the session's sensors in their level frame, or why there are none."""
+    accelerometer = sensor_series(sensors, "ACC", ("v1", "v2", "v3"))
+    gyroscope = _gyroscope(sensors)
+    rotation = sensor_series(sensors, "GAME_ROT", ("v1", "v2", "v3", "v4"))
+    for series, code in ((accelerometer, NO_ACCELEROMETER), (gyroscope, NO_GYROSCOPE)):
+        if len(series) < 2:
+            return code
+    logged = len(rotation) > 1
+    used = (accelerometer, gyroscope, rotation) if logged else (accelerometer, gyroscope)
+    if any(series.time_ns[-1] < start_ns[0] or series.time_ns[0] > start_ns[-1] for series in used):
+        return OTHER_CLOCK
+    level = logged_orientation(rotation) if logged else filtered_orientation(accelerometer, gyroscope)
+    return _Motion(accelerometer, gyroscope, rotation if logged else gyroscope, level)
+
+
+def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
+    """Take the calibrated gyroscope, else the uncalibrated one less the drift logged beside (``v4`` to ``v6``)."""
+    calibrated = sensor_series(sensors, "GYRO", ("v1", "v2", "v3"))
+    if len(calibrated):
+        return calibrated
+    raw = sensor_series(sensors, "GYRO_UN", ("v1", "v2", "v3", "v4", "v5", "v6"))
+    return SensorSeries(raw.time_ns, raw.values[:, :3] - raw.values[:, 3:], raw.status, raw.floor)
+
+
+def _causes(motion: _Motion, frames: MappedFrames, start_ns: IntArray, settings: ImuWindowSettings) -> IntArray:
+    """Tell for each window (w,) why it is dropped, or FINE."""
+    end_ns = start_ns + _length_ns(settings)
+    cause = np.full(len(start_ns), FINE, dtype=np.int64)
+    for series in (motion.accelerometer, motion.gyroscope, motion.rotation):
+        fault = first_fault(series.time_ns, series.faults(settings.max_sensor_gap_s), start_ns, end_ns)
+        cause = np.where(cause == FINE, fault, cause)
+    return np.where(cause == FINE, frames.first_fault(start_ns, end_ns), cause)
+
+
+def _columns(
+    motion: _Motion, frames: MappedFrames, start_ns: IntArray, turn: ComplexArray, settings: ImuWindowSettings
+) -> dict[str, pl.Series]:
+    """Return the columns of the windows that start at these times (w,); ``turn`` (w,) is the level frame's heading."""
+    end_ns = start_ns + _length_ns(settings)
+    ahead = motion.level.at(start_ns).apply(_AHEAD)
+    own_heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    heading = np.angle(turn * np.exp(1j * own_heading))
+    start, end = frames.place_at(start_ns), frames.place_at(end_ns)
+    way = ((end[:, 0] - start[:, 0]) + 1j * (end[:, 1] - start[:, 1])) * np.exp(-1j * heading)
+    rate_hz = settings.rate_hz or _usual_rate_hz(motion.accelerometer)
+    columns = {
+        "floor": pl.Series(motion.accelerometer.floor[np.searchsorted(motion.accelerometer.time_ns, start_ns)]),
+        "start_ns": pl.Series(start_ns),
+        "rate_hz": pl.Series(np.full(len(start_ns), rate_hz)),
+        "displacement_x": pl.Series(way.real),
+        "displacement_y": pl.Series(way.imag),
+        "heading_rad": pl.Series(heading),
+    }
+    for moment, values in (("start", start), ("end", end)):
+        for name, column in zip(("x", "y", "sigma"), values.T, strict=True):
+            columns[f"{name}_{moment}"] = pl.Series(column, nan_to_null=True)
+    for name, series in (("accelerometer", motion.accelerometer), ("gyroscope", motion.gyroscope)):
+        level = motion.level.at(series.time_ns).apply(series.values)
+        means = period_means(series.time_ns, level, start_ns, round(settings.length_s * rate_hz), rate_hz)
+        columns[name] = _flat(means, own_heading)
+    return columns
+
+
+def _flat(level: FloatArray, own_heading: FloatArray) -> pl.Series:
+    """Turn samples (w, n, 3) from the level frame into each window's own: a list of 3 n numbers a window."""
+    plane = (level[..., 0] + 1j * level[..., 1]) * np.exp(-1j * own_heading)[:, None]
+    own = np.stack((plane.real, plane.imag, level[..., 2]), axis=-1).astype(np.float32)
+    return pl.Series(own.reshape(len(own), -1)).arr.to_list()
+
+
+def _usual_rate_hz(series: SensorSeries) -> float:
+    """Return the usual rate whose ratio to the series' own is nearest to one."""
+    own_hz = 1e9 / float(np.median(np.diff(series.time_ns)))
+    return min(USUAL_RATES_HZ, key=lambda rate_hz: abs(np.log(rate_hz / own_hz)))

@@ -1,0 +1,75 @@
+"""A session's frames as the phone's sensors see them: on the gyroscope's clock, between the faults of the mapping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import polars as pl
+from scipy.spatial.transform import Rotation
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.pose_lag import estimate_pose_lag
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.dataset.inertial.rotations import RotationSeries
+from vislam2tag.dataset.inertial.sensor_series import FINE, JUMP, SensorSeries, first_fault, in_time_order
+from vislam2tag.settings import LabelSettings
+
+JUMP_M, FASTEST_M_S = 0.1, 4.0
+"""A step between frames longer than both allow, metres and metres a second, was not walked."""
+
+
+@dataclass(frozen=True)
+class MappedFrames:
+    """Usable frames in time order; ``known`` (n,): those with position (``values``: x, y, sigma) and orientation."""
+
+    series: SensorSeries
+    known: BoolArray
+    orientation: Rotation
+    """``bcs_R_camera`` of the known frames."""
+
+    @property
+    def known_ns(self) -> IntArray:
+        """Times of the known frames."""
+        known_ns: IntArray = self.series.time_ns[self.known]
+        return known_ns
+
+    def first_fault(self, start_ns: IntArray, end_ns: IntArray) -> IntArray:
+        """Tell for each window (w,) why the mapping does not hold all through it, or FINE."""
+        series = self.series
+        faults = series.faults(LabelSettings().max_gap_s)
+        step_m = np.hypot(*np.diff(series.values[:, :2], axis=0).T)
+        jumped = step_m > JUMP_M + FASTEST_M_S * np.diff(series.time_ns) * 1e-9
+        faults[(faults == FINE) & jumped] = JUMP
+        return first_fault(series.time_ns, faults, start_ns, end_ns)
+
+    def place_at(self, time_ns: IntArray) -> FloatArray:
+        """Interpolate x, y and sigma at times (w,) without fault: (w, 3)."""
+        since, at = ((times - self.series.time_ns[0]) * 1e-9 for times in (self.known_ns, time_ns))
+        return np.column_stack([np.interp(at, since, column) for column in self.series.values[self.known].T])
+
+    def turned(self, axis: FloatArray, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
+        """Angle (w,) by which an axis (3,) of the camera turned about the vertical, rad, counter-clockwise."""
+        between = RotationSeries(self.known_ns, self.orientation)
+        start, end = (between.at(times).apply(axis) for times in (start_ns, end_ns))
+        turned: FloatArray = np.angle((end[:, 0] + 1j * end[:, 1]) * (start[:, 0] - 1j * start[:, 1]))
+        return turned
+
+
+def mapped_frames(trajectory: pl.DataFrame, gyroscope: SensorSeries) -> MappedFrames:
+    """Take a session's frames from its ``trajectory`` table; stamps that the gyroscope says are late are set back."""
+    unusable = (Status.DUPLICATE.label, Status.INVALID.label)
+    rows = in_time_order(trajectory.filter(~pl.col("status").is_in(unusable)))
+    known = rows.select(pl.all_horizontal(pl.col("x", "y", "qx", "qy", "qz", "qw").is_not_null())).to_series()
+    quaternion = rows.filter(known).select("qx", "qy", "qz", "qw").to_numpy(writable=True).reshape(-1, 4)
+    status = rows["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy().copy()
+    status[has_position(status) & ~known.to_numpy()] = Status.NO_MAPPING
+    time_ns = rows["time_ns"].to_numpy()
+    lag_s = estimate_pose_lag(time_ns[known.to_numpy()], quaternion, gyroscope.time_ns, gyroscope.values) or 0.0
+    series = SensorSeries(
+        time_ns - round(lag_s * 1e9),
+        rows.select("x", "y", "sigma").cast(pl.Float64).fill_null(float("nan")).to_numpy().reshape(-1, 3),
+        status,
+        rows["floor"].cast(pl.Int64).to_numpy(),
+    )
+    return MappedFrames(series, known.to_numpy(), Rotation.from_quat(quaternion))

@@ -1,0 +1,1 @@
+"""Maps of RSSI by access point."""

@@ -1,0 +1,269 @@
+"""Radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.spatial import cKDTree
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.radio_mapping.map_heard import best_width, heard_error, heard_matrix, heard_share
+from vislam2tag.dataset.radio_mapping.map_process import (
+    LeftOut,
+    MapKernel,
+    MapProcess,
+    fit_kernel,
+    fit_process,
+    points_of,
+)
+from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, MapReadings, heard_at, map_readings, offsets_db
+from vislam2tag.errors import DatasetError, UsageError
+
+Cells: TypeAlias = NDArray[np.float32]
+_SAMPLE = 12
+"""Access points of a floor that set what all its maps share."""
+_MOST_CELLS = 250_000
+"""Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
+
+
+class RadioMapSettings(BaseModel):
+    """How radio maps are made."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    cell_m: float = Field(default=1.0, gt=0)
+    """Side of a cell, metres."""
+    reach_m: float = Field(default=3.0, gt=0)
+    """A cell has a share where a scan lies within this distance of its centre, a mean where a reading does, metres."""
+    most: int = Field(default=100, ge=1)
+    """Access points a floor and technology, the most heard; more only where they are named."""
+    least_readings: int = Field(default=10, ge=3)
+    """Readings on a floor that an access point needs for a map."""
+    most_points: int = Field(default=1000, ge=50)
+    """Readings of an access point beyond which they are averaged in squares: a map costs their cube."""
+
+
+class MapErrors(BaseModel):
+    """Readings predicted without those of their own fold: walks left out together, or fifths of the only walk."""
+
+    model_config = ConfigDict(frozen=True)
+
+    readings: int
+    """Those with a reading of another fold within reach; the others are not counted."""
+    rms_db: float | None
+    bias_db: float | None
+    within_one_deviation: float | None
+    """Share of the readings, 0 to 1; 0.68 where deviations are right."""
+
+    @classmethod
+    def of(cls, left_out: LeftOut, reach_m: float) -> MapErrors:
+        """Sum up the left-out readings of one map."""
+        counted = left_out.distance_m < reach_m
+        if not counted.any():
+            return cls(readings=0, rms_db=None, bias_db=None, within_one_deviation=None)
+        error = left_out.error_db[counted]
+        within = np.abs(error) < left_out.deviation_db[counted]
+        return cls(
+            readings=int(counted.sum()),
+            rms_db=round(float(np.sqrt((error**2).mean())), 3),
+            bias_db=round(float(error.mean()), 3),
+            within_one_deviation=round(float(within.mean()), 4),
+        )
+
+
+class RadioMap(BaseModel):
+    """What is known of one access point's map besides its cells."""
+
+    model_config = ConfigDict(frozen=True)
+
+    bssid: str
+    ssid: str | None
+    readings: int
+    square_m: float | None
+    """Side of the squares in which readings were averaged, metres; None where each reading counts on its own."""
+    loudest_dbm: float | None
+    """Greatest mean of a cell."""
+    errors: MapErrors
+    heard_error: float
+    """Mean squared error of the share of scans that hear it, predicted without those of their own fold (Brier)."""
+
+
+@dataclass(frozen=True)
+class FloorMaps:
+    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
+
+    place: MapPlace
+    grid: CellGrid
+    scans: int
+    maps: tuple[RadioMap, ...]
+    """Most heard first."""
+    kernel: MapKernel
+    heard_width_m: float
+    offsets_db: dict[str, float]
+    """What was taken off the readings of each device."""
+    mean_dbm: Cells
+    """Mean of the readings that are heard, as the mean of all devices hears them."""
+    deviation_db: Cells
+    """Standard deviation of a single reading there from that mean."""
+    sigma_db: Cells
+    """Standard deviation of the mean itself."""
+    heard: Cells
+    """Share of scans that hear it, 0 to 1."""
+
+
+Progress = Callable[[int], None]
+"""Called after each map with how many there are."""
+
+
+def radio_maps(
+    dataset: Dataset,
+    settings: RadioMapSettings,
+    access_points: Sequence[str] = (),
+    progress: Progress = lambda _total: None,
+) -> Iterator[FloorMaps]:
+    """Make the maps floor by floor; ``access_points`` names those wanted, else it is the most heard of each floor.
+
+    Access points whose owners ask not to be mapped (``_nomap``) have a map only where they are named.
+
+    Raises DatasetError where no access point is heard often enough in labelled fingerprints, UsageError where one that
+    is named is not in the set.
+    """
+    heard = _often_heard(dataset, settings, access_points)
+    wanted = heard.filter("wanted")
+    offsets = offsets_db(dataset)
+    names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
+    for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
+        place = MapPlace(str(building), int(floor), str(technology))
+        sample = heard.filter(pl.struct(MapPlace._fields) == place._asdict(), "sample")["bssid"].to_list()
+        mapped = own["bssid"].to_list()
+        readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
+        device_offsets = {device: value for (own, device), value in offsets.items() if own == place.technology}
+        order, shared = readings.indices(mapped), readings.indices(sample or mapped)
+        here = _Floor(place, readings, order, shared, names, settings)
+        # The matrices are small, and how many threads add up a sum shows in its last digits.
+        with threadpool_limits(limits=1):
+            maps = here.maps(device_offsets, lambda: progress(len(wanted)))
+        yield maps
+
+
+def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Sequence[str]) -> pl.DataFrame:
+    """Return the access points that are heard often enough on each floor, most heard first.
+
+    Columns are building, floor, technology, bssid, readings, whether it is ``wanted``, and whether it is of the
+    ``sample`` that sets what all maps of a floor share: the same whichever maps are wanted.
+    """
+    known = dataset.access_points.select("bssid", "nomap").collect()
+    unknown = sorted(set(access_points) - set(known["bssid"]))
+    if unknown:
+        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; access_points.parquet has them")
+    open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
+    named = pl.col("bssid").is_in(list(access_points))
+    enough = heard_at(dataset).filter(pl.col("readings") >= settings.least_readings)
+    rank = pl.int_range(pl.len()).over(*MapPlace._fields, open_to_all)
+    mapped = open_to_all & (rank < settings.most)
+    every = (mapped.sum().over(MapPlace._fields) / _SAMPLE).ceil().clip(1).cast(pl.Int64)
+    enough = enough.with_columns(wanted=named if access_points else mapped, sample=mapped & (rank % every == 0))
+    if not enough["wanted"].any():
+        heard = heard_at(dataset).filter(named if access_points else open_to_all)
+        raise DatasetError(
+            f"{dataset.info.name}: no access point has {settings.least_readings} readings in labelled fingerprints of "
+            f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
+            "more scans or name another --ap"
+        )
+    return enough
+
+
+@dataclass(frozen=True)
+class _Floor:
+    """One floor's maps in the making."""
+
+    place: MapPlace
+    readings: MapReadings
+    order: IntArray
+    """Access points that are mapped, most heard first."""
+    sample: IntArray
+    """Access points that set what all maps share."""
+    names: dict[str, str | None]
+    settings: RadioMapSettings
+
+    def maps(self, offsets: dict[str, float], done: Callable[[], None]) -> FloorMaps:
+        grid = grid_of(self.readings.scan_position, self.settings)
+        cells = np.argwhere(np.ones(grid.shape, dtype=bool))
+        centres = grid.centres_m(cells)
+        near = _near(centres, self.readings.scan_position, self.settings.reach_m)
+        kernel = fit_kernel(self.readings, self.sample)
+        width_m, brier, heard = self._heard(centres[near])
+        layers = np.full((4, len(self.order), len(cells)), np.nan, dtype=np.float32)
+        layers[3][:, near] = heard
+        records = []
+        for number, index in enumerate(self.order.tolist()):
+            process, square_m, inside = self._fit(index, kernel, centres)
+            layers[:3, number, inside] = process.at(centres[inside])
+            records.append(self._record(index, process, square_m, layers[0, number], brier[number]))
+            done()
+        mean, deviation, sigma, share = layers.reshape(4, len(self.order), *grid.shape)
+        scans = len(self.readings.scan_fold)
+        known = (tuple(records), kernel, width_m, offsets)
+        return FloorMaps(self.place, grid, scans, *known, mean, deviation, sigma, share)
+
+    def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
+        position, rssi, fold = self.readings.of(index)
+        points = points_of(position, rssi, fold, self.settings.most_points)
+        process = fit_process(points, rssi, kernel, self.settings.reach_m)
+        return process, points.square_m, _near(centres, position, self.settings.reach_m)
+
+    def _heard(self, centres: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Width of the kernel, its error for each access point (a,), and the share (a, n) at centres (n, 2)."""
+        here = self.readings
+        matrix = heard_matrix(here.scan, here.access_point, len(here.scan_fold), len(here.bssids))
+        width_m = best_width(here.scan_position, here.scan_fold, matrix[:, self.sample])
+        matrix = matrix[:, self.order]
+        error = heard_error(here.scan_position, here.scan_fold, matrix, width_m)
+        share = heard_share(centres, here.scan_position, matrix, np.asarray(matrix.mean(axis=0)), width_m)
+        return width_m, error, share.T
+
+    def _record(
+        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: Cells, brier: float
+    ) -> RadioMap:
+        bssid = self.readings.bssids[index]
+        return RadioMap(
+            bssid=bssid,
+            ssid=self.names.get(bssid),
+            readings=len(process.left_out.error_db),
+            square_m=square_m,
+            loudest_dbm=round(float(np.nanmax(mean_dbm)), 2) if np.isfinite(mean_dbm).any() else None,
+            errors=MapErrors.of(process.left_out, self.settings.reach_m),
+            heard_error=round(float(brier), 5),
+        )
+
+
+def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
+    """Make the grid that holds all cells near points (n, 2); its edges are multiples of the cell, so that grids agree.
+
+    Raises DatasetError where that is more cells than a floor can have.
+    """
+    low = np.floor((points.min(axis=0) - settings.reach_m) / settings.cell_m)
+    high = np.ceil((points.max(axis=0) + settings.reach_m) / settings.cell_m)
+    columns, rows = (int(size) for size in high - low)
+    if rows * columns > _MOST_CELLS:
+        raise DatasetError(
+            f"the labelled fingerprints of a floor span {(high - low)[0] * settings.cell_m:.0f} x "
+            f"{(high - low)[1] * settings.cell_m:.0f} m, which is {rows * columns} cells; correct the labels or choose "
+            "a larger --cell"
+        )
+    left, bottom = (low * settings.cell_m).tolist()
+    return CellGrid((left, bottom), settings.cell_m, rows, columns)
+
+
+def _near(centres: FloatArray, points: FloatArray, reach_m: float) -> BoolArray:
+    distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach_m)
+    return np.isfinite(distance)

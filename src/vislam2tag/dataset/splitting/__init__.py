@@ -1,0 +1,1 @@
+"""Splits into training and test parts, and how far they leak."""

@@ -1,0 +1,206 @@
+"""Splits of a data set into what trains and what tests, one function a kind (docs/datasets.md).
+
+Every fingerprint and window gets the group of the same kind, so that one split serves all; what has no label is in
+neither part. A split that the data cannot give (one phone only, no dates) raises UsageError with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from types import MappingProxyType
+
+import polars as pl
+
+from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.dataset.splitting.blocks import block_of, near_blocks
+from vislam2tag.dataset.splitting.draws import dealt, drawn
+from vislam2tag.dataset.splitting.split_items import rank_of_kind, split_items
+from vislam2tag.errors import UsageError
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.settings import SplitSettings
+
+TEST, TRAIN = "test", "train"
+_LABELLED = pl.col("labelled")
+_GROUP = pl.col("group")
+_PLACE = ("building", "floor")
+
+
+class SplitKind(StrEnum):
+    """What is held out."""
+
+    RANDOM = "random"
+    DEVICE = "device"
+    TRAJECTORY = "trajectory"
+    DAY = "day"
+    BLOCK = "block"
+    FLOOR = "floor"
+
+
+def standard_splits(dataset: Dataset, seed: int = 0) -> dict[str, Split]:
+    """Make every kind of split that the data set can give, with the default settings; by the kind's name."""
+    items = split_items(dataset)
+    made = (_made_or_reason(items, kind, SplitSettings(seed=seed)) for kind in SplitKind)
+    return {split.info.name: split for split in made if isinstance(split, Split)}
+
+
+def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
+    """Tell the kinds that :func:`standard_splits` left out and why, and how many labels are in no part of others."""
+    items = split_items(dataset)
+    findings = []
+    for kind in SplitKind:
+        made = _made_or_reason(items, kind, SplitSettings())
+        if not isinstance(made, Split):
+            findings.append(_finding("no_split", items.height, f"{made}; the split is left out", Severity.INFO))
+            continue
+        known = items.filter(_LABELLED)["id"].implode()
+        outside = made.groups.filter(pl.col("id").is_in(known), _GROUP.is_null()).height
+        if outside:
+            message = f"--by {kind}: labelled fingerprints and windows that tell no {kind}; they are in neither part"
+            findings.append(_finding("not_in_split", outside, message, Severity.WARNING))
+    return tuple(findings)
+
+
+def make_split(dataset: Dataset, kind: SplitKind, settings: SplitSettings, name: str | None = None) -> Split:
+    """Make one split; ``name`` is the kind's where none is given. Raises UsageError where the data cannot give it."""
+    return _KINDS[kind](split_items(dataset), settings, kind.value if name is None else name)
+
+
+def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Draw a share of the fingerprints of each building, floor and device (paper, section VII-A).
+
+    Wi-Fi fingerprints are drawn (in a walk without any: BLE, else magnetic, else IMU windows). What else the walk
+    holds follows the one of them that is nearest in time, so that no moment of a walk is in both parts.
+    """
+    labelled = items.filter(_LABELLED).with_columns(rank=rank_of_kind())
+    placed = pl.all_horizontal(pl.col("time_ns", "session").is_not_null())
+    first = pl.col("rank") == pl.col("rank").filter(placed).min().over("session")
+    leads = labelled.filter(first | ~placed)
+    tests = drawn(leads, "id", (*_PLACE, "device", "kind"), settings.share, settings.seed)
+    leads = leads.with_columns(group=pl.when(tests).then(pl.lit(TEST)).otherwise(pl.lit(TRAIN)))
+    follow = labelled.join(leads, on="id", how="anti")
+    groups = pl.concat([leads.select("id", "group"), _followed(follow, leads)])
+    return _split(
+        items,
+        groups,
+        SplitInfo(
+            name=name,
+            kind=SplitKind.RANDOM,
+            parameters={"share": settings.share, "seed": settings.seed},
+            folds=(Fold(name=TEST, test=(TEST,)),),
+        ),
+        f"too few fingerprints of any floor and device to draw {100 * settings.share:g} %",
+    )
+
+
+def device_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Hold out each device in turn."""
+    del settings
+    return _each_held_out(items, pl.col("device"), SplitKind.DEVICE, name)
+
+
+def day_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Hold out each day in turn."""
+    del settings
+    return _each_held_out(items, pl.col("date").dt.to_string("iso"), SplitKind.DAY, name)
+
+
+def floor_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Hold out each floor of each building in turn."""
+    del settings
+    return _each_held_out(items, _floor_name(), SplitKind.FLOOR, name)
+
+
+def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Deal whole walks to folds, floor after floor in drawn order; each fold tests once."""
+    labelled = items.filter(_LABELLED, pl.col("session").is_not_null())
+    walks = labelled.group_by("session").agg(pl.col("building", "floor").min())
+    count = min(settings.folds, walks.height)
+    hands = dealt(walks, "session", _PLACE, max(count, 1), settings.seed)
+    folds = tuple(
+        Fold(name=f"{TEST}_{hand + 1}", test=tuple(walks.filter(hands == hand)["session"].sort()))
+        for hand in range(count)
+    )
+    parameters: dict[str, float | int | str] = {"folds": count, "seed": settings.seed}
+    info = SplitInfo(name=name, kind=SplitKind.TRAJECTORY, parameters=parameters, folds=folds)
+    return _split(items, labelled.select("id", group="session"), info, "there is one walk only, or none is named")
+
+
+def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
+    """Hold out a share of each floor's square blocks; what lies in the guard ring around them is in neither part.
+
+    A block is ``x // side, y // side``; only blocks with fingerprints are drawn. Floors are drawn independently.
+    """
+    labelled = block_of(items.filter(_LABELLED), settings.block_m)
+    labelled = labelled.with_columns(group=_floor_name() + pl.format(" block {} {}", "column", "line"))
+    blocks = labelled.select(*_PLACE, "column", "line", "group").unique().sort("group")
+    tests = blocks.filter(drawn(blocks, "group", _PLACE, settings.share, settings.seed))
+    outside = ~labelled["group"].is_in(tests["group"].implode())
+    guard = outside & near_blocks(labelled, tests, settings.block_m, settings.guard_m)
+    groups = labelled.select("id", group=pl.when(~guard).then(_GROUP))
+    parameters: dict[str, float | int | str] = {
+        "block_m": settings.block_m,
+        "guard_m": settings.guard_m,
+        "share": settings.share,
+        "seed": settings.seed,
+    }
+    folds = (Fold(name=TEST, test=tuple(tests["group"])),)
+    info = SplitInfo(name=name, kind=SplitKind.BLOCK, parameters=parameters, folds=folds)
+    return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to hold some out")
+
+
+_KINDS: Mapping[SplitKind, Callable[[pl.DataFrame, SplitSettings, str], Split]] = MappingProxyType(
+    {
+        SplitKind.RANDOM: random_split,
+        SplitKind.DEVICE: device_split,
+        SplitKind.TRAJECTORY: trajectory_split,
+        SplitKind.DAY: day_split,
+        SplitKind.BLOCK: block_split,
+        SplitKind.FLOOR: floor_split,
+    }
+)
+
+
+def _made_or_reason(items: pl.DataFrame, kind: SplitKind, settings: SplitSettings) -> Split | str:
+    try:
+        return _KINDS[kind](items, settings, kind.value)
+    except UsageError as error:
+        return str(error)
+
+
+def _each_held_out(items: pl.DataFrame, key: pl.Expr, kind: SplitKind, name: str) -> Split:
+    groups = items.filter(_LABELLED).select("id", group=key)
+    values = groups["group"].drop_nulls().unique().sort()
+    folds = tuple(Fold(name=value, test=(value,)) for value in values)
+    info = SplitInfo(name=name, kind=kind, folds=folds)
+    what = "is only one" if len(values) else "is no"
+    return _split(items, groups, info, f"there {what} {kind}")
+
+
+def _split(items: pl.DataFrame, groups: pl.DataFrame, info: SplitInfo, otherwise: str) -> Split:
+    """Give each item its group, in order of the ids; raises UsageError where a part of the split has nothing."""
+    whole = items.select("id").join(groups, on="id", how="left").sort("id")
+    present = whole["group"].drop_nulls().unique()
+    tested = {group for fold in info.folds for group in fold.test}
+    if len(present) < 2 or not tested.intersection(present):
+        raise UsageError(f"--by {info.kind}: {otherwise}")
+    return Split(info, whole)
+
+
+def _followed(follow: pl.DataFrame, leads: pl.DataFrame) -> pl.DataFrame:
+    """Give rows the group of the row among ``leads`` of their walk that is nearest in time."""
+    timed = leads.select("session", "time_ns", "group", by="id").drop_nulls("time_ns").sort("time_ns", "by")
+    found = follow.sort("time_ns", "id").join_asof(
+        timed, on="time_ns", by="session", strategy="nearest", check_sortedness=False
+    )
+    return found.select("id", "group")
+
+
+def _floor_name() -> pl.Expr:
+    building = pl.when(pl.col("building") != "").then(pl.col("building") + " ").otherwise(pl.lit(""))
+    return building + pl.format("floor {}", "floor")
+
+
+def _finding(kind: str, count: int, message: str, severity: Severity) -> Finding:
+    return Finding(kind=kind, file=FINGERPRINTS, count=count, message=message, severity=severity)

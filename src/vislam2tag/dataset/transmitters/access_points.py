@@ -1,0 +1,191 @@
+"""The table of access points: how often, where and how loud each was heard, and which do not stay in one place.
+
+Flags are null where the identifier is no address (``WAP001``): such data sets have taken the addresses out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import polars as pl
+
+from vislam2tag.dataset.by_session import SessionTables, each_session
+from vislam2tag.dataset.schema import ACCESS_POINTS, empty_table, in_schema
+from vislam2tag.dataset.transmitters.radios import ADDRESS, pair_differences, radios, sum_of_differences
+
+STRONG_DBM = -55.0
+"""A phone hears a transmitter of usual power (20 dBm) as loud as this within some 20 m in free line of sight."""
+FAR_APART_M = 50.0
+"""Two places this far apart cannot both lie within 20 m of one transmitter, even with a corridor's wave guide."""
+FLOORS_APART = 3
+"""Three slabs cost 40 dB and more: a transmitter that stays put is not strong that many floors apart."""
+_CELL_M = 5.0
+_PARTS = 16
+"""Sessions whose counts are added up at once."""
+_STRONG_READINGS = 3
+"""A cell counts as one where a transmitter is strong from this many readings on: one odd label moves nothing."""
+_LOCAL_BIT = 2
+"""Bit of an address's first octet: given locally, not by a manufacturer (IEEE 802, 8.4)."""
+_PHONE_NAME = (
+    r"(?i)^androidap|^androidhotspot|\biphone\b|\bipad\b|^DIRECT-|"
+    r"^(galaxy|huawei|honor|oppo|vivo|redmi|oneplus|pixel|xiaomi|nokia|moto|mi|sm)[ _][^ ]"
+)
+"""Names that phones give their hotspots; ``HUAWEI-2FF4`` with a hyphen is a home router."""
+_STANDING_NAME = r"(?i)^DIRECT-.*(hp |epson|canon|brother|lexmark|xerox|kyocera|ricoh|roku|tv|bravia|chromecast)"
+"""Wi-Fi Direct of printers and screens, which stand."""
+NOMAP = r"(?i)_nomap$"
+"""The suffix by which owners ask that their network is in no map; in any case, to be sure."""
+
+
+@dataclass(frozen=True)
+class _Tally:
+    """What is counted of each access point; its size follows the access points and their surroundings alone."""
+
+    heard: pl.DataFrame
+    """bssid, technology, readings, fingerprints, sessions, strongest_dbm."""
+    floors: pl.DataFrame
+    """bssid, floor: each pair once."""
+    channels: pl.DataFrame
+    """bssid, frequency_mhz, count."""
+    strong: pl.DataFrame
+    """bssid, building, floor, column, row, count: cells of ``_CELL_M`` where it was heard strongly."""
+    differences: pl.DataFrame
+    """What :func:`.radios.pair_differences` finds."""
+
+
+def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names: pl.DataFrame) -> pl.DataFrame:
+    """Make the table of access points, ordered by BSSID.
+
+    ``names`` has columns bssid, technology, ssid, count: how often each access point was heard by each name. The
+    readings of one session at a time are in memory.
+
+    ``radio``: the least address of those that one radio sends (:mod:`.radios`).
+
+    ``randomised``: the address is given locally. Phones draw such addresses at random, but access points with
+    several networks derive theirs the same way: it tells no phone from an access point by itself. Null for BLE, whose
+    random addresses look like any other.
+
+    ``mobile``: heard strongly at two places too far apart for one position (``FAR_APART_M``, ``FLOORS_APART``, or in
+    two buildings), or named as phones name their hotspots. A phone that stayed in one corner under a name of its
+    owner's is missed; a repeater that copies an address is flagged. Null where neither position nor name is known.
+
+    ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
+    """
+    tallies: list[_Tally] = []
+    for tables in each_session(fingerprints, readings):
+        tallies.append(_tally(tables))
+        if len(tallies) == _PARTS:
+            tallies = [_sum(tallies)]
+    if not tallies:
+        return empty_table(ACCESS_POINTS)
+    total = _sum(tallies)
+    table = (
+        total.heard.join(_floors(total.floors), on="bssid", how="left")
+        .join(_median_frequency(total.channels), on="bssid", how="left")
+        .join(_names(names), on="bssid", how="left")
+        .join(_wandering(total.strong), on="bssid", how="left")
+        .join(radios(total.heard["bssid"], total.differences), on="bssid", how="left")
+        .with_columns(pl.col("floors").fill_null([]))
+    )
+    return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far").sort("bssid"))
+
+
+def _tally(tables: SessionTables) -> _Tally:
+    scans = tables.fingerprints.select("scan_id", "technology", "building")
+    readings = tables.readings.join(scans, on="scan_id", how="left").with_columns(
+        column=(pl.col("x") // _CELL_M).cast(pl.Int32), row=(pl.col("y") // _CELL_M).cast(pl.Int32)
+    )
+    strong = readings.filter((pl.col("rssi_dbm") >= STRONG_DBM) & pl.col("x").is_not_null())
+    return _Tally(
+        readings.group_by("bssid").agg(
+            technology=pl.col("technology").min(),
+            readings=pl.len().cast(pl.Int64),
+            fingerprints=pl.col("scan_id").n_unique().cast(pl.Int64),
+            sessions=pl.lit(1, pl.Int64),
+            strongest_dbm=pl.col("rssi_dbm").max(),
+        ),
+        readings.select("bssid", "floor").drop_nulls().unique(),
+        readings.drop_nulls("frequency_mhz").group_by("bssid", "frequency_mhz").agg(count=pl.len().cast(pl.Int64)),
+        strong.group_by("bssid", "building", "floor", "column", "row").agg(count=pl.len().cast(pl.Int64)),
+        pair_differences(tables.readings),
+    )
+
+
+def _sum(tallies: Sequence[_Tally]) -> _Tally:
+    def all_of(part: str) -> pl.DataFrame:
+        parts: list[pl.DataFrame] = [getattr(tally, part) for tally in tallies]
+        return pl.concat(parts)
+
+    counts = pl.col("count").sum()
+    return _Tally(
+        all_of("heard")
+        .group_by("bssid")
+        .agg(
+            pl.col("technology").min(),
+            pl.col("readings", "fingerprints", "sessions").sum(),
+            pl.col("strongest_dbm").max(),
+        ),
+        all_of("floors").unique(),
+        all_of("channels").group_by("bssid", "frequency_mhz").agg(counts),
+        all_of("strong").group_by("bssid", "building", "floor", "column", "row").agg(counts),
+        sum_of_differences([tally.differences for tally in tallies]),
+    )
+
+
+def _floors(pairs: pl.DataFrame) -> pl.DataFrame:
+    return pairs.group_by("bssid").agg(floors=pl.col("floor").sort())
+
+
+def _median_frequency(channels: pl.DataFrame) -> pl.DataFrame:
+    """The lower median, which is a channel that was really heard."""
+    upto = pl.col("count").cum_sum().over("bssid")
+    half = pl.col("count").sum().over("bssid") / 2
+    return (
+        channels.sort("bssid", "frequency_mhz")
+        .filter(upto >= half)
+        .group_by("bssid", maintain_order=True)
+        .first()
+        .drop("count")
+    )
+
+
+def _names(names: pl.DataFrame) -> pl.DataFrame:
+    """Each access point's most frequent name that is not empty, and what its names say of it."""
+    named = names.filter(pl.col("ssid").str.len_chars() > 0).group_by("bssid", "ssid").agg(pl.col("count").sum())
+    ssid = pl.col("ssid")
+    return (
+        named.sort(["bssid", "count", "ssid"], descending=[False, True, False])
+        .group_by("bssid", maintain_order=True)
+        .agg(
+            ssid=ssid.first(),
+            nomap=ssid.str.contains(NOMAP).any(),
+            phone_name=(ssid.str.contains(_PHONE_NAME) & ~ssid.str.contains(_STANDING_NAME)).any(),
+        )
+    )
+
+
+def _wandering(strong: pl.DataFrame) -> pl.DataFrame:
+    """Whether the cells where an access point is strong lie too far apart for one position: columns bssid, far."""
+    cells = strong.filter(pl.col("count") >= _STRONG_READINGS)
+    width = (pl.col("column").max() - pl.col("column").min()) * _CELL_M
+    depth = (pl.col("row").max() - pl.col("row").min()) * _CELL_M
+    by_floor = cells.group_by("bssid", "building", "floor").agg(extent_m=(width**2 + depth**2).sqrt())
+    by_building = by_floor.group_by("bssid", "building").agg(
+        far=(pl.col("extent_m").max() > FAR_APART_M) | (pl.col("floor").max() - pl.col("floor").min() >= FLOORS_APART)
+    )
+    return by_building.group_by("bssid").agg(far=pl.col("far").any() | (pl.len() > 1))
+
+
+def _flags() -> dict[str, pl.Expr]:
+    is_address = pl.col("bssid").str.contains(ADDRESS)
+    first_octet = pl.col("bssid").str.head(2).str.to_integer(base=16, strict=False)
+    local = (first_octet // _LOCAL_BIT) % 2 == 1
+    placed = pl.col("floors").list.len() > 0
+    mobile = pl.col("far").fill_null(False) | pl.col("phone_name").fill_null(False)
+    known = placed | pl.col("ssid").is_not_null()
+    return {
+        "randomised": pl.when(is_address & (pl.col("technology") == "wifi")).then(local),
+        "mobile": pl.when(is_address & known).then(mobile),
+        "nomap": pl.when(is_address).then(pl.col("nomap")),
+    }

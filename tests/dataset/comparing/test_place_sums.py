@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import polars as pl
+import pytest
+
+from tests.dataset.changing import Survey, bssid, surveyed, usual_places
+from vislam2tag.dataset.comparing.place_sums import PLACE, PlaceSums, place_sums
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.schema import FINGERPRINTS
+
+CELL_M = 4.0
+
+
+def sums(base: Survey, later: Survey) -> PlaceSums:
+    return place_sums({"base": surveyed(base), "later": surveyed(later)}, "wifi", CELL_M)
+
+
+def test_offsets_of_phones_are_found_between_surveys() -> None:
+    found = sums(Survey("base", offsets_db={"LG": 0.0, "Pixel": 4.0}), Survey("later", offsets_db={"LG": -3.0}))
+    offsets = found.offsets_db
+    assert offsets["base", "Pixel"] - offsets["base", "LG"] == pytest.approx(4.0, abs=0.5)
+    assert offsets["later", "LG"] - offsets["base", "LG"] == pytest.approx(-3.0, abs=0.5)
+
+
+def test_access_points_that_moved_do_not_pass_for_an_offset() -> None:
+    moved = usual_places() | dict.fromkeys(range(6), (55.0, 25.0))
+    offsets = sums(Survey("base"), Survey("later", places=moved)).offsets_db
+    assert offsets["later", "LG"] - offsets["base", "LG"] == pytest.approx(0.0, abs=0.6)
+
+
+def test_loudness_counts_from_what_every_phone_hears() -> None:
+    found = sums(Survey("base", sensitivity_dbm=-70.0), Survey("later", sensitivity_dbm=-88.0))
+    assert found.faintest_dbm == pytest.approx(-70.0, abs=1.0)
+    assert (found.heard["sum_later"] >= 0.0).all()
+
+
+def test_scans_count_once_a_place_heard_or_not() -> None:
+    base = surveyed(Survey("base"))
+    found = place_sums({"base": base, "later": surveyed(Survey("later"))}, "wifi", CELL_M)
+    assert found.places["scans_base"].sum() == base.fingerprints.collect().height
+    joined = found.heard.join(found.places, on=PLACE)
+    assert (joined["heard_base"] <= joined["scans_base"]).all()
+
+
+def test_what_has_no_label_counts_nowhere() -> None:
+    base = surveyed(Survey("base"))
+    nowhere = [pl.lit(None, pl.Float64).alias(name) for name in ("x", "y")]
+    unlabelled = replace(base, tables={**base.tables, FINGERPRINTS: base.fingerprints.with_columns(*nowhere)})
+    found = place_sums({"base": unlabelled, "later": surveyed(Survey("later"))}, "wifi", CELL_M)
+    assert found.places["scans_base"].sum() == 0
+    assert found.places["scans_later"].sum() > 0
+
+
+def test_a_technology_that_nobody_logged_has_no_places() -> None:
+    base: Dataset = surveyed(Survey("base"))
+    found = place_sums({"base": base, "later": base}, "ble", CELL_M)
+    assert found.places.is_empty()
+    assert found.heard.is_empty()
+
+
+def test_an_access_point_of_one_survey_has_zeros_in_the_other() -> None:
+    places = usual_places()
+    del places[3]
+    found = sums(Survey("base", places=places), Survey("later"))
+    new = found.heard.filter(pl.col("bssid") == bssid(3))
+    assert new["sum_base"].sum() == 0.0
+    assert new["sum_later"].sum() > 0.0
+
+
+def test_a_building_without_a_name_is_a_place() -> None:
+    base = surveyed(Survey("base"))
+    unnamed = base.fingerprints.with_columns(building=pl.lit(None, pl.String))
+    found = place_sums(
+        {"base": replace(base, tables={**base.tables, FINGERPRINTS: unnamed}), "later": base}, "wifi", CELL_M
+    )
+    assert (found.places["scans_base"] == found.places["scans_later"]).all()
+    assert (found.heard["heard_base"] == found.heard["heard_later"]).all()

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vislam2tag.dataset.inertial.period_means import period_means
+
+
+def test_the_mean_of_a_line_is_its_middle() -> None:
+    time_ns = np.array([0, 70, 130, 200, 1000]) * 1_000_000
+    values = np.column_stack((time_ns * 2e-9, 5 - time_ns * 1e-9))
+    found = period_means(time_ns, values, np.array([100, 250]) * 1_000_000, 4, 20.0)
+    middle = np.array([0.1, 0.25])[:, None] + (np.arange(4) + 0.5) / 20
+    assert np.allclose(found, np.stack((2 * middle, 5 - middle), axis=-1))
+
+
+@given(st.lists(st.floats(-9, 9), min_size=12, max_size=12), st.sampled_from((3.0, 10.0, 47.0)))
+@settings(deadline=None)
+def test_what_is_integrated_stays_the_same_at_any_rate(values: list[float], rate_hz: float) -> None:
+    time_ns = np.cumsum(np.arange(1, 13)) * 50_000_000
+    signal = np.array(values)[:, None]
+    start_ns = np.array([130_000_000])
+    count = round(3 * rate_hz)
+    found = period_means(time_ns, signal, start_ns, count, rate_hz)[0, :, 0]
+    fine = np.linspace(0.13, 3.13, 30001)
+    sampled = np.interp(fine, time_ns / 1e9, signal[:, 0])
+    assert abs(found.sum() / rate_hz - np.trapezoid(sampled, fine)) < 1e-3
+
+
+def test_a_hum_above_the_rate_does_not_alias() -> None:
+    time_ns = np.arange(0, 4_000_000_000, 2_000_000)
+    hum = np.sin(2 * np.pi * 60.0 * time_ns * 1e-9)[:, None]
+    assert np.abs(period_means(time_ns, hum, np.array([10**9]), 40, 20.0)).max() < 0.01
