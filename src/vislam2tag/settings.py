@@ -43,8 +43,8 @@ class SmootherSettings(_Frozen):
 
     sighting_range_m: float = Field(default=6.0, gt=0)
     """A landmark whose logged pose changes counts as seen within this horizontal distance, metres."""
-    allow_for_pose_lag: bool = True
-    """Poses are taken for as much older than their stamps as the gyroscope tells, where it does."""
+    allow_for_pose_lag: bool = False
+    """Whether poses are taken for as much older than their stamps as the gyroscope tells, where it does."""
 
 
 class LabelSettings(_Frozen):

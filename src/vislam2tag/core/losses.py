@@ -16,6 +16,12 @@ FASTEST_M_S = 3.0
 LEAST_JUMP_M = 0.3
 """... nor does a step shorter than this show that anything jumped as tracking was lost."""
 WALKING_M_S = 1.0
+FROZEN_WAY_M = 6.0
+FROZEN_WAY_M_S = 1.0
+"""Somebody may have walked this far while the camera was frozen, and this much farther a second."""
+FOUND_TURN_RAD = 0.03
+NEW_MAP_TURN_RAD = 1.0
+"""How far a tracker's map may have turned over a loss; and where it has come out in another map, metres away."""
 FOUND_SIGMA_M = 0.1
 """How far off a tracker may be that goes on through a loss."""
 
@@ -61,3 +67,17 @@ def bridge_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, Float
     way = complex(step.sum())
     kept = way if abs(way) < FASTEST_M_S * (dt.sum() + 1) else 0j
     return kept * share, (0.5 * WALKING_M_S * dt.sum()) ** 2 * share
+
+
+def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:
+    """Standard deviation of how far the map has turned over a loss with these steps (k,), as logged."""
+    walked = abs(complex(step.sum())) < FASTEST_M_S * (dt.sum() + 1)
+    return FOUND_TURN_RAD if walked else NEW_MAP_TURN_RAD
+
+
+def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
+    """How far somebody may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
+    way_m = np.zeros(len(dt))
+    for start, stop in runs(frozen):
+        way_m[start:stop] = FROZEN_WAY_M + FROZEN_WAY_M_S * dt[start:stop].sum()
+    return way_m

@@ -17,7 +17,15 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.excursions import find_excursions, returned
 from vislam2tag.core.faults import EventKind, TrackerEvent
-from vislam2tag.core.losses import FASTEST_M_S, bridge_loss, frozen_frames, lost_frames, runs
+from vislam2tag.core.losses import (
+    FASTEST_M_S,
+    bridge_loss,
+    frozen_frames,
+    loss_turn_rad,
+    lost_frames,
+    runs,
+    walkable_m,
+)
 from vislam2tag.core.map_moves import MapMoves, map_moves
 from vislam2tag.core.medians import median_of
 from vislam2tag.core.similarity import as_complex
@@ -34,13 +42,11 @@ LEAST_SPREAD_M = 0.003
 JUMP_SHARE = 0.1
 """Where a jump led is known within this share of its size, of a metre at most."""
 TURN_SIGMA_RAD = 0.03
-"""How well the landmarks tell the turn of a jump, and how far a loss may turn the map."""
+"""How well the landmarks tell the turn of a jump."""
 UNKNOWN_TURN_RAD = 0.1
 """The turn of a jump of which no landmark tells."""
 HOLE_S = 2.0
 """A longer time without any frame is a loss: nobody knows whether the tracker went on."""
-FROZEN_WAY_M = 6.0
-"""Somebody may have walked this far while the camera was frozen."""
 UNDONE = 0.3
 """A jump that brings the camera back to within this share of an earlier one undoes it."""
 LEAST_UPDATE_M = 0.005
@@ -128,9 +134,10 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         jump_rad2[span] = np.where(alone[span], 0, jump_rad2[span])
     losses = _losses(lost | frozen, hole)
     for start, stop in losses:
-        local[start:stop], freedom = bridge_loss(local[start:stop], steps.dt[start:stop])
+        dt = steps.dt[start:stop]
+        jump_rad2[start:stop] += loss_turn_rad(local[start:stop], dt) ** 2 * dt / dt.sum()
+        local[start:stop], freedom = bridge_loss(local[start:stop], dt)
         jump_m2[start:stop] += freedom
-        jump_rad2[start:stop] += TURN_SIGMA_RAD**2 * steps.dt[start:stop] / steps.dt[start:stop].sum()
     return Odometry(
         frame=frame,
         time_s=time_s,
@@ -184,7 +191,7 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
     # A map that turned has turned the steps after it, too.
     likely = np.stack((moves.turn * steps.expected, moves.turn * steps.expected_before, steps.expected_after))
     miss_with_map = np.abs(with_map - np.where(frozen, 0, likely)).min(axis=0)
-    limit = np.where(frozen, FROZEN_WAY_M, IMPOSSIBLE * steps.spread_m)
+    limit = np.where(frozen, walkable_m(frozen, steps.dt), IMPOSSIBLE * steps.spread_m)
     update = moves.moved & (miss_with_map < np.minimum(miss, limit))
     impossible = np.maximum(IMPOSSIBLE * steps.spread_m, FASTEST_M_S * steps.dt)
     jump = ~update & ~frozen & (miss > impossible)

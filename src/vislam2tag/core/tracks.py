@@ -39,6 +39,8 @@ class CameraTrack:
     """(n,) 1-based line of the raw file; empty where the frames come from no file."""
     pressure: PressureLog | None = None
     """Air pressure on the same clock; None where none was logged."""
+    pose_lag_s: float | None = None
+    """How much later than exposed poses are stamped, by the gyroscope, seconds; None where nothing tells."""
 
     @property
     def usable(self) -> BoolArray:

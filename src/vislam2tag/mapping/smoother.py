@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.contradictions import contradictions
+from vislam2tag.core.exposure import AtStamps
 from vislam2tag.core.height import estimate_heights
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.orientation import camera_to_bcs
@@ -26,6 +27,7 @@ class Smoother:
     """One robust least-squares problem over the whole walk: every usable frame gets a position and a covariance."""
 
     sighting_range_m: float
+    allow_for_pose_lag: bool = False
     needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
@@ -39,12 +41,20 @@ class Smoother:
         smoothed = smooth(walked, KnownLandmarks.of(log.ids, landmarks))
         if smoothed is None:
             return nothing
-        frame = walked.odometry.frame
+        frame, heights = walked.odometry.frame, estimate_heights(camera, log, landmarks)
+        path, spread, rotation = mapped_path(smoothed)
+        orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        position = np.column_stack((path, heights.z_m[frame]))
+        if self.allow_for_pose_lag and camera.pose_lag_s:
+            stamps = AtStamps.of(walked.odometry.time_s, camera.pose_lag_s)
+            position, spread, orientation = (
+                stamps.blend(position),
+                stamps.blend(spread),
+                stamps.blend_quaternions(orientation),
+            )
         covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        sheet.position_bcs[frame, :2], covariance[frame], rotation = mapped_path(smoothed)
-        heights = estimate_heights(camera, log, landmarks)
-        sheet.position_bcs[frame, 2] = heights.z_m[frame]
-        sheet.orientation_bcs[frame] = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        sheet.position_bcs[frame], covariance[frame] = position, spread
+        sheet.orientation_bcs[frame] = orientation
         sheet.status[frame] = Status.OK
         return replace(
             sheet.finish(camera, (), nothing.visits),
@@ -63,4 +73,6 @@ def _visits(walked: Walked) -> tuple[Visit, ...]:
     )
 
 
-register("smoother", lambda settings: Smoother(settings.smoother.sighting_range_m))
+register(
+    "smoother", lambda settings: Smoother(settings.smoother.sighting_range_m, settings.smoother.allow_for_pose_lag)
+)

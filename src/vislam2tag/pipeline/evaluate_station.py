@@ -25,7 +25,6 @@ from vislam2tag.evaluation.station_presses import pressed_points
 from vislam2tag.evaluation.total_station import station_findings, station_point_errors
 from vislam2tag.pipeline.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
 from vislam2tag.pipeline.mappable import mappable_session
-from vislam2tag.pipeline.pose_lag import pose_lag_of
 from vislam2tag.sessions.model import Session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
@@ -148,7 +147,7 @@ def _pressed(walk: _Walk) -> CommonPoints | None:
 
 def _pose_lag(walks: Sequence[_Walk]) -> float | None:
     """Median over the device's walks of how late its poses are stamped, seconds; None where none can tell."""
-    lags = [lag_s for walk in walks if (lag_s := pose_lag_of(walk.session)) is not None]
+    lags = [lag_s for walk in walks if (lag_s := walk.session.camera.pose_lag_s) is not None]
     return rounded(median(lags)) if lags else None
 
 

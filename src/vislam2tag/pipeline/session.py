@@ -24,7 +24,6 @@ from vislam2tag.pipeline.accuracy import error_record, truth_mark
 from vislam2tag.pipeline.drawing import draw
 from vislam2tag.pipeline.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.landmark_findings import landmark_findings
-from vislam2tag.pipeline.pose_lag import pose_lag_of
 from vislam2tag.pipeline.store import OutputFolder
 from vislam2tag.pipeline.tables import reading_tables, trajectory_table, write_table
 from vislam2tag.results import RESULTS, FileAccount, SessionResult
@@ -163,7 +162,7 @@ def _process(job: Job) -> SessionResult:
     _write_table(job, TRAJECTORY, trajectory_table(job.ref.key, trajectory))
     for name, table in labelled.items():
         _write_table(job, name, table)
-    pose_lag_s = pose_lag_of(session)
+    pose_lag_s = session.camera.pose_lag_s
     drawings = draw(job.floor.number, session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"])
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor)
     return _result(
@@ -186,7 +185,7 @@ def _process(job: Job) -> SessionResult:
             ),
             *contradiction_findings(trajectory, landmarks),
             *truth_findings,
-            *_pose_lag_finding(pose_lag_s, job.settings.findings.pose_lag_s),
+            *_pose_lag_finding(pose_lag_s, job.settings),
         ],
         pose_lag_s=pose_lag_s,
         **statistics.walk_statistics(session.camera, trajectory, job.settings.labels.max_gap_s),
@@ -234,8 +233,9 @@ def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str 
     return None
 
 
-def _pose_lag_finding(lag_s: float | None, limit_s: float) -> list[Finding]:
-    if lag_s is None or abs(lag_s) <= limit_s:
+def _pose_lag_finding(lag_s: float | None, settings: Settings) -> list[Finding]:
+    allowed_for = settings.strategy == "smoother" and settings.smoother.allow_for_pose_lag
+    if lag_s is None or abs(lag_s) <= settings.findings.pose_lag_s or allowed_for:
         return []
     return [
         Finding(
@@ -243,6 +243,7 @@ def _pose_lag_finding(lag_s: float | None, limit_s: float) -> list[Finding]:
             file="",
             count=1,
             message=f"the poses are stamped {lag_s:+.2f} s after the gyroscope felt the same motion: labels are "
-            f"displaced by that much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml",
+            f"displaced by that much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml, or let the "
+            "smoother allow for it (--allow-for-pose-lag)",
         )
     ]

@@ -12,6 +12,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.pose_lag import pose_lag_of
 from vislam2tag.sessions.pressure import pressure_log
 from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
 
@@ -84,7 +85,15 @@ def _with_clocks_judged_again(session: Session) -> Session:
     for record in session.files:
         if record.role in times:
             findings += clock_mismatch(times[record.role], record.name, session.camera)
-    return replace(session, findings=tuple(findings))
+    return _with_pose_lag_judged_again(replace(session, findings=tuple(findings)))
+
+
+def _with_pose_lag_judged_again(session: Session) -> Session:
+    if "sensors" not in session.tables:
+        return session
+    lag_s = pose_lag_of(session.camera, session.tables["sensors"])
+    unchanged = lag_s == session.camera.pose_lag_s
+    return session if unchanged else replace(session, camera=replace(session.camera, pose_lag_s=lag_s))
 
 
 def _swapped(log: LandmarkLog, entry: SwapLandmarks, uses: list[str]) -> LandmarkLog:

@@ -18,6 +18,7 @@ from vislam2tag.sessions.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.clock import clock_mismatch
 from vislam2tag.sessions.landmark_log import LANDMARK_SCHEMA, landmark_log
 from vislam2tag.sessions.model import FileRecord, Session
+from vislam2tag.sessions.pose_lag import pose_lag_of
 from vislam2tag.sessions.pressure import pressure_log
 from vislam2tag.sessions.raw_table import RawTable, parse_table
 from vislam2tag.sessions.registry import register
@@ -116,9 +117,10 @@ class PublishedFormat:
         if any(is_file(ref.folder / name) for name in FILE_NAMES["ble"]):
             tables["ble"] = _ble(reading, camera)
         presses_ns = _presses(reading, camera)
+        pose_lag_s = pose_lag_of(camera, tables["sensors"])
         return Session(
             key=ref.key,
-            camera=replace(camera, pressure=pressure_log(tables["sensors"])),
+            camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
             landmarks=landmarks,
             presses_ns=presses_ns,
             tables=tables,
