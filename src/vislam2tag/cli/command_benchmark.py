@@ -1,0 +1,183 @@
+"""``vislam2tag benchmark``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.errors import UsageError
+from vislam2tag.pipeline.benchmark import PAGE_FILE, PUBLIC, BenchmarkPlan, benchmark, public_dataset
+from vislam2tag.positioning.base import models
+from vislam2tag.positioning.benchmark_record import Benchmark
+from vislam2tag.positioning.benchmark_text import HEADS, figure_text, fold_name
+from vislam2tag.positioning.protocol import ModelChoice
+from vislam2tag.positioning.published import published_choices
+from vislam2tag.positioning.table_4 import SPLITS, TITLE, table_4
+
+_SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
+HELP = f"""
+Benchmark positioning models on a data set: train, test, score, compare.
+
+Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is learned
+from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF)
+and runs/ with the record and the predictions of every run. docs/positioning.md tells what each figure is. Stop it at
+any moment and give the same command again: runs that are done are not repeated.
+
+Models: {", ".join(models())}.
+
+Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set, or
+OUT cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag benchmark fingerprints --model knn --model multi-cel --split random --split device --out compared
+
+    vislam2tag benchmark fingerprints --model multi-cel --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
+
+    vislam2tag benchmark fingerprints --paper --out table_4
+
+    vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz --model weighted-knn --out tampere
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("benchmark", help=HELP)(_benchmark)
+
+
+def _benchmark(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="[DS]", help="Data set; or give --dataset and --data.")
+    ] = None,
+    *,
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier benchmark.")],
+    model: Annotated[list[str] | None, typer.Option(help="Model to run; repeatable.")] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="MODEL.PARAMETER=VALUE", help="A model's parameter; repeatable."),
+    ] = None,
+    split: Annotated[
+        list[str] | None,
+        typer.Option(help="Split of the data set; repeatable. Default: official where there is one, else random."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each model that draws random numbers.")] = 5,
+    technology: Annotated[str, typer.Option(help="Fingerprints of which radio.")] = "wifi",
+    paper: Annotated[
+        bool,
+        typer.Option(
+            "--paper",
+            help="The paper's models, as published for this data set; of DS on the paper's splits, as its Table IV.",
+        ),
+    ] = False,
+    dataset: Annotated[
+        str | None, typer.Option(metavar="NAME", help=f"A public data set: {', '.join(PUBLIC)}.")
+    ] = None,
+    data: Annotated[Path | None, typer.Option(metavar="FILES", help="Folder or archive of --dataset.")] = None,
+) -> None:
+    chosen = list(published_choices(dataset)) if paper else []
+    chosen = with_parameters(_with_models(chosen, model or ()), set_ or ())
+    if not chosen:
+        raise UsageError(f"--model: name at least one; there are: {', '.join(models())}")
+    table_wanted = paper and dataset is None
+    plan = BenchmarkPlan(chosen, split or (SPLITS if table_wanted else ()), seeds, technology, table_wanted)
+    try:
+        with _opened(folder, dataset, data) as opened, _bar() as progress:
+            found = benchmark(opened, out, plan, progress)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: {out} keeps the runs that are done; the same command goes on", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(found, out, beside_paper=table_wanted)
+    raise typer.Exit(1 if found.failed else 0)
+
+
+def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:
+    there = {one.name: one for one in chosen}
+    return list((there | {name: ModelChoice(name) for name in names if name not in there}).values())
+
+
+def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list[ModelChoice]:
+    """Set ``MODEL.PARAMETER=VALUE``: numbers, true, false, null and lists as JSON has them, else text.
+
+    Raises UsageError for what is not of this form, and for models that are not chosen.
+    """
+    parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
+    for text in texts:
+        place, equals, value = text.partition("=")
+        name, dot, parameter = place.partition(".")
+        if not (equals and dot and parameter):
+            raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as knn.k=5")
+        if name not in parameters:
+            raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
+        parameters[name][parameter] = _value(value)
+    return [ModelChoice(name, own) for name, own in parameters.items()]
+
+
+def _value(text: str) -> Any:
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return tuple(value) if isinstance(value, list) else value
+
+
+@contextmanager
+def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iterator[Dataset]:
+    """Open DS, or the public data set from its files."""
+    if folder is not None and dataset is None and data is None:
+        yield open_dataset(folder)
+    elif folder is None and dataset is not None and data is not None:
+        with public_dataset(dataset, data) as opened:
+            yield opened
+    else:
+        raise UsageError("give either DS, or --dataset NAME with --data FILES")
+
+
+@contextmanager
+def _bar() -> Iterator[Any]:
+    """Show what is run, and the share of all runs that is done."""
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("reading", total=None)
+
+        def advance(what: str, done: float, total: int) -> None:
+            bar.update(task, description=escape(what), completed=done, total=total)
+
+        yield advance
+
+
+def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
+    console = table_console()
+    for split, rows in groupby(found.rows, key=lambda row: row.split):
+        shown = table(f"Split {split}", ("test", "model"), tuple(HEADS[name] for name in _SHOWN))
+        for row in rows:
+            cells = (figure_text(name, row.figures[name]) for name in _SHOWN)
+            shown.add_row(escape(fold_name(row.fold)), escape(row.model), *map(escape, cells))
+        console.print(shown)
+    if beside_paper:
+        print_table_4(found)
+    for one in found.failed:
+        console.print(f"[red]failed:[/] {escape(one.run)}: {escape(one.error)}", soft_wrap=True)
+    console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
+
+
+def print_table_4(found: Benchmark) -> None:
+    """Print the paper's Table IV."""
+    made = table_4(found.rows)
+    shown = table(TITLE, ("test data", "model"), made.heads)
+    for row in made.rows:
+        shown.add_row(escape(row.test), escape(row.model), *row.cells())
+    table_console().print(shown)
