@@ -1,0 +1,124 @@
+"""Extremely randomised trees (Geurts et al. 2006) whose leaves vote for the place of the training scan they hold.
+
+One forest learns the storey and the position at once. Its leaves' scans are weighed as neighbours are (Lin and Jeon
+2006, "Random forests and adaptive nearest neighbors"), so that a position is never a mean over storeys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from sklearn.ensemble import ExtraTreesRegressor
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.errors import UsageError
+from vislam2tag.positioning.base import Arrays, Positioner, register
+from vislam2tag.positioning.forest import Forest, Levels, forest_of
+from vislam2tag.positioning.held_out import folds, usable, walk_of
+from vislam2tag.positioning.kept_scans import place_arrays, places_kept
+from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.representation import Representation, represented
+from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
+from vislam2tag.positioning.votes import Answer, Votes, counted, joined
+
+FOLDS = 5
+"""Forests that are grown without some walks to calibrate the radii, where no validation part is given."""
+FOLD_TREES = 40
+"""Most trees of these: more make little difference to their errors."""
+_AT_ONCE = 2000
+
+
+class ExtraTrees(Positioner):
+    """A forest over levels; each tree gives one vote, radii follow how far the votes lie apart."""
+
+    radii_: SpreadRadii
+
+    def __init__(self, *, trees: int = 200, levels_a_split: float = 0.3, storey_m: float = 15.0, seed: int = 0) -> None:
+        """Take the number of trees, which share of the access points each split tries, and the random seed.
+
+        ``storey_m`` is how far apart storeys count when a split is judged, metres. The defaults are best in
+        cross-validation over walks on training parts (docs/positioning.md); leaves hold one place.
+        """
+        self.trees = trees
+        self.levels_a_split = levels_a_split
+        self.storey_m = storey_m
+        self.seed = seed
+
+    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+        if self.trees < 1 or not 0 < self.levels_a_split <= 1 or self.storey_m < 0:
+            raise UsageError(
+                f"trees={self.trees}, levels_a_split={self.levels_a_split}, storey_m={self.storey_m}: "
+                "there must be a tree, the share lies above 0 and up to 1, the distance is 0 or more"
+            )
+        levels = _levels(scans)
+        self._places = places
+        self._forest, self._scan = self._grown(levels, places, self.trees)
+        held_out = usable(validation)
+        if held_out is None:
+            error_m, spread_m = self._left_out(levels, scans, places)
+        else:
+            answer = self._answer(held_out[0])
+            error_m, spread_m = _error_m(answer, held_out[1]), answer.spread_m
+        self.radii_ = fitted_radii(error_m, spread_m)
+
+    def _grown(self, levels: Levels, places: Places, trees: int) -> tuple[Forest, AnyArray]:
+        """Grow a forest; return it and for each leaf a scan that it holds (nodes,)."""
+        storey = np.eye(len(places.storeys))[places.storey] * (self.storey_m / np.sqrt(2))
+        grower = ExtraTreesRegressor(trees, max_features=self.levels_a_split, random_state=self.seed, n_jobs=-1)
+        grower.fit(levels, np.column_stack([places.xy, storey]))
+        forest = forest_of(grower.estimators_)
+        scan = np.full(len(forest.feature), -1, dtype=np.int32)
+        # Several scans share a leaf only where place or levels are the same; the first of them speaks.
+        scan[forest.leaves(levels)[::-1]] = np.arange(len(levels), dtype=np.int32)[::-1, None]
+        return forest, scan
+
+    def _left_out(self, levels: Levels, scans: RadioScans, places: Places) -> tuple[FloatArray, FloatArray]:
+        """Return the errors and spreads of scans by forests that never saw their walk, metres."""
+        error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
+        for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, self.seed)):
+            forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
+            answer = _voted(forest, scan, places[learned], levels[held_out])
+            error_m[held_out], spread_m[held_out] = _error_m(answer, places[held_out]), answer.spread_m
+            if self.progress:
+                self.progress((number + 1) / FOLDS)
+        return error_m, spread_m
+
+    def _predict(self, scans: RadioScans) -> Positions:
+        return self._answer(scans).positions(self._places, self.radii_)
+
+    def _answer(self, scans: RadioScans) -> Answer:
+        blocks = (scans[start : start + _AT_ONCE] for start in range(0, max(len(scans), 1), _AT_ONCE))
+        return joined([_voted(self._forest, self._scan, self._places, _levels(block)) for block in blocks])
+
+    def arrays(self) -> Arrays:
+        """Return the trees, the scan of each leaf, all scans' places, and the radii."""
+        return {
+            **self._forest.arrays(),
+            "scan": self._scan,
+            **place_arrays(self._places),
+            "radii": self.radii_.array(),
+        }
+
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
+        """Take back what :meth:`arrays` gave."""
+        self._forest, self._scan = Forest.restored(arrays), arrays["scan"]
+        self._places = places_kept(arrays, self.storeys_)
+        self.radii_ = SpreadRadii.restored(arrays, "radii")
+
+
+def _levels(scans: RadioScans) -> Levels:
+    return represented(scans, Representation.POSITIVE).astype(np.float32)
+
+
+def _voted(forest: Forest, scan: AnyArray, places: Places, levels: Levels) -> Answer:
+    index: IntArray = scan[forest.leaves(levels)].astype(np.int64)
+    return counted(Votes(index, np.ones(index.shape)), places)
+
+
+def _error_m(answer: Answer, places: Places) -> FloatArray:
+    return np.asarray(np.hypot(*(answer.xy - places.xy).T))
+
+
+register("extra-trees", ExtraTrees)

@@ -1,0 +1,133 @@
+"""k nearest neighbours in signal space, the baseline of the field (Bahl and Padmanabhan 2000, RADAR).
+
+Distances and representations of levels as compared by Torres-Sospedra et al. 2015, "Comprehensive analysis of distance
+and similarity measures for Wi-Fi fingerprinting indoor positioning systems".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.errors import UsageError
+from vislam2tag.positioning.base import Arrays, Positioner, register
+from vislam2tag.positioning.held_out import usable, walk_of
+from vislam2tag.positioning.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
+from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.representation import Representation, represented
+from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
+from vislam2tag.positioning.votes import Answer, Votes, counted, joined
+
+NEAREST = 1e-3
+"""Neighbours nearer than this in signal space count alike."""
+CALIBRATED_WITH = 2000
+"""Most scans that are left out in turn, evenly drawn: more would not make the radii truer."""
+_DISTANCES_AT_ONCE = 4_000_000
+
+
+class Distance(StrEnum):
+    """How far two scans are apart; the values are SciPy's names."""
+
+    EUCLIDEAN = "euclidean"
+    SORENSEN = "braycurtis"
+    COSINE = "cosine"
+
+
+class NearestNeighbours(Positioner):
+    """The storey with most votes of the k nearest scans, and the mean of their places on it.
+
+    Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk.
+    """
+
+    radii_: SpreadRadii
+
+    def __init__(
+        self, *, k: int = 5, distance: str = "sorensen", representation: str = "powed", exponent: float = 4.0
+    ) -> None:
+        """Take how many neighbours vote, each with distance to the minus ``exponent``; 0: all alike.
+
+        ``distance``: euclidean, sorensen or cosine. ``representation``: positive, powed or exponential. The defaults
+        are best in leave-one-walk-out cross-validation on training parts (docs/positioning.md).
+        """
+        self.k = k
+        self.distance = distance
+        self.representation = representation
+        self.exponent = exponent
+
+    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+        self._check()
+        self._learn(scans, places)
+        held_out = usable(validation)
+        if held_out is not None:
+            answer, true = self._answer(held_out[0]), held_out[1]
+        else:
+            walk = walk_of(scans, places)
+            rows = np.unique(np.linspace(0, len(scans) - 1, CALIBRATED_WITH if len(scans) > 1 else 0).astype(np.int64))
+            answer, true = self._answer(scans[rows], walk[rows], walk), places[rows]
+        self.radii_ = fitted_radii(np.hypot(*(answer.xy - true.xy).T), answer.spread_m)
+
+    def _predict(self, scans: RadioScans) -> Positions:
+        return self._answer(scans).positions(self._places, self.radii_)
+
+    def _check(self) -> None:
+        if self.k < 1 or self.exponent < 0:
+            raise UsageError(f"k={self.k}, exponent={self.exponent}: k must be 1 or more, the exponent 0 or more")
+        for name, value, values in (
+            ("distance", self.distance, [one.name.lower() for one in Distance]),
+            ("representation", self.representation, list(Representation)),
+        ):
+            if value not in values:
+                raise UsageError(f"{name}={value}: there are {', '.join(values)}")
+
+    def _learn(self, scans: RadioScans, places: Places) -> None:
+        self._scans, self._places = scans, places
+        self._levels = represented(scans, Representation(self.representation))
+
+    def _answer(self, scans: RadioScans, walk: IntArray | None = None, learned_walk: IntArray | None = None) -> Answer:
+        """Answer block by block; scans with a ``walk`` (n,) get no vote of learned scans of the same walk."""
+        size = max(1, _DISTANCES_AT_ONCE // len(self._scans))
+        answers = []
+        for start in range(0, max(len(scans), 1), size):
+            block = slice(start, start + size)
+            away = self._distances(scans[block])
+            if walk is not None and learned_walk is not None:
+                away[walk[block, None] == learned_walk] = np.inf
+            answers.append(counted(self._votes(away), self._places))
+        return joined(answers)
+
+    def _distances(self, scans: RadioScans) -> FloatArray:
+        """(n, learned) distances; where they are undefined, as nothing loud enough was heard, the greatest."""
+        levels = represented(scans, Representation(self.representation))
+        away = cdist(levels, self._levels, Distance[self.distance.upper()].value)
+        return np.nan_to_num(away, nan=1.0)
+
+    def _votes(self, away: FloatArray) -> Votes:
+        """Let the nearest vote; of neighbours equally far the first learned."""
+        nearest = np.argsort(away, axis=1, kind="stable")[:, : self.k]
+        near = np.maximum(np.take_along_axis(away, nearest, axis=1), NEAREST)
+        weight = np.where(np.isfinite(near), (near[:, :1] / near) ** self.exponent, 0.0)
+        return Votes(nearest, weight)
+
+    def arrays(self) -> Arrays:
+        """Return the scans learned, their places, and the radii."""
+        return {**scan_arrays(self._scans), **place_arrays(self._places), "radii": self.radii_.array()}
+
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
+        """Take back what :meth:`arrays` gave."""
+        self._learn(scans_kept(arrays, self.access_points_), places_kept(arrays, self.storeys_))
+        self.radii_ = SpreadRadii.restored(arrays, "radii")
+
+
+def plain(**parameters: Any) -> NearestNeighbours:
+    """Make the model in which all neighbours count alike."""
+    return NearestNeighbours(**{"k": 3, "exponent": 0.0} | parameters)
+
+
+register("knn", plain)
+register("weighted-knn", NearestNeighbours)
