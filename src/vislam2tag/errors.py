@@ -20,6 +20,10 @@ class DatasetError(Vislam2tagError):
     """The folder or file is no data set, or holds what a data set cannot be."""
 
 
+class ModelError(Vislam2tagError):
+    """The file is no positioning model, damaged, or of a version that cannot be used."""
+
+
 class OutputError(Vislam2tagError):
     """The output folder cannot be written, or belongs to something else."""
 

@@ -1,0 +1,168 @@
+"""A learned model as one file that holds numbers and text only: nothing in it is ever run.
+
+The file is safetensors (https://github.com/huggingface/safetensors): the model's arrays, and as the only entry of its
+metadata a :class:`ModelHeader` as JSON. The same model gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save as packed
+
+from vislam2tag import __version__
+from vislam2tag.core.arrays import AnyArray
+from vislam2tag.errors import ModelError, OutputError
+from vislam2tag.positioning.base import Positioner, model_named, models
+from vislam2tag.positioning.places import Storey
+
+FORMAT_VERSION = 1
+SUFFIX = ".v2t"
+_KEY = "vislam2tag_model"
+_CHECKSUM = "checksum"
+
+
+class ModelOrigin(BaseModel):
+    """What a model was learned from, and what its answers mean."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    dataset: str
+    """Name of the data set."""
+    part: str = "all"
+    """What of it trained: all, or split and fold."""
+    scans: int
+    technology: str = "wifi"
+    frame: str = "BCS of each floor, metres"
+    bssid_key: str | None = None
+    """Name of the key that access points' identifiers were hashed with (dataset/privacy.py); None: they are plain."""
+
+
+class ModelHeader(BaseModel):
+    """What a model's file says of it besides its arrays."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    format_version: int = FORMAT_VERSION
+    program_version: str = __version__
+    model: str
+    """Name of the model."""
+    parameters: dict[str, JsonValue]
+    access_points: tuple[str, ...]
+    storeys: tuple[Storey, ...]
+    origin: ModelOrigin
+    checksum: str = ""
+    """SHA-256 over the rest of the header and all arrays; empty while it is computed."""
+
+
+@dataclass(frozen=True)
+class SavedModel:
+    """A model with what is known of it."""
+
+    name: str
+    model: Positioner
+    origin: ModelOrigin
+
+
+def save(saved: SavedModel, path: Path) -> None:
+    """Write the file, whole or not at all; raises OutputError where it cannot be written."""
+    arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
+    header = ModelHeader(
+        model=saved.name,
+        parameters=json.loads(json.dumps(saved.model.get_params())),
+        access_points=saved.model.access_points_,
+        storeys=saved.model.storeys_,
+        origin=saved.origin,
+    )
+    fields = header.model_dump(mode="json")
+    text = json.dumps(fields | {_CHECKSUM: _checksum(fields, arrays)}, ensure_ascii=False)
+    partial = path.with_name(path.name + ".part")
+    try:
+        # One entry: several would come in any order.
+        partial.write_bytes(packed(arrays, {_KEY: text}))
+        partial.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: the model cannot be written ({error.strerror}); choose another name") from error
+    finally:
+        if partial.is_file():
+            partial.unlink(missing_ok=True)
+
+
+def load(path: Path) -> SavedModel:
+    """Read a model's file.
+
+    Raises ModelError where it is none, damaged, or of a later version, and UsageError where the model needs what is
+    not installed.
+    """
+    text, arrays = _opened(path)
+    header = _header(path, text)
+    if _checksum(json.loads(text), arrays) != header.checksum:
+        raise ModelError(f"{path}: is damaged (its checksum does not match); copy it again, or train again")
+    model = _made(path, header)
+    model.access_points_, model.storeys_ = header.access_points, header.storeys
+    try:
+        model.restore(arrays)
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise ModelError(
+            f"{path}: holds a {header.model} model of version {header.program_version} that version {__version__} "
+            f"cannot use ({error}); train again"
+        ) from error
+    return SavedModel(header.model, model, header.origin)
+
+
+def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
+    try:
+        with safe_open(path, framework="numpy") as file:
+            metadata = file.metadata() or {}
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - it is no dictionary
+    except OSError as error:
+        raise ModelError(f"{path}: cannot be read ({error.strerror or error}); give a file that train wrote") from error
+    except SafetensorError as error:
+        raise ModelError(
+            f"{path}: is no model, or damaged ({error}); give a file that `vislam2tag train` wrote"
+        ) from error
+    if _KEY not in metadata:
+        raise ModelError(f"{path}: is of another program; give a file that `vislam2tag train` wrote")
+    return metadata[_KEY], arrays
+
+
+def _header(path: Path, text: str) -> ModelHeader:
+    try:
+        version = int(json.loads(text)["format_version"])
+        if version > FORMAT_VERSION:
+            raise ModelError(f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update")
+        return ModelHeader.model_validate_json(text)
+    except (ValueError, KeyError, TypeError, ValidationError) as error:
+        raise ModelError(f"{path}: is damaged ({str(error).splitlines()[0]}); train again") from error
+
+
+def _made(path: Path, header: ModelHeader) -> Positioner:
+    """Make the model, not fitted; where the program has none such, the file is of another version."""
+    stranger = f"{path}: was made by version {header.program_version}, this is {__version__}, which has no"
+    if header.model not in models():
+        raise ModelError(f"{stranger} model '{header.model}'; update")
+    model = model_named(header.model)
+    unknown = sorted(header.parameters.keys() - model.get_params().keys())
+    if unknown:
+        raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
+    model.set_params(**header.parameters)
+    return model
+
+
+def _checksum(fields: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> str:
+    """Hash a header's fields, but for the checksum itself, and all arrays."""
+    rest = {name: value for name, value in fields.items() if name != _CHECKSUM}
+    digest = hashlib.sha256(json.dumps(rest, sort_keys=True).encode())
+    for name in sorted(arrays):
+        array = arrays[name]
+        digest.update(f"\n{name} {array.dtype.str} {array.shape}\n".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
