@@ -1,0 +1,41 @@
+"""multi-CEL, the paper's better network, and the settings it was published with.
+
+The program that made the paper's numbers, in the terms of ours (``../networks/multi_cel.py`` says what they mean).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vislam2tag.positioning.base import Positioner, register
+from vislam2tag.positioning.extra import import_extra
+
+PUBLISHED: dict[str, dict[str, Any]] = {
+    "giaIndoorLoc": {},
+    "tampere": {
+        "cell_m": 20.0,
+        "overlap": 0.5,
+        "heads": (128,),
+        "epochs": 100,
+        "patience": 100,
+        "validation_share": 0.2,
+    },
+    "ujiindoorloc": {
+        "cell_m": 30.0,
+        "backbone": (512, 512),
+        "heads": (256,),
+        "input_scale": "powed",
+        "epochs": 20,
+        "learning_rate": 5e-4,
+    },
+}
+"""Parameters by data set; the defaults are those of the VI-SLAM2tag paper's table (giaIndoorLoc)."""
+
+
+def multi_cel(**parameters: Any) -> Positioner:
+    """Make a multi-CEL model; raises UsageError where PyTorch is not installed."""
+    model: Positioner = import_extra("vislam2tag.positioning.networks.multi_cel").MultiCel(**parameters)
+    return model
+
+
+register("multi-cel", multi_cel)

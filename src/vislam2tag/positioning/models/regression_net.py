@@ -1,0 +1,26 @@
+"""The paper's 3-D regression network, and the settings it was published with.
+
+The program that made the paper's numbers, in the terms of ours (``../networks/regression.py`` says what they mean).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vislam2tag.positioning.base import Positioner, register
+from vislam2tag.positioning.extra import import_extra
+
+PUBLISHED: dict[str, dict[str, Any]] = {
+    "giaIndoorLoc": {},
+    "tampere": {"head": (128,), "epochs": 100, "patience": 100, "validation_share": 0.2},
+}
+"""Parameters by data set; the defaults are those of the VI-SLAM2tag paper's table (giaIndoorLoc)."""
+
+
+def regression_net(**parameters: Any) -> Positioner:
+    """Make a 3-D regression model; raises UsageError where PyTorch is not installed."""
+    model: Positioner = import_extra("vislam2tag.positioning.networks.regression").RegressionNet(**parameters)
+    return model
+
+
+register("regression-net", regression_net)

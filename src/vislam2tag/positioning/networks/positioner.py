@@ -1,0 +1,155 @@
+"""What all positioners with a network share: parts of the training data, training, calibration, prediction, weights."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.base import Arrays, Positioner
+from vislam2tag.positioning.held_out import usable
+from vislam2tag.positioning.networks.locator import OUTPUTS, Locator
+from vislam2tag.positioning.networks.repeatable import repeatable, training_device
+from vislam2tag.positioning.networks.training import Examples, History, Schedule, train
+from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.spread import fitted_radii
+
+Part = tuple[RadioScans, Places]
+
+
+class NetworkPositioner(Positioner):
+    """A model whose answers come from a :class:`Locator`; parameters that all have are declared here.
+
+    A model builds its locator from training data (``_new_locator``) and from saved arrays (``_empty_locator``), and
+    says what its loss needs to know of places (``_targets``).
+    """
+
+    epochs: int
+    batch_size: int
+    learning_rate: float
+    weight_decay: float
+    patience: int
+    validation_share: float
+    """Share of the training data, drawn at random, that is held out for early stopping and calibration where
+    ``fit`` gets no validation part; at least one scan."""
+    seed: int
+    device: str
+    """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
+    locator_: Locator
+    history_: History
+
+    @abstractmethod
+    def _new_locator(self, scans: RadioScans, places: Places) -> Locator:
+        """Make an untrained locator for these scans and places."""
+
+    @abstractmethod
+    def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
+        """Make a locator that arrays of these shapes fit."""
+
+    @abstractmethod
+    def _targets(self, places: Places) -> Sequence[AnyArray]:
+        """Return what :meth:`Locator.losses` takes besides inputs: arrays of length n."""
+
+    def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
+        device = training_device(self.device)
+        learned, held_out = self._parts(scans, places, validation)
+        with repeatable(self.seed, device):
+            locator = self._new_locator(scans, places)
+            locator.set_heights(_heights_m(places))
+            locator.to(device)
+            self.history_ = train(
+                locator.network,
+                self._examples(locator, learned, device),
+                self._examples(locator, held_out, device),
+                self._schedule(),
+                self.progress,
+            )
+            self.locator_ = locator.cpu().double().eval()
+            self._calibrate(*held_out)
+
+    def _parts(self, scans: RadioScans, places: Places, validation: Part | None) -> tuple[Part, Part]:
+        """Return what is learned from and what is held out; a lone scan is both."""
+        if given := usable(validation):
+            taught = np.isin(given[1].storey, places.storey)
+            if taught.any():
+                return (scans, places), (given[0][taught], given[1][taught])
+        order = np.random.default_rng(self.seed).permutation(len(scans))
+        count = max(1, round(self.validation_share * len(scans)))
+        held_out, learned = np.sort(order[:count]), np.sort(order[count:])
+        if not len(learned):
+            learned = held_out
+        return (scans[learned], places[learned]), (scans[held_out], places[held_out])
+
+    def _examples(self, locator: Locator, part: Part, device: torch.device) -> Examples:
+        scans, places = part
+        targets = self._targets(places)
+
+        def losses(rows: IntArray) -> torch.Tensor:
+            inputs = locator.scaling(_levels(scans[rows]).to(device)).float()
+            return locator.losses(inputs, *(torch.from_numpy(target[rows]).to(device) for target in targets))
+
+        return Examples(len(scans), losses)
+
+    def _schedule(self) -> Schedule:
+        return Schedule(self.epochs, self.batch_size, self.learning_rate, self.weight_decay, self.patience, self.seed)
+
+    def _calibrate(self, scans: RadioScans, places: Places) -> None:
+        """Fit the radii to the errors on held-out scans.
+
+        The network was stopped by the same scans, so they flatter it a little.
+        """
+        locator = self.locator_
+        xy, spread_m = _in_batches(scans, lambda level: _xy_and_spread(locator, level))
+        locator.calibrate(fitted_radii(np.hypot(*(xy - places.xy).T), spread_m))
+
+    def _predict(self, scans: RadioScans) -> Positions:
+        with repeatable(self.seed, torch.device("cpu")):
+            found = dict(zip(OUTPUTS, _in_batches(scans, self.locator_), strict=True))
+        return Positions(storeys=self.storeys_, **found)
+
+    def arrays(self) -> Arrays:
+        """Return weights and constants by name."""
+        return {name: value.numpy().astype(np.float64) for name, value in self.locator_.state_dict().items()}
+
+    def restore(self, arrays: Mapping[str, FloatArray]) -> None:
+        """Take weights and constants back; raises ValueError where they are not those of this model."""
+        try:
+            locator = self._empty_locator(arrays).double()
+            locator.load_state_dict({name: torch.tensor(value) for name, value in arrays.items()})
+        except (KeyError, RuntimeError) as error:
+            raise ValueError(f"arrays do not fit the model: {error}") from error
+        self.locator_ = locator.eval()
+
+
+_AT_ONCE = 1024
+
+
+def _in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ...]]) -> tuple[AnyArray, ...]:
+    """Answer some scans after the other, so that memory holds the levels of a few only."""
+    starts = range(0, max(len(scans), 1), _AT_ONCE)
+    with torch.no_grad():
+        found = [answer(_levels(scans[start : start + _AT_ONCE])) for start in starts]
+    return tuple(np.concatenate([part.numpy() for part in parts]) for parts in zip(*found, strict=True))
+
+
+def _xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    answer = locator.answer(locator.scaling(level_dbm))
+    return answer.xy, answer.spread_m
+
+
+def _levels(scans: RadioScans) -> torch.Tensor:
+    return torch.from_numpy(scans.dense())
+
+
+def _heights_m(places: Places) -> FloatArray:
+    """(s,) median height of each storey's places; NaN where none is known."""
+    height_m = np.full(len(places.storeys), np.nan)
+    for storey in np.unique(places.storey[np.isfinite(places.z)]):
+        z = places.z[places.storey == storey]
+        height_m[storey] = np.median(z[np.isfinite(z)])
+    return height_m

@@ -1,0 +1,146 @@
+"""The paper's 3-D regression network: x, y and the floor as three numbers.
+
+Of several buildings each has one more number, 1 for the building and 0 for the others, as their frames may overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+
+from vislam2tag.core.arrays import AnyArray, FloatArray
+from vislam2tag.positioning.networks.layers import InputScale, dense, linear
+from vislam2tag.positioning.networks.locator import Answer, Locator
+from vislam2tag.positioning.networks.positioner import NetworkPositioner
+from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans import RadioScans
+
+FLOOR_DEVIATION = 0.5
+"""Standard deviation of the number that stands for the floor, in floors; for the probabilities of floors only."""
+
+
+class RegressionLocator(Locator):
+    """Answers with the floor of the likeliest building that is nearest to the third number."""
+
+    def __init__(self, inputs: int, buildings: int, storeys: int, model: RegressionNet) -> None:
+        width = model.backbone[-1] if len(model.backbone) else inputs
+        ends = model.head[-1] if len(model.head) else width
+        network = torch.nn.Sequential(
+            *dense(inputs, model.backbone, model.dropout),
+            *dense(width, model.head, model.head_dropout),
+            linear(ends, 3 + buildings),
+        )
+        super().__init__(network, storeys)
+        self.constant("mean", torch.zeros(3))
+        self.constant("deviation", torch.ones(3))
+        self.constant("floor", torch.zeros(storeys))
+        self.constant("taught", torch.zeros(storeys))
+        self.constant("in_building", torch.zeros(storeys, buildings))
+
+    def set_places(self, places: Places, in_building: FloatArray) -> None:
+        """Take the scale of x, y and floor, the floors that answers may name, and their buildings (s, buildings)."""
+        targets = _targets(places)
+        deviation = targets.std(axis=0)
+        self.mean.copy_(torch.from_numpy(targets.mean(axis=0)))
+        self.deviation.copy_(torch.from_numpy(np.where(deviation > 0, deviation, 1.0)))
+        self.floor.copy_(torch.tensor([storey.floor for storey in places.storeys]))
+        self.taught[torch.from_numpy(np.unique(places.storey))] = 1.0
+        self.in_building.copy_(torch.from_numpy(in_building))
+
+    def losses(self, inputs: torch.Tensor, *targets: torch.Tensor) -> torch.Tensor:
+        """Mean squared error of x, y and floor (b, 3), each scaled, and of the building (b, buildings)."""
+        true, building = targets
+        scaled = torch.cat([((true - self.mean) / self.deviation).float(), building], dim=1)
+        return (self.network(inputs) - scaled).square().mean(dim=1)
+
+    def answer(self, inputs: torch.Tensor) -> Answer:
+        """Undo the scaling.
+
+        There is one guess: what dropout makes of it (Gal and Ghahramani 2016) tells little of its error, and circles
+        that follow it were no smaller in cross-validation.
+        """
+        found = self.network(inputs)
+        place = found[:, :3] * self.deviation + self.mean
+        off = self.floor - place[:, 2:]
+        here = (self.taught > 0).expand_as(off)
+        if self.in_building.shape[1]:
+            building = found[:, 3:].argmax(dim=1)
+            here = here & (self.in_building.T[building] > 0)
+        closeness = torch.where(here, -0.5 * (off / FLOOR_DEVIATION).square(), -torch.inf)
+        return Answer(
+            xy=place[:, :2],
+            storey=closeness.argmax(dim=1),
+            storey_probability=torch.softmax(closeness, dim=1),
+            spread_m=torch.zeros_like(place[:, 0]),
+        )
+
+
+class RegressionNet(NetworkPositioner):
+    """The model; parameters as in the paper's table by default (other published settings: models/regression_net.py)."""
+
+    buildings_: FloatArray
+    """(s, buildings) 1 where a storey is in a building; no column where there is one building."""
+
+    def __init__(
+        self,
+        *,
+        backbone: Sequence[int] = (512,),
+        head: Sequence[int] = (512,),
+        dropout: float = 0.5,
+        head_dropout: float = 0.25,
+        input_scale: str = "min-max",
+        epochs: int = 50,
+        batch_size: int = 32,
+        learning_rate: float = 1e-3,
+        weight_decay: float = 0.0,
+        patience: int = 30,
+        validation_share: float = 0.1,
+        seed: int = 0,
+        device: str = "auto",
+    ) -> None:
+        """Take the widths of layers, whose dropouts differ, and how to train."""
+        self.backbone = backbone
+        self.head = head
+        self.dropout = dropout
+        self.head_dropout = head_dropout
+        self.input_scale = input_scale
+        self.epochs = epochs
+        self.batch_size = batch_size
+        self.learning_rate = learning_rate
+        self.weight_decay = weight_decay
+        self.patience = patience
+        self.validation_share = validation_share
+        self.seed = seed
+        self.device = device
+
+    def _new_locator(self, scans: RadioScans, places: Places) -> Locator:
+        self.buildings_ = _buildings(places)
+        locator = self._locator(self.buildings_.shape[1])
+        locator.set_places(places, self.buildings_)
+        locator.scaling.fit(scans, InputScale(self.input_scale))
+        return locator
+
+    def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
+        return self._locator(arrays["in_building"].shape[1])
+
+    def _locator(self, buildings: int) -> RegressionLocator:
+        return RegressionLocator(len(self.access_points_), buildings, len(self.storeys_), self)
+
+    def _targets(self, places: Places) -> Sequence[AnyArray]:
+        return _targets(places), self.buildings_[places.storey].astype(np.float32)
+
+
+def _targets(places: Places) -> FloatArray:
+    """(n, 3) x and y in metres, and the floor's number."""
+    return np.column_stack([places.xy, places.floor])
+
+
+def _buildings(places: Places) -> FloatArray:
+    """(s, buildings) which storey is in which of the buildings that places are in; no column where that is one."""
+    names = [storey.building for storey in places.storeys]
+    taught = sorted({names[storey] for storey in np.unique(places.storey)})
+    if len(taught) == 1:
+        return np.zeros((len(names), 0))
+    return np.array([[float(name == building) for building in taught] for name in names])

@@ -1,0 +1,100 @@
+"""The training loop: mini-batches, Adam, early stopping on held-out examples, best weights kept."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.errors import DatasetError
+
+Progress = Callable[[float], None]
+"""Told the share of the training that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Examples:
+    """What a network learns from or is checked with."""
+
+    count: int
+    losses: Callable[[IntArray], torch.Tensor]
+    """From indices (b,) to the loss of each of these examples (b,), through the network."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How long and in which steps to train."""
+
+    epochs: int = 50
+    batch_size: int = 32
+    learning_rate: float = 1e-3
+    weight_decay: float = 0.0
+    """Decoupled from the gradient (AdamW); 0 is Adam."""
+    patience: int = 30
+    """Epochs without a better held-out loss after which training ends."""
+    seed: int = 0
+    """Of the order of examples."""
+
+
+@dataclass(frozen=True)
+class History:
+    """How a training went."""
+
+    held_out_loss: tuple[float, ...]
+    """Mean over the held-out examples after each epoch."""
+    best_epoch: int
+    """Whose weights the network has; counted from 0."""
+
+
+def train(
+    network: torch.nn.Module,
+    examples: Examples,
+    held_out: Examples,
+    schedule: Schedule,
+    progress: Progress | None = None,
+) -> History:
+    """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
+
+    Raises DatasetError where the loss is no number any more.
+    """
+    optimiser = torch.optim.AdamW(network.parameters(), lr=schedule.learning_rate, weight_decay=schedule.weight_decay)
+    order = np.random.default_rng(schedule.seed)
+    losses: list[float] = []
+    best_epoch, best = 0, copy.deepcopy(network.state_dict())
+    for epoch in range(schedule.epochs):
+        network.train()
+        for rows in _batches(order.permutation(examples.count), schedule.batch_size):
+            optimiser.zero_grad()
+            examples.losses(rows).mean().backward()
+            optimiser.step()
+        losses.append(_mean_loss(network, held_out))
+        if not math.isfinite(losses[-1]):
+            raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
+        if losses[-1] < min(losses[:-1], default=math.inf):
+            best_epoch, best = epoch, copy.deepcopy(network.state_dict())
+        if progress:
+            progress((epoch + 1) / schedule.epochs)
+        if epoch - best_epoch >= schedule.patience:
+            break
+    network.load_state_dict(best)
+    network.eval()
+    return History(tuple(losses), best_epoch)
+
+
+_CHECKED_AT_ONCE = 1024
+
+
+def _mean_loss(network: torch.nn.Module, examples: Examples) -> float:
+    network.eval()
+    with torch.no_grad():
+        batches = _batches(np.arange(examples.count), _CHECKED_AT_ONCE)
+        return sum(float(examples.losses(rows).sum()) for rows in batches) / examples.count
+
+
+def _batches(rows: IntArray, size: int) -> list[IntArray]:
+    return [rows[start : start + size] for start in range(0, len(rows), size)]

@@ -1,0 +1,84 @@
+"""The loop ends with the weights that were best on held-out examples, and repeats."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vislam2tag.errors import DatasetError, UsageError
+
+pytest.importorskip("torch", reason="networks need the extra 'models'")
+import torch
+
+from vislam2tag.positioning.networks.repeatable import repeatable, training_device
+from vislam2tag.positioning.networks.training import Examples, Schedule, train
+
+
+class Scripted:
+    """Held-out examples with these losses, epoch after epoch; keeps the weight that each was asked with."""
+
+    def __init__(self, network: torch.nn.Linear, losses: list[float]) -> None:
+        self.network, self.losses = network, iter(losses)
+        self.seen: list[float] = []
+
+    def __call__(self, rows: np.ndarray) -> torch.Tensor:
+        assert not self.network.training
+        self.seen.append(self.network.weight.tolist()[0][0])
+        return torch.full((len(rows),), next(self.losses))
+
+
+def line(network: torch.nn.Linear) -> Examples:
+    x = torch.linspace(-1, 1, 64)[:, None]
+    return Examples(64, lambda rows: (network(x[rows]) - 3 * x[rows]).square()[:, 0])
+
+
+def test_it_learns_a_line() -> None:
+    network = torch.nn.Linear(1, 1)
+    history = train(network, line(network), line(network), Schedule(epochs=100, learning_rate=0.05))
+    assert network.weight.tolist()[0][0] == pytest.approx(3.0, abs=0.01)
+    assert history.held_out_loss[-1] < 1e-3
+
+
+def test_best_weights_are_kept_and_patience_ends_it() -> None:
+    network = torch.nn.Linear(1, 1)
+    held_out = Scripted(network, [5, 4, 2, 3, 3, 3, 3, 3])
+    shares: list[float] = []
+    schedule = Schedule(epochs=8, patience=3)
+    history = train(network, line(network), Examples(5, held_out), schedule, shares.append)
+    assert history.best_epoch == 2
+    assert list(history.held_out_loss) == [5, 4, 2, 3, 3, 3]
+    assert network.weight.tolist()[0][0] == held_out.seen[2] != held_out.seen[-1]
+    assert shares == [(epoch + 1) / 8 for epoch in range(6)]
+    assert not network.training
+
+
+def test_a_loss_that_is_no_number_ends_it() -> None:
+    network = torch.nn.Linear(1, 1)
+    with pytest.raises(DatasetError, match="lower the learning rate"):
+        train(network, line(network), Examples(5, Scripted(network, [1, float("nan")])), Schedule())
+
+
+def test_batch_of_one_and_one_example() -> None:
+    network = torch.nn.Linear(1, 1)
+    one = Examples(1, line(network).losses)
+    assert len(train(network, one, one, Schedule(epochs=3, batch_size=1)).held_out_loss) == 3
+
+
+def test_the_same_seed_draws_the_same_and_leaves_no_trace() -> None:
+    before, threads = torch.random.get_rng_state(), torch.get_num_threads()
+    drawn = []
+    for seed in (1, 1, 2):
+        with repeatable(seed, torch.device("cpu")):
+            assert torch.get_num_threads() == 1
+            drawn.append(torch.rand(3).tolist())
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert torch.equal(torch.random.get_rng_state(), before)
+    assert torch.get_num_threads() == threads
+
+
+def test_devices() -> None:
+    assert training_device("cpu").type == "cpu"
+    assert training_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")
+    for name in ("cuda:99", "abacus"):
+        with pytest.raises(UsageError, match=f"device '{name}' is not there"):
+            training_device(name)
