@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -113,10 +114,10 @@ def _draw_errors(axes: Axes, predictions: pl.DataFrame, norm: LogNorm) -> None:
     gaps = np.concatenate([pairs, np.full((len(pairs), 1, 2), np.nan)], axis=1).reshape(-1, 2)
     axes.plot(*gaps.T, color=QUIET, linewidth=0.25, alpha=0.6, zorder=3, rasterized=True)
     for marker, part, size, what in (("o", right, 3.0, "scan"), ("x", wrong, 8.0, "scan put on another floor")):
-        axes.scatter(
-            part["x"], part["y"], c=part["error_m"], norm=norm, cmap="viridis_r", s=size, marker=marker,
-            linewidths=0.7 if marker == "x" else 0.0, zorder=5, label=what, rasterized=True,
-        )  # fmt: skip
+        look: dict[str, Any] = {"s": size, "marker": marker, "linewidths": 0.7 if marker == "x" else 0.0}
+        axes.scatter(part["x"], part["y"], c=part["error_m"], norm=norm, cmap="viridis_r", zorder=5, **look)
+        axes.collections[-1].set_rasterized(True)
+        axes.scatter([], [], color=QUIET, label=what, **look)
     deaf = predictions.filter(pl.col("error_m").is_null())
     if deaf.height:
         axes.plot(deaf["x"], deaf["y"], "+", color=DISCARDED, markersize=3, zorder=5, label="no answer")
