@@ -60,7 +60,7 @@ class NetworkPositioner(Positioner):
         learned, held_out = self._parts(scans, places, validation)
         with repeatable(self.seed, device):
             locator = self._new_locator(scans, places)
-            locator.set_heights(_heights_m(places))
+            locator.set_heights(heights_m(places))
             locator.to(device)
             self.history_ = train(
                 locator.network,
@@ -90,7 +90,7 @@ class NetworkPositioner(Positioner):
         targets = self._targets(places)
 
         def losses(rows: IntArray) -> torch.Tensor:
-            inputs = locator.scaling(_levels(scans[rows]).to(device)).float()
+            inputs = locator.scaling(levels(scans[rows]).to(device)).float()
             return locator.losses(inputs, *(torch.from_numpy(target[rows]).to(device) for target in targets))
 
         return Examples(len(scans), losses)
@@ -104,12 +104,12 @@ class NetworkPositioner(Positioner):
         The network was stopped by the same scans, so they flatter it a little.
         """
         locator = self.locator_
-        xy, spread_m = _in_batches(scans, lambda level: _xy_and_spread(locator, level))
+        xy, spread_m = in_batches(scans, lambda level: xy_and_spread(locator, level))
         locator.calibrate(fitted_radii(np.hypot(*(xy - places.xy).T), spread_m))
 
     def _predict(self, scans: RadioScans) -> Positions:
         with repeatable(self.seed, torch.device("cpu")):
-            found = dict(zip(OUTPUTS, _in_batches(scans, self.locator_), strict=True))
+            found = dict(zip(OUTPUTS, in_batches(scans, self.locator_), strict=True))
         return Positions(storeys=self.storeys_, **found)
 
     def arrays(self) -> Arrays:
@@ -129,24 +129,24 @@ class NetworkPositioner(Positioner):
 _AT_ONCE = 1024
 
 
-def _in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ...]]) -> tuple[AnyArray, ...]:
+def in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ...]]) -> tuple[AnyArray, ...]:
     """Answer some scans after the other, so that memory holds the levels of a few only."""
     starts = range(0, max(len(scans), 1), _AT_ONCE)
     with torch.no_grad():
-        found = [answer(_levels(scans[start : start + _AT_ONCE])) for start in starts]
+        found = [answer(levels(scans[start : start + _AT_ONCE])) for start in starts]
     return tuple(np.concatenate([part.numpy() for part in parts]) for parts in zip(*found, strict=True))
 
 
-def _xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+def xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     answer = locator.answer(locator.scaling(level_dbm))
     return answer.xy, answer.spread_m
 
 
-def _levels(scans: RadioScans) -> torch.Tensor:
+def levels(scans: RadioScans) -> torch.Tensor:
     return torch.from_numpy(scans.dense())
 
 
-def _heights_m(places: Places) -> FloatArray:
+def heights_m(places: Places) -> FloatArray:
     """(s,) median height of each storey's places; NaN where none is known."""
     height_m = np.full(len(places.storeys), np.nan)
     for storey in np.unique(places.storey[np.isfinite(places.z)]):
