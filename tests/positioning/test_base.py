@@ -79,3 +79,23 @@ def test_scikit_learn_can_copy_it() -> None:
 def test_unknown_models_are_told() -> None:
     with pytest.raises(UsageError, match="no positioning model is called 'psychic'"):
         model_named("psychic")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        (
+            {"neighbours": 3},
+            "model knn has no parameter 'neighbours'; there are: distance, exponent, k, representation",
+        ),
+        ({"k": "five"}, "model knn: k='five': give something like 3"),
+        ({"k": 2.5}, "model knn: k=2.5: give something like"),
+        ({"k": True}, "model knn: k=True: give something like"),
+        ({"exponent": float("nan")}, "model knn: exponent=nan: give something like 0.0"),
+        ({"distance": ["cosine"]}, r"model knn: distance=\['cosine'\]: give something like 'sorensen'"),
+    ],
+)
+def test_wrong_parameters_are_told(parameters: dict[str, object], message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        model_named("knn", **parameters)
+    assert model_named("knn", exponent=2, k=4).get_params()["k"] == 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import pkgutil
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
@@ -111,7 +112,23 @@ def model_named(name: str, **parameters: Any) -> Positioner:
     """Make a model of this name, not fitted; raises UsageError for an unknown name or parameter."""
     if name not in models():
         raise UsageError(f"no positioning model is called '{name}'; there are: {', '.join(models())}")
-    try:
-        return models()[name](**parameters)
-    except TypeError as error:
-        raise UsageError(f"model {name}: {error}") from error
+    own = models()[name]().get_params(deep=False)
+    for parameter, value in parameters.items():
+        if parameter not in own:
+            raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
+        if not _alike(value, own[parameter]):
+            raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
+    return models()[name](**parameters)
+
+
+def _alike(value: Any, default: Any) -> bool:
+    """Whether a value is of its default's kind; a whole number will do for any number."""
+    if default is None:
+        return True
+    if isinstance(default, bool) or isinstance(value, bool):
+        return isinstance(default, bool) and isinstance(value, bool)
+    if isinstance(default, float):
+        return isinstance(value, int | float) and math.isfinite(value)
+    if isinstance(default, list | tuple):
+        return isinstance(value, list | tuple)
+    return isinstance(value, type(default))
