@@ -138,11 +138,13 @@ def in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ..
 
 
 def xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return where scans of these levels (n, a) were, and how far guesses spread."""
     answer = locator.answer(locator.scaling(level_dbm))
     return answer.xy, answer.spread_m
 
 
 def levels(scans: RadioScans) -> torch.Tensor:
+    """Make the (n, a) levels in dBm, NaN where not heard."""
     return torch.from_numpy(scans.dense())
 
 
