@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby
@@ -14,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+from vislam2tag.cli.model_parameters import value_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.dataset.folder import open_dataset
@@ -121,16 +121,8 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
             raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as knn.k=5")
         if name not in parameters:
             raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
-        parameters[name][parameter] = _value(value)
+        parameters[name][parameter] = value_of(value)
     return [ModelChoice(name, own) for name, own in parameters.items()]
-
-
-def _value(text: str) -> Any:
-    try:
-        value = json.loads(text)
-    except ValueError:
-        return text
-    return tuple(value) if isinstance(value, list) else value
 
 
 @contextmanager
