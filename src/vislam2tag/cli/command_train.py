@@ -1,0 +1,109 @@
+"""``vislam2tag train``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from vislam2tag.cli.model_parameters import parameters_of
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.pipeline.train import Trained, TrainPlan, train
+from vislam2tag.positioning.base import models
+from vislam2tag.positioning.metrics import Score
+
+HELP = f"""
+Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
+
+Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it does
+on the test part (`vislam2tag benchmark` compares models). The file holds numbers and text only, a checksum, and what
+the model needs to know: access points, floors, how sure it is. docs/positioning.md tells what each model is.
+
+Models: {", ".join(models())}.
+
+Exit code: 0 trained, 2 wrong usage, no data set, nothing to learn from, or the model cannot be written, 130
+interrupted.
+
+Examples:
+
+    vislam2tag train fingerprints --model weighted-knn --out building.v2t
+
+    vislam2tag train fingerprints --model weighted-knn --set k=3 --set distance=cosine --out building.v2t
+
+    vislam2tag train fingerprints --model extra-trees --seed 1 --split device --fold Pixel --out no-pixel.v2t
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("train", help=HELP)(_train)
+
+
+def _train(
+    dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set (see vislam2tag dataset).")],
+    *,
+    model: Annotated[str, typer.Option(help="Model to train.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The model's file, such as building.v2t.")],
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="PARAMETER=VALUE", help="A model's parameter; repeatable.")
+    ] = None,
+    split: Annotated[str | None, typer.Option(help="Train on the training part of this split only.")] = None,
+    fold: Annotated[str | None, typer.Option(help="Which fold of the split, where it has several.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Another seed, another draw.")] = None,
+    technology: Annotated[str, typer.Option(help="Fingerprints of which radio.")] = "wifi",
+) -> None:
+    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology)
+    begun = time.monotonic()
+    try:
+        with _bar() as progress:
+            trained = train(dataset, plan, out, progress)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: no model was written to {out}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(trained, time.monotonic() - begun)
+    typer.echo(f"model: {out}")
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[float], None]]:
+    console = Console(stderr=True)
+    columns = (TextColumn("training"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda share: bar.update(task, total=1.0, completed=share)
+
+
+def _print(trained: Trained, seconds: float) -> None:
+    model, origin = trained.saved.model, trained.saved.origin
+    floors = len(model.storeys_)
+    typer.echo(
+        f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
+        f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
+    )
+    typer.echo(
+        f"calibrated: 68 % of errors within {trained.radius_68_m:.1f} m, 95 % within {trained.radius_95_m:.1f} m "
+        "(medians over what was learned)"
+    )
+    if trained.tested is not None:
+        typer.echo(_tested(trained.tested))
+    if origin.bssid_key is not None:
+        typer.echo(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
+
+
+def _tested(result: Score) -> str:
+    if result.plane.mean_m is None or result.floor_hit is None:
+        return f"tested on {result.scans} fingerprints: none hears an access point that was learned"
+    said = (
+        f"tested on {result.scans} fingerprints: mean error {result.plane.mean_m:.2f} m, median "
+        f"{result.plane.median_m:.2f} m, right floor {100 * result.floor_hit:.1f} %, unknown "
+        f"{100 * (1 - result.answered):.1f} %"
+    )
+    if result.inside_68 is None or result.inside_95 is None:
+        return said
+    return f"{said}; circles of 68 % held {100 * result.inside_68:.0f} %, of 95 % {100 * result.inside_95:.0f} %"
