@@ -13,8 +13,8 @@ from vislam2tag.core.odometry import Odometry, continuous_odometry
 from vislam2tag.core.passes import Passes, find_passes
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 
-METRES_PER_RAD = 1.0
-"""Turning by a radian lets the heading drift as much as walking this far."""
+METRES_PER_RAD = 4.0
+"""Turning by a radian lets the heading drift as much as walking this far: images blur, and what was in view leaves."""
 METRES_PER_S = 0.02
 """Standing lets everything drift as much as walking this fast."""
 GREATEST_TURN_RAD = 0.3
