@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,9 @@ SAMPLING_S = 0.02
 UNIQUE_EVERY = 10
 """Unique memory is looked at this much less often: the system has to walk all pages for it."""
 
+
+ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""An installed program has its bytecode; without it every process would compile it anew."""
 
 _Arguments = ParamSpec("_Arguments")
 
@@ -36,7 +40,7 @@ def vislam2tag(*arguments: str) -> None:
     Short walks may pass too few landmarks to be mapped, which is exit code 1 and no failure here.
     """
     command = [sys.executable, "-m", "vislam2tag", *arguments]
-    done = subprocess.run(command, check=False, capture_output=True)
+    done = subprocess.run(command, check=False, capture_output=True, env=ENVIRONMENT)
     if done.returncode not in (0, 1):
         raise subprocess.CalledProcessError(done.returncode, command, done.stdout, done.stderr)
 
