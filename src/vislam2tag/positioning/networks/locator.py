@@ -58,7 +58,7 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         """Return OUTPUTS for levels (n, a), NaN where not heard; a scan that hears nothing is unknown: NaN and -1."""
         known = (~torch.isnan(level_dbm)).any(dim=1)
         answer = self.answer(self.scaling(level_dbm))
-        base_m, factor_68, factor_95 = self.radii
+        base_m, factor_68, factor_95 = self.radii.unbind()
         scale_m = (base_m**2 + answer.spread_m**2).sqrt().clamp(min=SMALLEST_SCALE_M)
         return (
             torch.where(known[:, None], answer.xy, torch.nan),

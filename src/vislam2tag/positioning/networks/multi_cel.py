@@ -63,7 +63,7 @@ class MultiCelLocator(Locator):
         cell, weight, code = targets
         logits, codes = self.network(inputs)
         class_loss = -(weight * torch.log_softmax(logits, dim=1).gather(1, cell)).sum(dim=1)
-        error = (codes.take_along_dim(cell[..., None], dim=1) - code).square().sum(dim=2)
+        error = (_of_cells(codes, cell) - code).square().sum(dim=2)
         return self.class_weight * class_loss + self.code_weight * (error * (weight > 0)).sum(dim=1)
 
     def answer(self, inputs: torch.Tensor) -> Answer:
@@ -72,7 +72,7 @@ class MultiCelLocator(Locator):
         probability = torch.softmax(logits, dim=1)
         best = probability.argmax(dim=1)
         places_m = decoded(self.centre_m, codes, self.reach_m)
-        xy = places_m.take_along_dim(best[:, None, None], dim=1)[:, 0]
+        xy = _of_cells(places_m, best[:, None])[:, 0]
         spread_m2 = (probability * (places_m - xy[:, None]).square().sum(dim=2)).sum(dim=1)
         return Answer(
             xy=xy,
@@ -141,6 +141,11 @@ class MultiCel(NetworkPositioner):
     def _targets(self, places: Places) -> Sequence[AnyArray]:
         codes = self.lattice_.codes(places.storey, places.xy)
         return np.where(codes.valid, codes.cell, 0), _weights(codes).astype(np.float32), codes.code.astype(np.float32)
+
+
+def _of_cells(values: torch.Tensor, cell: torch.Tensor) -> torch.Tensor:
+    """Pick from (n, c, 2) those of cells (n, k): (n, k, 2)."""
+    return values.gather(1, cell[..., None].expand(-1, -1, 2))
 
 
 def _weights(codes: CellCodes) -> FloatArray:

@@ -1,0 +1,109 @@
+"""A network as an ONNX file that answers by itself: nothing of this package is needed to use it.
+
+Input ``level_dbm`` (n, a), double: the level of each access point, in the order of the entry ``access_points`` of the
+file's metadata, NaN where it was not heard. Outputs are the fields of
+:class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``; -1:
+unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the answer "unknown"
+are part of the graph; what stays outside is to bring readings into the columns (of several readings of an access
+point the mean in dBm counts; unknown access points are left out).
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.positioning.base import Positioner
+from vislam2tag.positioning.extra import import_extra
+
+INPUT = "level_dbm"
+OPSET = 20
+
+
+def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
+    """Write a fitted network, whole or not at all; ``about`` adds entries to the file's metadata.
+
+    The same model gives the same bytes. Raises UsageError where the model is no network or ONNX is not installed, and
+    OutputError where the file cannot be written.
+    """
+    graph = _graph(_locator(model), len(model.access_points_))
+    graph.producer_name, graph.producer_version = "vislam2tag", __version__
+    known = {
+        "access_points": json.dumps(model.access_points_),
+        "storeys": json.dumps([storey._asdict() for storey in model.storeys_]),
+    }
+    for key, value in (known | dict(about or {})).items():
+        graph.metadata_props.add(key=key, value=value)
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_bytes(graph.SerializeToString(deterministic=True))
+        partial.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error.strerror}); choose another name") from error
+    finally:
+        if partial.is_file():
+            partial.unlink(missing_ok=True)
+
+
+def _locator(model: Positioner) -> Any:
+    if not hasattr(model, "locator_"):
+        raise UsageError(f"{type(model).__name__} is no network; only networks are exported to ONNX")
+    return model.locator_
+
+
+def _graph(locator: Any, access_points: int) -> Any:
+    """Export; takes seconds, most of them for PyTorch to get ready."""
+    torch = import_extra("torch")
+    import_extra("onnxscript")
+    names = import_extra("vislam2tag.positioning.networks.locator").OUTPUTS
+    example = torch.from_numpy(np.full((3, access_points), -60.0))
+    with _quiet():
+        program = torch.onnx.export(
+            locator,
+            (example,),
+            dynamo=True,
+            dynamic_shapes={INPUT: {0: torch.export.Dim("n")}},
+            input_names=[INPUT],
+            output_names=list(names),
+            opset_version=OPSET,
+            verbose=False,
+        )
+    return _without_traces(program.model_proto)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Hide what the exporter says of its own insides: old calls that it makes, packages that it could use."""
+    log = logging.getLogger("torch.onnx")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(level)
+
+
+def _without_traces(graph: Any) -> Any:
+    """Remove where in which file each node came from: it differs between machines."""
+    for part in (
+        graph,
+        graph.graph,
+        *graph.graph.node,
+        *graph.graph.value_info,
+        *graph.graph.input,
+        *graph.graph.output,
+    ):
+        del part.metadata_props[:]
+        part.doc_string = ""
+    return graph
