@@ -1,8 +1,8 @@
 """What labels do to positioning: one model, trained on the labels of several strategies and on the truth.
 
 Simulated surveys (2 floors, 2 phones, 3 walks each of 3 minutes). Each walk of a floor and phone tests once, and the
-others train: by the labels of one strategy (status ok alone), or by the truth on all scans. Test positions are always
-the truth. Errors are pooled over the surveys of a severity, in metres in the plane.
+others train: by the labels of one strategy (status ok alone), by the truth of the same scans, or by the truth of all.
+Test positions are always the truth. Errors are pooled over the surveys of a severity, in metres in the plane.
 
     python benchmarks/label_quality.py
     python benchmarks/label_quality.py --models weighted-knn multi-cel --severity severe --seeds 1 2 --csv quality.csv
@@ -55,6 +55,8 @@ class Pool:
 
     label_m: list[FloatArray]
     position_m: list[FloatArray]
+    same_scans_m: list[FloatArray]
+    """Of the model trained on the truth of the scans that are labelled."""
     on_floor: list[BoolArray]
     labelled: list[float]
 
@@ -68,11 +70,14 @@ def main() -> None:
         for seed in options.seeds:
             for labels, truth in _labelled_surveys(severity, seed, options.cache):
                 label_m = _label_errors_m(labels.data, truth)
+                same_scans = truth[np.isin(truth.ids, labels.data.ids)]
                 for model in options.models:
-                    pool = pools.setdefault((model, labels.name), Pool([], [], [], []))
+                    pool = pools.setdefault((model, labels.name), Pool([], [], [], [], []))
                     position_m, on_floor = _tested(model, labels.data, truth)
                     pool.label_m.append(label_m)
                     pool.position_m.append(position_m)
+                    same_m = position_m if labels.name == TRUTH else _tested(model, same_scans, truth)[0]
+                    pool.same_scans_m.append(same_m)
                     pool.on_floor.append(on_floor)
                     pool.labelled.append(labels.of_all)
         rows += [_row(severity, model, name, pool) for (model, name), pool in sorted(pools.items())]
@@ -176,6 +181,7 @@ def _row(severity: str, model: str, name: str, pool: Pool) -> dict[str, str | fl
         "labelled": float(np.mean(pool.labelled)),
         **_quantiles("label", label_m),
         **_quantiles("position", position_m),
+        "same_scans_mean_m": float(np.nanmean(np.concatenate(pool.same_scans_m))),
         "floor_hit": float(np.concatenate(pool.on_floor).mean()),
     }
 
