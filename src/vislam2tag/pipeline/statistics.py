@@ -11,13 +11,9 @@ from vislam2tag.core import log_bins
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
+from vislam2tag.core.way import step_lengths, walked_steps, way_frames
 from vislam2tag.results import ScanStatistics, SigmaStatistics, VisitMark
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
-
-WAY_STEP_S = 0.5
-"""Lengths are summed between points this far apart, so that gait and noise do not count as walking."""
-FASTEST_M_PER_S = 6.0
-"""A faster step is a jump of the tracker, no walking."""
 
 
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:
@@ -58,25 +54,17 @@ def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float)
 def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
     """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere.
 
-    Jumps of the tracker (:data:`FASTEST_M_PER_S`) are left out.
+    Jumps of the tracker are left out (:mod:`vislam2tag.core.way`).
     """
     frames = np.flatnonzero(camera.usable)
-    if len(frames) == 0:
-        return 0.0
-    elapsed_s = (camera.time_ns[frames] - camera.time_ns[frames[0]]) * 1e-9
-    kept = np.flatnonzero(np.diff(np.floor(elapsed_s / WAY_STEP_S), prepend=-1.0))
-    frames = frames[kept]
+    frames = frames[way_frames(camera.time_ns[frames])]
     mapped = has_position(trajectory.status[frames])
     steps = np.where(
-        mapped[1:] & mapped[:-1], _steps(trajectory.position_bcs[frames, :2]), _steps(camera.plane_acs[frames])
+        mapped[1:] & mapped[:-1],
+        step_lengths(trajectory.position_bcs[frames, :2]),
+        step_lengths(camera.plane_acs[frames]),
     )
-    walked = steps < FASTEST_M_PER_S * np.diff(elapsed_s[kept])
-    return float(np.sum(steps, where=walked))
-
-
-def _steps(points: FloatArray) -> FloatArray:
-    lengths: FloatArray = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return lengths
+    return float(walked_steps(steps, camera.time_ns[frames]).sum())
 
 
 def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:

@@ -26,7 +26,7 @@ def test_a_straight_walk() -> None:
     heading, speed = within(motion, 2.0, 4.5)
     assert heading == pytest.approx(90.0)
     assert speed == pytest.approx(1.2, rel=1e-6)
-    assert motion.labelled_m == pytest.approx(9.9 * 1.2)
+    assert motion.labelled_m == pytest.approx(9.5 * 1.2)  # whole half seconds
 
 
 @pytest.mark.parametrize("degrees", [0.0, 45.0, 179.0, 270.0, 359.0])
@@ -53,14 +53,14 @@ def test_nothing_is_known_across_a_frame_without_position() -> None:
     motion = Motion.of(trajectory(points, turn=LEVEL.as_quat()))
     assert np.isnan(within(motion, 4.0, 6.0)).all()
     assert not np.isnan(within(motion, 1.0, 4.0)).any()
-    assert motion.labelled_m < 9.9 * 1.2
+    assert motion.labelled_m < 9.5 * 1.2
 
 
 def test_no_walking_where_the_trajectory_jumps_and_none_outside() -> None:
     points = walk()
     jumped = [(x + (20.0 if number >= 50 else 0.0), y) for number, (x, y) in enumerate(p for p in points if p)]
     motion = Motion.of(trajectory(list(jumped), turn=LEVEL.as_quat()))
-    assert motion.labelled_m < 9.9 * 1.2 + 0.1
+    assert motion.labelled_m < 9.5 * 1.2 + 0.1
     assert np.isnan(within(motion, 30.0, 33.0)).all()
 
 

@@ -8,11 +8,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.way import FASTEST_M_PER_S, WAY_STEP_NS, step_lengths, walked_steps, way_frames
 
-KNOT_NS = 500_000_000
-"""Way is summed between positions this far apart, so that gait and noise do not count as walking."""
-FASTEST_M_S = 6.0
-"""A faster step is a jump of the trajectory, no walking."""
 LEAST_SPAN_NS = 1_000_000_000
 """Shorter spans are widened to this about their middle."""
 LEAST_LOOK = 0.5
@@ -43,9 +40,7 @@ class Motion:
         time_ns = frames["time_ns"].to_numpy()
         values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
         known = np.isfinite(values[:, 0])
-        knots = np.flatnonzero(np.diff(time_ns // KNOT_NS, prepend=-1)) if len(time_ns) else np.empty(0, dtype=np.int64)
-        if len(time_ns):
-            knots = np.unique(np.append(knots, len(time_ns) - 1))
+        knots = way_frames(time_ns)
         return cls(
             time_ns,
             known,
@@ -84,7 +79,9 @@ class Motion:
         end_ns = np.minimum(end_ns, self.knot_ns[-1])
         way_m = np.interp(end_ns, self.knot_ns, self.way_m) - np.interp(start_ns, self.knot_ns, self.way_m)
         speed = way_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
-        believable: FloatArray = np.where((end_ns - start_ns >= KNOT_NS) & (speed <= FASTEST_M_S), speed, np.nan)
+        believable: FloatArray = np.where(
+            (end_ns - start_ns >= WAY_STEP_NS) & (speed <= FASTEST_M_PER_S), speed, np.nan
+        )
         return believable
 
 
@@ -105,9 +102,7 @@ def _way(time_ns: IntArray, position: FloatArray) -> FloatArray:
     """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
     if not len(time_ns):
         return np.empty(0)
-    step_m = np.linalg.norm(np.diff(position, axis=0), axis=1)
-    walked = step_m <= FASTEST_M_S * np.diff(time_ns) * 1e-9
-    return np.concatenate(([0.0], np.cumsum(np.where(walked, step_m, 0.0))))
+    return np.concatenate(([0.0], np.cumsum(walked_steps(step_lengths(position), time_ns))))
 
 
 def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:
