@@ -62,6 +62,8 @@ class ExtraTrees(Positioner):
             answer = self._answer(held_out[0])
             error_m, spread_m = _error_m(answer, held_out[1]), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
+        if self.progress:
+            self.progress(1.0)
 
     def _grown(self, levels: Levels, places: Places, trees: int) -> tuple[Forest, AnyArray]:
         """Grow a forest; return it and for each leaf a scan that it holds (nodes,)."""
@@ -82,7 +84,7 @@ class ExtraTrees(Positioner):
             answer = _voted(forest, scan, places[learned], levels[held_out])
             error_m[held_out], spread_m[held_out] = _error_m(answer, places[held_out]), answer.spread_m
             if self.progress:
-                self.progress((number + 1) / FOLDS)
+                self.progress((number + 1) / (FOLDS + 1))
         return error_m, spread_m
 
     def _predict(self, scans: RadioScans) -> Positions:

@@ -1,0 +1,104 @@
+"""``vislam2tag locate``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.dataset.transmitters.privacy import read_key
+from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.pipeline.locate import Located, locate
+from vislam2tag.positioning.scan_file import JSON_SUFFIXES
+
+HELP = """
+Say where scans were taken, by a model that `vislam2tag train` saved.
+
+SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a scan together), JSON lines with the same
+names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building, floor, x,
+y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE (or, without
+--out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed.
+Lines that cannot be used are counted and left out. docs/positioning.md describes both formats.
+
+Exit code: 0 all right, 2 wrong usage, no model, scans that cannot be read, or FILE cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag locate building.v2t scans.csv --out positions.csv
+
+    vislam2tag locate building.v2t scans.jsonl
+
+    vislam2tag locate building.v2t fingerprints --out positions.jsonl
+
+    vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt --out positions.csv
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("locate", help=HELP)(_locate)
+
+
+def _locate(
+    model: Annotated[Path, typer.Argument(help="Model's file (see vislam2tag train).")],
+    scans: Annotated[Path, typer.Argument(help="Scans: CSV, JSON lines, or a data set's folder.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Where to write; standard output without it.")
+    ] = None,
+    hash_bssid: Annotated[
+        Path | None,
+        typer.Option(metavar="KEYFILE", help="Hash the scans' BSSIDs with this key, as the model's data set was."),
+    ] = None,
+) -> None:
+    key = None if hash_bssid is None else read_key(hash_bssid)
+    if out is not None and out.resolve() in (model.resolve(), scans.resolve()):
+        raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
+    as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
+    try:
+        with _written(out) as write, Console(stderr=True).status("locating"):
+            found = locate(model, scans, write, as_json=as_json, key=key)
+    except KeyboardInterrupt:
+        typer.echo("interrupted: not all scans are located", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(found, out)
+
+
+@contextmanager
+def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
+    """Yield what takes text: standard output, or a file that is there when it is whole."""
+    if out is None:
+        yield sys.stdout.write
+        return
+    partial = out.with_name(out.name + ".part")
+    try:
+        with partial.open("w", encoding="utf-8", newline="") as stream:
+            yield stream.write
+        partial.replace(out)
+    except OSError as error:
+        raise OutputError(f"{out}: cannot be written ({error.strerror}); choose another name") from error
+    finally:
+        if partial.is_file():
+            partial.unlink(missing_ok=True)
+
+
+def _print(found: Located, out: Path | None) -> None:
+    """Sum up: on standard error where standard output holds the positions."""
+    err = out is None
+    typer.echo(
+        f"{found.scans} scans: {found.scans - found.unknown} located, {found.unknown} unknown "
+        f"(they hear none of the model's {found.access_points} access points)",
+        err=err,
+    )
+    for finding in found.findings:
+        lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
+        typer.echo(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)
+    if found.advice is not None:
+        typer.echo(found.advice, err=err)
+    if out is not None:
+        typer.echo(f"positions: {out}")
