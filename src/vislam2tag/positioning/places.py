@@ -49,6 +49,15 @@ class Places:
         """(n,) floor numbers."""
         return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[self.storey]
 
+    @property
+    def storey_height_m(self) -> FloatArray:
+        """(len(storeys),) median height of each storey's places; NaN where none is known."""
+        height_m = np.full(len(self.storeys), np.nan)
+        known = np.isfinite(self.z)
+        for storey in np.unique(self.storey[known]):
+            height_m[storey] = np.median(self.z[known & (self.storey == storey)])
+        return height_m
+
 
 SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
 
