@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vislam2tag.errors import DatasetError
 from vislam2tag.positioning.cells import NO_CELL, CellLattice, decoded, lattice_over
 from vislam2tag.positioning.places import Places, Storey
 
@@ -86,3 +87,8 @@ def test_a_place_far_outside_is_said_by_the_nearest_cell_alone() -> None:
     assert codes.valid.sum() == 1
     np.testing.assert_array_equal(lattice.centre_m[codes.cell[0, 0]], [20, 20])
     np.testing.assert_allclose(codes.code[0, 0], [3.75, 0.0])
+
+
+def test_a_label_that_is_far_off_is_told_before_memory_runs_out() -> None:
+    with pytest.raises(DatasetError, match="extend over 100010 x 100010 m: 100020001 cells of 10 m"):
+        lattice_over(places_at([(0, 0.0, 0.0), (0, 1e5, 1e5)]), 10.0, 0.3)

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.errors import DatasetError
 from vislam2tag.positioning.places import Places
 
 NO_CELL = -1
+MOST_CELLS = 50_000
+"""More than these are a place that is far off, or cells that are far too small: 5 km² in cells of 10 m."""
 
 
 @dataclass(frozen=True)
@@ -91,14 +94,24 @@ class CellLattice:
 
 
 def lattice_over(places: Places, cell_m: float, overlap: float) -> CellLattice:
-    """Cover the extent of the places on each storey, one row and column more than fits."""
+    """Cover the extent of the places on each storey, one row and column more than fits.
+
+    Raises DatasetError where that takes more than MOST_CELLS.
+    """
     first = np.zeros((len(places.storeys), 2), dtype=np.int64)
     size = np.zeros_like(first)
     for storey in np.unique(places.storey):
         xy = places.xy[places.storey == storey] / cell_m
         first[storey] = np.floor(xy.min(axis=0))
         size[storey] = np.ceil(xy.max(axis=0)) - first[storey] + 1
-    return CellLattice(cell_m, overlap, first, size)
+    lattice = CellLattice(cell_m, overlap, first, size)
+    if lattice.count > MOST_CELLS:
+        width, height = size.max(axis=0) * cell_m
+        raise DatasetError(
+            f"places of a floor extend over {width:.0f} x {height:.0f} m: {lattice.count} cells of {cell_m:g} m; "
+            f"correct the labels, or make cells larger (at most {MOST_CELLS} can be)"
+        )
+    return lattice
 
 
 def decoded(centre_m: Any, code: Any, reach_m: float) -> Any:

@@ -13,6 +13,7 @@ from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.base import Arrays, Positioner
 from vislam2tag.positioning.held_out import usable
 from vislam2tag.positioning.networks.locator import OUTPUTS, Locator
+from vislam2tag.positioning.networks.parameters import refuse_impossible
 from vislam2tag.positioning.networks.repeatable import repeatable, training_device
 from vislam2tag.positioning.networks.training import Examples, History, Schedule, train
 from vislam2tag.positioning.places import Places, Positions
@@ -56,6 +57,7 @@ class NetworkPositioner(Positioner):
         """Return what :meth:`Locator.losses` takes besides inputs: arrays of length n."""
 
     def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
+        refuse_impossible(self.get_params())
         device = training_device(self.device)
         learned, held_out = self._parts(scans, places, validation)
         with repeatable(self.seed, device):
