@@ -70,6 +70,21 @@ def test_wrong_wishes_are_told(folder: Path, tmp_path: Path, plan: dict[str, obj
     assert not list(tmp_path.iterdir())
 
 
+def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None:
+    onnx = pytest.importorskip("onnx")
+    pytest.importorskip("torch")
+    small = {"epochs": 1, "backbone": (4,), "heads": (4,), "device": "cpu"}
+    trained(folder, tmp_path / "model.v2t", model="multi-cel", parameters=small, onnx=tmp_path / "model.onnx")
+    entries = {entry.key: entry.value for entry in onnx.load(tmp_path / "model.onnx").metadata_props}
+    assert entries["model"] == "multi-cel"
+    assert '"dataset":"small"' in entries["origin"]
+    assert load(tmp_path / "model.v2t").name == "multi-cel"
+    with pytest.raises(UsageError, match="only networks are exported"):
+        trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.onnx")
+    with pytest.raises(UsageError, match="is the file of --out"):
+        trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.v2t")
+
+
 def test_other_faults_are_told(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="cannot be written"):
         trained(folder, tmp_path / "absent" / "model.v2t")

@@ -37,6 +37,8 @@ Examples:
     vislam2tag train fingerprints --model weighted-knn --set k=3 --set distance=cosine --out building.v2t
 
     vislam2tag train fingerprints --model extra-trees --seed 1 --split device --fold Pixel --out no-pixel.v2t
+
+    vislam2tag train fingerprints --model multi-cel --out building.v2t --onnx building.onnx
 """
 
 
@@ -57,8 +59,11 @@ def _train(
     fold: Annotated[str | None, typer.Option(help="Which fold of the split, where it has several.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Another seed, another draw.")] = None,
     technology: Annotated[str, typer.Option(help="Fingerprints of which radio.")] = "wifi",
+    onnx: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks only).")
+    ] = None,
 ) -> None:
-    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology)
+    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx)
     begun = time.monotonic()
     try:
         with _bar() as progress:

@@ -16,6 +16,7 @@ from vislam2tag.positioning.base import model_named
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save
+from vislam2tag.positioning.onnx_export import write_onnx
 
 SEED = "seed"
 
@@ -32,6 +33,8 @@ class TrainPlan:
     """Of the split; may be left out where it has one."""
     seed: int | None = None
     technology: str = "wifi"
+    onnx: Path | None = None
+    """Write the model as ONNX, too (networks only)."""
 
 
 @dataclass(frozen=True)
@@ -53,20 +56,20 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], 
     Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
     OutputError where ``out`` cannot be written.
     """
-    if out.is_dir() or not out.parent.is_dir():
-        raise OutputError(f"{out}: cannot be written (is a folder, or in none); choose another name")
-    parameters = dict(plan.parameters)
-    if plan.seed is not None:
-        if SEED not in model_named(plan.model).get_params():
-            raise UsageError(f"--seed: nothing in {plan.model} is random")
-        parameters[SEED] = plan.seed
-    model = model_named(plan.model, **parameters)
+    for file in [out] if plan.onnx is None else [out, plan.onnx]:
+        if file.is_dir() or not file.parent.is_dir():
+            raise OutputError(f"{file}: cannot be written (is a folder, or in none); choose another name")
+    if plan.onnx is not None and plan.onnx.resolve() == out.resolve():
+        raise UsageError(f"--onnx {plan.onnx}: is the file of --out; choose another name")
+    model = model_named(plan.model, **_parameters(plan))
     dataset = open_dataset(folder)
     learned, tested, part = _parts(dataset, plan)
     model.progress = progress
     model.fit(learned.scans, learned.places)
     saved = SavedModel(plan.model, model, _origin(dataset, plan.technology, part, len(learned)))
     save(saved, out)
+    if plan.onnx is not None:
+        write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
     own = model.predict(learned.scans)
     return Trained(
         saved,
@@ -74,6 +77,14 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], 
         float(np.nanmedian(own.radius_95_m)),
         None if tested is None else score(model.predict(tested.scans), tested.places),
     )
+
+
+def _parameters(plan: TrainPlan) -> dict[str, Any]:
+    if plan.seed is None:
+        return dict(plan.parameters)
+    if SEED not in model_named(plan.model).get_params():
+        raise UsageError(f"--seed: nothing in {plan.model} is random")
+    return {**plan.parameters, SEED: plan.seed}
 
 
 def _parts(dataset: Dataset, plan: TrainPlan) -> tuple[LearningData, LearningData | None, str]:

@@ -21,7 +21,8 @@ LOCATED = {
     "radius_95_m": pl.Float64,
     "floor_probability": pl.Float64,
 }
-"""Columns: BCS metres; null where the status is ``unknown``, and ``z`` where no height was learned."""
+"""Columns: BCS metres; null where the status is ``unknown``; ``z`` where no height was learned;
+``building`` where it has no name."""
 _DECIMALS = 3
 
 
@@ -39,7 +40,7 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
     columns = {
         "scan_id": ids.tolist(),
         "status": [OK if known else UNKNOWN for known in found.known.tolist()],
-        "building": [found.storeys[index].building for index in storey.tolist()],
+        "building": [found.storeys[index].building or None for index in storey.tolist()],
         "floor": found.floor,
     }
     unknown = pl.col("status") == UNKNOWN

@@ -1,0 +1,64 @@
+"""``vislam2tag locate`` as its users run it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.dataset.factory import bssid, small_dataset
+from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.pipeline.train import TrainPlan, train
+
+HEADER = "scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,floor_probability"
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("place")
+    write_dataset(small_dataset(), root / "set")
+    train(root / "set", TrainPlan("knn", {"k": 1}), root / "model.v2t")
+    rows = f"here,{bssid(1, 1)},-41\nhere,{bssid(1, 2)},-60\nfar,stranger,-50\nbad,{bssid(1, 1)},loud\n"
+    (root / "scans.csv").write_text("scan_id,bssid,rssi_dbm\n" + rows)
+    return root
+
+
+def test_positions_come_on_standard_output_and_the_summary_beside(place: Path) -> None:
+    done = vislam2tag("locate", place / "model.v2t", place / "scans.csv")
+    assert done.returncode == 0, done.stderr
+    header, here, far, bad = done.stdout.splitlines()
+    assert header == HEADER
+    assert here.startswith("here,ok,,1,")
+    assert (far, bad) == ("far,unknown,,,,,,,,", "bad,unknown,,,,,,,,")
+    assert "3 scans: 1 located, 2 unknown (they hear none of the model's 10 access points)" in done.stderr
+    assert "malformed_lines: 1 (lines 5): expected scan_id, bssid, rssi_dbm" in done.stderr
+
+
+def test_positions_go_to_a_file_in_the_form_of_its_name(place: Path, tmp_path: Path) -> None:
+    for name in ("positions.jsonl", "positions.csv"):
+        done = vislam2tag("locate", place / "model.v2t", place / "set", "--out", tmp_path / name)
+        assert done.returncode == 0, done.stderr
+        assert "48 scans: 48 located, 0 unknown" in done.stdout
+    rows = [json.loads(line) for line in (tmp_path / "positions.jsonl").read_text().splitlines()]
+    assert list(rows[0]) == HEADER.split(",")
+    assert len((tmp_path / "positions.csv").read_text().splitlines()) == len(rows) + 1 == 49
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["positions.csv", "positions.jsonl"]
+
+
+def test_faults_are_one_line_and_leave_nothing(place: Path, tmp_path: Path) -> None:
+    model, scans, out = place / "model.v2t", place / "scans.csv", tmp_path / "out.csv"
+    assert "is no model, or damaged" in the_error(vislam2tag("locate", scans, scans, "--out", out))
+    before = scans.read_bytes()
+    assert "would overwrite what it is made of" in the_error(vislam2tag("locate", model, scans, "--out", scans))
+    assert scans.read_bytes() == before
+    nowhere = tmp_path / "absent" / "out.csv"
+    assert "absent/out.csv: cannot be written" in the_error(vislam2tag("locate", model, scans, "--out", nowhere))
+    assert not list(tmp_path.iterdir())
+
+
+def test_help_has_examples() -> None:
+    done = vislam2tag("locate", "--help")
+    assert done.returncode == 0
+    assert "--hash-bssid key.txt" in done.stdout

@@ -1,0 +1,66 @@
+"""``vislam2tag train`` as its users run it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.dataset.factory import small_dataset
+from vislam2tag.cli.model_parameters import parameters_of
+from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.transmitters.privacy import Privacy, key_name, with_privacy
+from vislam2tag.errors import UsageError
+
+KEY = b"0123456789abcdef"
+
+
+def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
+    small = small_dataset()
+    hashed = with_privacy(replace(small, splits=standard_splits(small)), Privacy(hash_key=KEY))
+    write_dataset(hashed, tmp_path / "set")
+    arguments = ("train", tmp_path / "set", "--model", "extra-trees", "--set", "trees=4", "--seed", "3")
+    for out in ("a.v2t", "b.v2t"):
+        done = vislam2tag(*arguments, "--split", "device", "--fold", "Pixel", "--out", tmp_path / out)
+        assert done.returncode == 0, done.stderr
+    for text in (
+        "extra-trees: learned 22 fingerprints of small (split device, fold Pixel), 10 access points, 2 floors",
+        "calibrated: 68 % of errors within",
+        "tested on 22 fingerprints: mean error",
+        f"access points are hashed with key {key_name(KEY)}",
+        f"model: {tmp_path / 'b.v2t'}",
+    ):
+        assert text in done.stdout
+    assert (tmp_path / "a.v2t").read_bytes() == (tmp_path / "b.v2t").read_bytes()
+
+
+def test_wrong_usage_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+    arguments = ("train", tmp_path, "--out", tmp_path / "a.v2t")
+    assert "is called 'psychic'; there are: " in the_error(vislam2tag(*arguments, "--model", "psychic"))
+    assert "is no data set" in the_error(vislam2tag(*arguments, "--model", "knn"))
+
+
+def test_help_lists_the_models() -> None:
+    done = vislam2tag("train", "--help")
+    assert done.returncode == 0
+    for text in ("weighted-knn", "extra-trees", "multi-cel", "--fold Pixel"):
+        assert text in done.stdout
+
+
+def test_values_are_read_as_json_or_text() -> None:
+    texts = ["k=5", "exponent=2.5", "distance=cosine", "on=true", "heads=[1, 2]", "a=b=c", "none="]
+    assert parameters_of(texts) == {
+        "k": 5,
+        "exponent": 2.5,
+        "distance": "cosine",
+        "on": True,
+        "heads": (1, 2),
+        "a": "b=c",
+        "none": "",
+    }
+    for wrong in ("k", "=5"):
+        with pytest.raises(UsageError, match="give PARAMETER=VALUE"):
+            parameters_of([wrong])
