@@ -111,3 +111,22 @@ def test_uncertain_fingerprints_show_where_people_walk_but_do_not_cover() -> Non
     assert list(ground.fingerprints) == ["Galaxy"]
     assert ground.walkable.sum() == 2 * (SCANS - 1)
     assert ground.gaps.sum() == SCANS - 1
+
+
+@pytest.mark.parametrize(("sigma_m", "walkable"), [(1.9, True), (2.1, False), (None, True)])
+def test_where_somebody_may_not_have_been_nobody_need_walk(sigma_m: float | None, walkable: bool) -> None:
+    """A reading labelled far from all others, more or less sure than the radius of 2 m."""
+    readings = small_dataset().readings.collect()
+    stray = readings.tail(1).with_columns(
+        floor=pl.lit(0, pl.Int32), x=pl.lit(43.0), y=pl.lit(-4.5), sigma=pl.lit(sigma_m, pl.Float64)
+    )
+    (ground, *_) = coverage(with_tables(small_dataset(), **{READINGS: pl.concat([readings, stray])}))
+    assert ground.gaps.any() == walkable
+
+
+def test_labelled_fingerprints_count_however_sure_they_are() -> None:
+    doubtful = small_dataset().fingerprints.with_columns(sigma=pl.lit(5.0)).collect()
+    readings = small_dataset().readings.collect().head(0)
+    (ground, _) = coverage(with_tables(small_dataset(), **{FINGERPRINTS: doubtful, READINGS: readings}))
+    assert (ground.far, ground.share) == (0, 1.0)
+    assert ground.total.sum() == 2 * (SCANS - 1)

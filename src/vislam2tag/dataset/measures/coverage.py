@@ -30,8 +30,12 @@ _FLOOR = ("building", "floor")
 _CELL: Mapping[str, pl.DataType] = MappingProxyType(
     {"building": pl.String(), "floor": pl.Int32(), "row": pl.Int64(), "column": pl.Int64()}
 )
-_PATHS = ((MAGNETIC, "x", "y"), (IMU_WINDOWS, "x_start", "y_start"), (IMU_WINDOWS, "x_end", "y_end"))
-"""Further tables that say where a walk went."""
+_PATHS = (
+    (MAGNETIC, "x", "y", "sigma"),
+    (IMU_WINDOWS, "x_start", "y_start", "sigma_start"),
+    (IMU_WINDOWS, "x_end", "y_end", "sigma_end"),
+)
+"""Further tables that say where a walk went, and how sure that is."""
 _PARTS = 16
 _REACH_CELLS = 1000
 """Cells farther than this along an axis from the median one are left out."""
@@ -58,7 +62,7 @@ class FloorCoverage:
     fingerprints: Mapping[str, IntArray]
     """Labelled fingerprints a cell, by device."""
     walkable: BoolArray
-    """Cells that a labelled walk touched, and those of the walkable area, where one is given."""
+    """Cells that a labelled walk touched (as far as that is sure), and those of a walkable area that is given."""
     covered: BoolArray
     """Walkable cells with a fingerprint near."""
     far: int
@@ -102,18 +106,25 @@ def coverage(
     for tables in each_session(dataset.fingerprints, dataset.readings):
         scans = tables.fingerprints.with_columns(pl.col("building").fill_null(""), pl.col("device").fill_null(UNKNOWN))
         readings = tables.readings.join(scans.select("scan_id", "building"), on="scan_id", how="left")
-        sure = (pl.col("technology") == technology) & (pl.col("status") == Status.OK.label)
-        cells.count(scans.filter(sure).lazy())
-        cells.touch(scans.lazy(), "x", "y")
-        cells.touch(readings.lazy(), "x", "y")
-    for name, x, y in _PATHS:
+        labelled = scans.filter((pl.col("technology") == technology) & (pl.col("status") == Status.OK.label)).lazy()
+        cells.count(labelled)
+        cells.touch(labelled, "x", "y")
+        for positions in (scans, readings):
+            cells.touch(_known_within(positions.lazy(), "sigma", settings.radius_m), "x", "y")
+    for name, x, y, sigma in _PATHS:
         if name in dataset.tables:
-            cells.touch(dataset.tables[name].with_columns(pl.col("building").fill_null("")), x, y)
+            table = dataset.tables[name].with_columns(pl.col("building").fill_null(""))
+            cells.touch(_known_within(table, sigma, settings.radius_m), x, y)
     counts, touched = cells.counts, cells.touched
     places = sorted({*touched.select(_FLOOR).unique().iter_rows(), *walkable})
     return tuple(
         _floor(place, _at(counts, place), _at(touched, place), walkable.get(place), settings) for place in places
     )
+
+
+def _known_within(positions: pl.LazyFrame, sigma: str, radius_m: float) -> pl.LazyFrame:
+    """Leave out positions less sure than the radius: nobody may have been there. An unknown sigma tells nothing."""
+    return positions.filter(pl.col(sigma).fill_null(0.0) <= radius_m)
 
 
 def _grid_table(walkable: Mapping[Place, WalkableArea]) -> pl.DataFrame:
