@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ def sources(folder: Path, *floors: dict[str, object], buildings: tuple[str, ...]
     """One source for each floor record given."""
     usual = {"number": 1, "name": "One", "elevation_m": None, "width_m": 60.0, "height_m": 30.0}
     outs = [write_out(folder / str(n), RUN | {"floors": [usual | floor]}) for n, floor in enumerate(floors)]
-    return open_sources(outs, buildings, [None] * len(outs))
+    return open_sources(outs, buildings, [None] * len(outs), outs)
 
 
 def test_floors_that_agree_are_one(tmp_path: Path) -> None:
@@ -47,15 +48,17 @@ def test_an_unknown_extent_clashes_with_none(tmp_path: Path) -> None:
 
 def test_plans_lie_by_building_and_floor(tmp_path: Path) -> None:
     one = sources(tmp_path, {}, {}, buildings=("Main: hall", ""))
-    drawn = tuple(LabelledSource(source.labelled, source.building, {1: Path("a/floorplan.JPG")}) for source in one)
+    drawn = tuple(replace(source, plans={1: Path("a/floorplan.JPG")}) for source in one)
     floors, plans = merged_floors(drawn)
     assert sorted(plans) == ["plans/Main-hall.floor_1.jpg", "plans/floor_1.jpg"]
     assert [floor.plan for floor in floors] == ["plans/floor_1.jpg", "plans/Main-hall.floor_1.jpg"]
 
 
 def test_sessions_are_named_once(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match=r"session floor_1.LG.a is in .*0 and in .*1"):
-        named_sessions(sources(tmp_path / "same", {}, {}))
+    same = sources(tmp_path / "same", {}, {})
+    processed_on_the_way = (same[0], replace(same[1], named=Path("the survey")))
+    with pytest.raises(DatasetError, match=r"session floor_1.LG.a is in .*0 and in the survey: give"):
+        named_sessions(processed_on_the_way)
     named = named_sessions(sources(tmp_path / "two", {}, {}, buildings=("west wing", "annex")))
     assert [name for name, _, _ in named] == [
         "annex.floor_1.LG.a",

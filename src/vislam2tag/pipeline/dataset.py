@@ -118,7 +118,7 @@ def _labelled(
         outs.append(keep or scratch / names[folder])
         surveys.append(folder)
         process(folder, outs[-1], jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
-    return open_sources(outs, options.buildings, surveys)
+    return open_sources(outs, options.buildings, surveys, folders)
 
 
 def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:

@@ -11,7 +11,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, Walk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
-from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, radio_rows
+from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, radio_rows
 from vislam2tag.dataset.inertial.imu_windows import imu_windows
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.findings import Finding, Severity
@@ -58,7 +58,7 @@ def build_session(job: SessionJob) -> SessionOutcome:
     result = job.labelled.result()
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
     walk = Walk.of(result, trajectory, job.session, job.building)
-    made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if job.labelled.has(name)}
+    made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name)}
     fingerprints = _write_radio(job, list(made.values()))
     _write(job, SESSIONS, _session_row(job, result, walk, fingerprints))
     findings = [finding for part in made.values() for finding in part.findings]

@@ -25,6 +25,8 @@ class LabelledSource:
     labelled: LabelledSurvey
     building: str
     plans: dict[int, Path]
+    named: Path
+    """The folder that was asked for: the labels, or the survey that they were made of on the way."""
 
     def record(self, settings: DatasetSettings) -> Source:
         """What the manifest keeps of it."""
@@ -39,9 +41,11 @@ class LabelledSource:
 
 
 def open_sources(
-    outs: Sequence[Path], buildings: Sequence[str], surveys: Sequence[Path | None]
+    outs: Sequence[Path], buildings: Sequence[str], surveys: Sequence[Path | None], named: Sequence[Path]
 ) -> tuple[LabelledSource, ...]:
     """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
+
+    ``named`` are the folders that messages name: those that were asked for.
 
     Raises DatasetError where a folder is none, UsageError where there is not one building's name for each, or a survey
     is another's.
@@ -53,8 +57,8 @@ def open_sources(
     names = list(buildings) or [""] * len(outs)
     opened = [open_labelled(out) for out in outs]
     return tuple(
-        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled))
-        for labelled, building, survey in zip(opened, names, surveys, strict=True)
+        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled), folder)
+        for labelled, building, survey, folder in zip(opened, names, surveys, named, strict=True)
     )
 
 
@@ -106,8 +110,8 @@ def _refuse_clash(floor: FloorInfo, first: LabelledSource, record: FloorRecord, 
         one, other = getattr(floor, name), getattr(record, name)
         if one != other and one is not None and other is not None:
             raise DatasetError(
-                f"floor {record.number} is {one:g} m {unit} in {first.labelled.root} and {other:g} m in "
-                f"{second.labelled.root}: these are two buildings; tell them apart by a --building NAME for each source"
+                f"floor {record.number} is {one:g} m {unit} in {first.named} and {other:g} m in "
+                f"{second.named}: these are two buildings; tell them apart by a --building NAME for each source"
             )
 
 
@@ -123,8 +127,8 @@ def named_sessions(sources: Sequence[LabelledSource]) -> list[tuple[str, Labelle
             name = prefix + session.slug
             if name in found:
                 raise DatasetError(
-                    f"session {session.slug} is in {found[name][0].labelled.root} and in {session.root}: give each "
-                    "walk once; two buildings are told apart by a --building NAME for each source"
+                    f"session {session.slug} is in {found[name][0].named} and in {source.named}: give each walk "
+                    "once; two buildings are told apart by a --building NAME for each source"
                 )
             found[name] = (source, session)
     return [(name, *found[name]) for name in sorted(found)]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import polars as pl
 
-TECHNOLOGIES = ("ble", "wifi")
+WIFI = "wifi"
+"""The technology whose table ``process`` always writes."""
+TECHNOLOGIES = ("ble", WIFI)
 """Tables of an output folder of ``process`` that become fingerprints."""
 
 
@@ -14,7 +16,7 @@ def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
     A BLE beacon is identified by ``UUID-MAJOR-MINOR`` where it tells them, as its address may change at any time, and
     by its address where it does not. BLE has no scans (null) and does not tell its frequency.
     """
-    if technology == "wifi":
+    if technology == WIFI:
         return table
     beacon = pl.format("{}-{}-{}", "uuid", "major", "minor")
     return table.with_columns(
