@@ -86,6 +86,9 @@ def test_manifests_must_agree_in_what_positions_mean(base: Path) -> None:
     dataset = small_dataset()
     info = dataset.info.model_copy(update={"floors": dataset.info.floors[:1], "title": "another title"})
     assert compare(base, other(base, replace(dataset, info=info)), 0.01).facts == ("floors",)
+    drawn = tuple(floor.model_copy(update={"plan": "plans/other.png"}) for floor in dataset.info.floors)
+    info = dataset.info.model_copy(update={"floors": drawn})
+    assert compare(base, other(base, replace(dataset, info=info)), 0.01).same
 
 
 def test_different_kinds_are_not_compared(base: Path, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ _FREE_TEXT = "ssid"
 """The one column that may hold commas."""
 _NUMBERS = ("rss", "x_coord", "y_coord", "v1", "v2", "v3", "v4", "v5", "v6")
 _FACTS = {"floors", "frame", "clock", "groupings", "bssid_key"}
-"""What of a manifest must be equal: the rest says who, when and how."""
+"""What of a manifest must be equal (of floors all but the file of the plan): the rest says who, when and how."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def comparable(folder: Path) -> Comparable:
 
 
 def _of_dataset(dataset: Dataset) -> Comparable:
-    facts = dataset.info.model_dump(mode="json", include=_FACTS)
+    facts = dataset.info.model_dump(mode="json", include=_FACTS, exclude={"floors": {"__all__": {"plan"}}})
     parts = dict(_session_parts(dataset))
     for name in (ACCESS_POINTS, SESSIONS):
         parts[WHOLE_SET, name] = Part((KEYS[name],), dataset.tables[name].collect)
