@@ -11,9 +11,10 @@ from tests.cli.command import the_error, vislam2tag
 from tests.dataset.formats.test_getsensordata import walk
 from tests.dataset.formats.test_ilc20 import trace
 from tests.dataset.formats.test_tampere import quartet
-from vislam2tag.cli.command_import import degrees_of
+from vislam2tag.cli.command_import import degrees_of, floor_words
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.formats import import_formats
+from vislam2tag.dataset.model import FloorInfo
 from vislam2tag.errors import UsageError
 
 
@@ -31,6 +32,19 @@ def test_a_summary(tmp_path: Path) -> None:
     ):
         assert line in done.stdout
     assert open_dataset(tmp_path / "set").info.name == "tampere"
+
+
+@pytest.mark.parametrize(
+    ("floor", "words"),
+    [
+        (FloorInfo(number=0), "0"),
+        (FloorInfo(number=0, name="Floor 0"), "Floor 0"),
+        (FloorInfo(number=3, name="F4", building="site2"), "site2 F4 (3)"),
+        (FloorInfo(number=-1, building="main"), "main -1"),
+    ],
+)
+def test_a_floor_is_told_by_name_and_number_once(floor: FloorInfo, words: str) -> None:
+    assert floor_words(floor) == words
 
 
 def test_json_is_the_manifest(tmp_path: Path) -> None:

@@ -64,7 +64,7 @@ def test_kinds_that_the_data_cannot_give(tmp_path: Path) -> None:
     findings = split_findings(one)
     told = replace(one, info=one.info.model_copy(update={"findings": findings}), splits=standard_splits(one))
     write_dataset(told, tmp_path / "set")
-    assert "--by device: there is only one device" in vislam2tag("split", tmp_path / "set").stdout
+    assert "split by device: there is only one device; it is left out" in vislam2tag("split", tmp_path / "set").stdout
     assert "--by device: there is only one device" in the_error(vislam2tag("split", tmp_path / "set", "--by", "device"))
     write_dataset(one, tmp_path / "none")
     assert "no splits; --by makes one" in vislam2tag("split", tmp_path / "none").stdout

@@ -13,7 +13,7 @@ from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.formats import import_formats
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, FloorInfo
 from vislam2tag.errors import UsageError
 from vislam2tag.findings import Severity
 from vislam2tag.pipeline.import_format import ImportOptions, import_format
@@ -106,7 +106,7 @@ def _summary(dataset: Dataset, out: Path) -> list[str]:
     counted = dataset.fingerprints.group_by("technology").agg(all=pl.len(), labelled=pl.col("x").count())
     kinds = counted.sort("technology").collect(engine="streaming").rows()
     devices = dataset.fingerprints.select(pl.col("device").drop_nulls().unique().sort()).collect()["device"].to_list()
-    floors = [" ".join(filter(None, (floor.building, floor.name, str(floor.number)))) for floor in info.floors]
+    floors = [floor_words(floor) for floor in info.floors]
     rows = {name: account.rows for name, account in info.tables.items()}
     return [
         f"{out}: {info.sources[0].kind}, {info.title or info.name}",
@@ -120,6 +120,12 @@ def _summary(dataset: Dataset, out: Path) -> list[str]:
             for finding in info.findings
         ),
     ]
+
+
+def floor_words(floor: FloorInfo) -> str:
+    """Tell a floor by building, name and number, each once."""
+    own = floor.name if str(floor.number) in floor.name.split() else f"{floor.name} ({floor.number})"
+    return " ".join(filter(None, (floor.building, own if floor.name else str(floor.number))))
 
 
 def _listed(names: list[str]) -> str:

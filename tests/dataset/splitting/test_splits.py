@@ -179,9 +179,9 @@ def test_kinds_that_cannot_be_made_are_told() -> None:
     one = with_fingerprints(SMALL, keep=(pl.col("device") == DEVICES[0]) & (pl.col("floor") == 0), date=pl.lit(None))
     assert set(standard_splits(one)) == {"random", "block"}
     told = {finding.message.split(":")[0]: finding for finding in split_findings(one)}
-    assert set(told) == {"--by device", "--by trajectory", "--by day", "--by floor"}
+    assert set(told) == {"split by device", "split by trajectory", "split by day", "split by floor"}
     assert {finding.kind for finding in told.values()} == {"no_split"}
-    assert "there is no day" in told["--by day"].message
+    assert "there is no day" in told["split by day"].message
     with pytest.raises(UsageError, match="--by device: there is only one device"):
         make_split(one, SplitKind.DEVICE, SplitSettings())
     assert standard_splits(with_fingerprints(SMALL, keep=pl.lit(False))) == {}
@@ -192,7 +192,7 @@ def test_labels_without_a_date_are_counted() -> None:
     dataset = with_fingerprints(SMALL, date=pl.when(pl.col("session") != SESSION_KEYS[0][2]).then(of_floor))
     (finding,) = split_findings(dataset)
     assert (finding.kind, finding.count) == ("not_in_split", SCANS - 1)
-    assert "--by day" in finding.message
+    assert "split by day" in finding.message
     assert standard_splits(dataset)["day"].groups["group"].null_count() == (SCANS - 1) + len(SESSION_KEYS)
 
 

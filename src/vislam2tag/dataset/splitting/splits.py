@@ -52,12 +52,16 @@ def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
     for kind in SplitKind:
         made = _made_or_reason(items, kind, SplitSettings())
         if not isinstance(made, Split):
-            findings.append(_finding("no_split", items.height, f"{made}; the split is left out", Severity.INFO))
+            findings.append(
+                _finding("no_split", items.height, f"split {made.removeprefix('--')}; it is left out", Severity.INFO)
+            )
             continue
         known = items.filter(_LABELLED)["id"].implode()
         outside = made.groups.filter(pl.col("id").is_in(known), _GROUP.is_null()).height
         if outside:
-            message = f"--by {kind}: labelled fingerprints and windows that tell no {kind}; they are in neither part"
+            message = (
+                f"split by {kind}: labelled fingerprints and windows that tell no {kind}; they are in neither part"
+            )
             findings.append(_finding("not_in_split", outside, message, Severity.WARNING))
     return tuple(findings)
 
