@@ -69,7 +69,7 @@ def test_confusion_is_in_shares_of_the_true_floor() -> None:
     counts = {"knn": np.array([[9.0, 1.0], [0.0, 0.0]])}
     figure = floor_confusion(["0", "1"], counts)
     image = np.asarray(figure.axes[0].images[0].get_array())
-    np.testing.assert_allclose(image, [[0.9, 0.1], [0, 0]])
+    np.testing.assert_allclose(image, np.array([[0.9, 0.1], [0.0, 0.0]]))
     assert [text.get_text() for text in figure.axes[0].texts] == ["90.0", "10.0"]
     assert rendered(figure, "svg")
 
@@ -78,7 +78,7 @@ def test_calibration_compares_errors_with_radii() -> None:
     figure = calibration({"knn": predictions(), "mute": predictions(radius_m=None)})
     shares = [float(np.asarray(line.get_xdata())[0]) for line in figure.axes[0].lines[:2]]
     assert shares == [pytest.approx(0.5, abs=0.03), 1.0]
-    radius_m, error_m = np.asarray(figure.axes[1].lines[0].get_xydata()).T
+    radius_m, error_m = np.asarray(figure.axes[1].lines[0].get_xydata(), dtype=np.float64).T
     np.testing.assert_allclose(radius_m, 2.0)
     assert len(error_m) == 10
     assert rendered(figure, "svg")

@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from vislam2tag.cli.model_parameters import value_of
 from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.positioning_table import print_table_4
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
@@ -25,7 +26,7 @@ from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.benchmark_text import HEADS, figure_text, fold_name
 from vislam2tag.positioning.protocol import ModelChoice
 from vislam2tag.positioning.published import published_choices
-from vislam2tag.positioning.table_4 import SPLITS, TITLE, table_4
+from vislam2tag.positioning.table_4 import SPLITS, table_4
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""
@@ -160,16 +161,7 @@ def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
             shown.add_row(escape(fold_name(row.fold)), escape(row.model), *map(escape, cells))
         console.print(shown)
     if beside_paper:
-        print_table_4(found)
+        print_table_4(table_4(found.rows))
     for one in found.failed:
         console.print(f"[red]failed:[/] {escape(one.run)}: {escape(one.error)}", soft_wrap=True)
     console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
-
-
-def print_table_4(found: Benchmark) -> None:
-    """Print the paper's Table IV."""
-    made = table_4(found.rows)
-    shown = table(TITLE, ("test data", "model"), made.heads)
-    for row in made.rows:
-        shown.add_row(escape(row.test), escape(row.model), *row.cells())
-    table_console().print(shown)

@@ -10,18 +10,21 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from vislam2tag.cli.positioning_table import print_table_4
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.dataset.measures.table_3 import TITLE
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.pipeline.paper import NAMES, PAGE_FILE, Reproduced, reproduce
-from vislam2tag.report.paper_page import CollectionPart, TablePart
+from vislam2tag.positioning.table_4 import TITLE as TITLE_4
+from vislam2tag.report.paper_page import CollectionPart, PositioningPart, TablePart
 
 HELP = """
 Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.
 
 DATA holds the published surveys in their layout (evaluation_data, giaIndoorLoc_raw), or is one of them. Made are
 Tables I to III (CSV, LaTeX, Markdown), Figures 1 to 9 (SVG, PDF), some that the paper does not have, walks.csv
-with every walk's errors, and index.html with everything. What DATA lacks is told there.
+with every walk's errors, and index.html with everything. What DATA lacks is told there. With --models the paper's
+networks are trained on the walks that collect, and Table IV is made (needs PyTorch; takes far longer than all else).
 
 Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong
 usage, no survey, or OUT cannot be written.
@@ -29,6 +32,8 @@ usage, no survey, or OUT cannot be written.
 Examples:
 
     vislam2tag paper evaluation_data --out reproduced
+
+    vislam2tag paper published --out reproduced --models --seeds 3
 
     vislam2tag simulate copy --like paper && vislam2tag paper copy --out reproduced
 """
@@ -42,16 +47,18 @@ def register(app: typer.Typer) -> None:
 def _paper(
     data: Annotated[Path, typer.Argument(help="Folder with the published surveys, or one of them.")],
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
+    models: Annotated[bool, typer.Option("--models", help="Train the paper's networks, too, for Table IV.")] = False,
+    seeds: Annotated[int, typer.Option(min=1, help="With --models: how often each network is trained.")] = 5,
 ) -> None:
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("walks", total=None)
 
-        def advance(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
+        def advance(what: str, done: float, total: int) -> None:
+            bar.update(task, description=escape(what), completed=done, total=total)
 
-        made = reproduce(data, out, progress=advance)
+        made = reproduce(data, out, progress=advance, model_seeds=seeds if models else None)
     _print(made, out)
     raise typer.Exit(1 if made.failed else 0)
 
@@ -61,6 +68,7 @@ def _print(made: Reproduced, out: Path) -> None:
     for part in made.tables:
         _print_table(part)
     _print_collection(made.collection)
+    _print_positioning(made.positioning)
     for figure in made.figures:
         if figure.missing:
             console.print(f"not drawn: {escape(figure.title)}: {escape(figure.missing)}", soft_wrap=True)
@@ -81,6 +89,13 @@ def _print_collection(part: CollectionPart) -> None:
         shown.add_row(escape(device), *texts)
     console.print(shown)
     console.print(part.sentence, soft_wrap=True)
+
+
+def _print_positioning(part: PositioningPart) -> None:
+    if part.table is None:
+        table_console().print(f"{TITLE_4}: {part.missing}", soft_wrap=True)
+    else:
+        print_table_4(part.table)
 
 
 def _print_table(part: TablePart) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
@@ -18,19 +20,20 @@ from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.pipeline.paper_collection import paper_collection
 from vislam2tag.pipeline.paper_data import open_paper_data
 from vislam2tag.pipeline.paper_figures import FIGURES, NO_COLLECTION, PaperFigure, Source
+from vislam2tag.pipeline.paper_positioning import paper_positioning, refuse_without_networks
 from vislam2tag.pipeline.paper_walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.selection import refuse_among_sessions
 from vislam2tag.pipeline.store import OutputFolder, claim
-from vislam2tag.report.paper_page import CollectionPart, FigurePart, TablePart, write_paper_page
+from vislam2tag.report.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 from vislam2tag.settings import Settings
 
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3 = "index.html", "walks.csv", "table_3"
 NAMES = {name: name_of(name) for name in STRATEGIES}
 
-Progress = Callable[[str, int, int], None]
-"""Called after each step with what is being done ("walks", "fingerprints", "figures"), how many are done, how many
-there are."""
+Progress = Callable[[str, float, int], None]
+"""Called after each step with what is being done ("walks", "fingerprints", a run of a model, "figures"), how many are
+done, how many there are."""
 
 
 @dataclass(frozen=True)
@@ -39,41 +42,53 @@ class Reproduced:
 
     tables: list[TablePart]
     collection: CollectionPart
+    positioning: PositioningPart
     figures: list[FigurePart]
     failed: list[str]
     """One sentence for each session or phone that could not be evaluated."""
 
 
 def reproduce(
-    root: Path, out: Path, settings: Settings | None = None, progress: Progress = lambda _what, _done, _total: None
+    root: Path,
+    out: Path,
+    settings: Settings | None = None,
+    progress: Progress = lambda _what, _done, _total: None,
+    model_seeds: int | None = None,
 ) -> Reproduced:
     """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
 
     Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
-    ``index.html`` with all of it; what the data lacks is told there. Raises SurveyError where ``root`` holds no survey,
-    OutputError where ``out`` cannot be written.
+    ``index.html`` with all of it; what the data lacks is told there. With ``model_seeds`` the paper's networks are
+    trained so often on the walks that collect, for Table IV; it takes most of the time. Raises SurveyError where
+    ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
+    written.
     """
+    refuse_without_networks(model_seeds)
     settings = settings or Settings()
     data = open_paper_data(root)
     for survey in data.surveys:
         refuse_among_sessions(survey, out)
     run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
-    with claim(out, run, PROGRAM) as folder:
-        walks = paper_walks(data, settings, lambda done, total: progress("walks", done, total))
+    with claim(out, run, PROGRAM) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
+        fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
+        walks = paper_walks(data, settings, partial(progress, "walks"))
         tables = _tables(walks)
         for part in tables:
             _write_table(folder, part)
         folder.write_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
-        collected = paper_collection(data, settings, lambda done, total: progress("fingerprints", done, total))
+        collected = paper_collection(data, settings, partial(progress, "fingerprints"), fingerprints)
         collection = _collection(folder, collected.statistics)
-        failed = [*walks.failed, *collected.failed]
-        figures = []
-        for number, figure in enumerate(FIGURES, 1):
-            figures.append(_figure(folder, figure, Source(data, walks, settings, collected.statistics)))
-            progress("figures", number, len(FIGURES))
-        title = root.resolve().name
-        folder.write(PAGE_FILE, lambda path: write_paper_page(path, title, NAMES, tables, collection, figures, failed))
-    return Reproduced(tables, collection, figures, failed)
+        positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
+        failed = [*walks.failed, *collected.failed, *positioning.failed]
+        figures = _figures(folder, Source(data, walks, settings, collected.statistics), progress)
+        made = Reproduced(tables, collection, positioning, figures, failed)
+        folder.write(PAGE_FILE, lambda path: _write_page(path, root.resolve().name, made))
+    return made
+
+
+def _write_page(path: Path, title: str, made: Reproduced) -> None:
+    tables = made.tables, made.collection, made.positioning
+    write_paper_page(path, title, NAMES, *tables, made.figures, made.failed)
 
 
 def _tables(walks: PaperWalks) -> list[TablePart]:
@@ -114,6 +129,14 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
         "the paper's velocities exceed its own distance over duration, which is 0.64 to 0.80 m/s."
     )
     return CollectionPart(TABLE_3, table, sentence)
+
+
+def _figures(folder: OutputFolder, source: Source, progress: Progress) -> list[FigurePart]:
+    figures = []
+    for number, figure in enumerate(FIGURES, 1):
+        figures.append(_figure(folder, figure, source))
+        progress("figures", number, len(FIGURES))
+    return figures
 
 
 def _figure(folder: OutputFolder, figure: PaperFigure, source: Source) -> FigurePart:

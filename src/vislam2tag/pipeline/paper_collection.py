@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars as pl
 
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.measures.statistics import dataset_statistics
 from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.pipeline.dataset_session import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.paper_data import PaperData
@@ -42,9 +44,15 @@ class Collection:
 
 
 def paper_collection(
-    data: PaperData, settings: Settings, progress: Progress = lambda _done, _total: None
+    data: PaperData,
+    settings: Settings,
+    progress: Progress = lambda _done, _total: None,
+    keep: Path | None = None,
 ) -> Collection:
-    """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count."""
+    """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count.
+
+    The data set is written to ``keep``, with its splits, where there is such a walk.
+    """
     own = settings.model_copy(update={"strategy": STRATEGY})
     chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
     total = sum(ref.key.device in devices for survey, devices in chosen for ref in survey.sessions)
@@ -66,6 +74,8 @@ def paper_collection(
         failed = tuple(filter(None, (session.result().error for session, _ in sessions)))
         dataset = _dataset(sessions, Path(scratch) / "parts")
         statistics = dataset_statistics(dataset)
+        if keep is not None:
+            write_dataset(replace(dataset, splits=standard_splits(dataset)), keep)
     return Collection(statistics if "wifi" in statistics.technologies else None, failed)
 
 

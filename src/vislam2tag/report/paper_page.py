@@ -11,6 +11,8 @@ from vislam2tag import __version__
 from vislam2tag.dataset.measures.table_3 import TITLE, Table3
 from vislam2tag.evaluation.table_text import figures_of, heads_of
 from vislam2tag.evaluation.tables import PaperTable
+from vislam2tag.positioning.table_4 import TITLE as TITLE_4
+from vislam2tag.positioning.table_4 import Table4
 from vislam2tag.report.page import write_page
 
 
@@ -43,6 +45,17 @@ class CollectionPart:
 
 
 @dataclass(frozen=True)
+class PositioningPart:
+    """The paper's Table IV and the stem of its files; ``missing`` says why there is none."""
+
+    stem: str
+    table: Table4 | None
+    missing: str = ""
+    failed: tuple[str, ...] = ()
+    """One sentence for each run that failed."""
+
+
+@dataclass(frozen=True)
 class FigurePart:
     """A figure and the stem of its files: what it shows, and its SVG, or why there is none (``missing``)."""
 
@@ -66,6 +79,7 @@ def write_paper_page(
     names: Mapping[str, str],
     tables: Sequence[TablePart],
     collection: CollectionPart,
+    positioning: PositioningPart,
     figures: Sequence[FigurePart],
     failed: Sequence[str],
 ) -> None:
@@ -81,6 +95,8 @@ def write_paper_page(
         "tables": tables,
         "collection": collection,
         "collection_title": TITLE,
+        "positioning": positioning,
+        "positioning_title": TITLE_4,
         "figures": figures,
         "failed": failed,
         "figures_of": figures_of,
