@@ -1,0 +1,84 @@
+"""cell-density learns a small building, says how sure it is, and takes odd training data."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
+from vislam2tag.errors import UsageError
+from vislam2tag.positioning.base import model_named
+from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.models.cell_density import CellDensity
+
+
+def test_it_learns_buildings_and_floors() -> None:
+    model = CellDensity().fit(*surveyed(240, TWO_BUILDINGS))
+    scans, places = surveyed(120, TWO_BUILDINGS, seed=1)
+    figures = score(model.predict(scans), places)
+    assert figures.plane.mean_m is not None
+    assert figures.plane.mean_m < 2.5
+    assert figures.floor_hit == 1.0
+    assert figures.inside_68 == pytest.approx(0.68, abs=0.12)
+    assert figures.inside_95 == pytest.approx(0.95, abs=0.05)
+    np.testing.assert_allclose(model.predict(scans).storey_probability.sum(axis=1), 1.0)
+
+
+def test_a_fainter_phone_is_put_where_the_others_are() -> None:
+    model = CellDensity().fit(*surveyed(200))
+    scans, places = surveyed(100, seed=1)
+    fainter = replace(scans, rssi_dbm=scans.rssi_dbm - 6.0)
+    errors = [-model.score(either, places) for either in (scans, fainter)]
+    assert errors[1] < 1.5 * errors[0]
+
+
+def test_it_comes_back_from_its_arrays_and_repeats() -> None:
+    scans, places = surveyed(60)
+    model = CellDensity(seed=3).fit(scans, places)
+    again = CellDensity(seed=3).fit(scans, places)
+    back = CellDensity()
+    back.access_points_, back.storeys_ = model.access_points_, model.storeys_
+    back.restore(model.arrays())
+    for other in (again, back):
+        np.testing.assert_array_equal(other.predict(scans).xy, model.predict(scans).xy)
+        np.testing.assert_array_equal(other.predict(scans).radius_95_m, model.predict(scans).radius_95_m)
+
+
+@pytest.mark.parametrize("rows", [[0], [0, 1], [0, 2, 4]])
+def test_tiny_sets(rows: list[int]) -> None:
+    scans, places = surveyed(20)
+    found = CellDensity().fit(scans[np.array(rows)], places[np.array(rows)]).predict(scans)
+    known = found.known
+    assert known.any()
+    assert np.isfinite(found.xy[known]).all()
+    assert np.isfinite(found.radius_95_m[known]).all()
+
+
+def test_one_access_point_and_constant_levels() -> None:
+    scans, places = surveyed(40)
+    flat = replace(scans, rssi_dbm=np.full_like(scans.rssi_dbm, -60.0)).over(scans.access_points[:1])
+    found = CellDensity().fit(flat, places).predict(flat)
+    assert np.isfinite(found.xy[found.known]).all()
+
+
+def test_unsure_labels_reach_further() -> None:
+    scans, places = surveyed(40)
+    unsure = replace(places, sigma_m=np.full(len(places), 8.0))
+    sure, wide = (CellDensity().fit(scans, either).kernel_.answer(scans)[2].mean() for either in (places, unsure))
+    assert wide > sure
+
+
+def test_impossible_parameters() -> None:
+    with pytest.raises(UsageError, match="cell_m=0"):
+        model_named("cell-density", cell_m=0.0).fit(*surveyed(10))
+
+
+def test_progress_is_told() -> None:
+    told: list[float] = []
+    model = CellDensity()
+    model.progress = told.append
+    model.fit(*surveyed(20))
+    assert told == sorted(told)
+    assert told[-1] == 1.0
