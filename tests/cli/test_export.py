@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -26,6 +28,11 @@ def in_process(*arguments: object) -> Result:
     app = typer.Typer()
     command_export.register(app)
     return CliRunner().invoke(app, list(map(str, arguments)))
+
+
+def test_what_only_building_needs_is_not_imported() -> None:
+    code = "import sys, vislam2tag.cli.command_export; sys.exit('plotly' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:

@@ -39,8 +39,10 @@ def _options(
 def _register_commands(asked: str) -> None:
     """Import the ``command_*`` module of the command asked for, or all (for help and for unknown commands).
 
-    Each holds a function ``register(app)``; importing only one keeps start-up quick.
+    Each holds a function ``register(app)``; importing only one, and none for the version, keeps start-up quick.
     """
+    if asked == "--version":
+        return
     modules = sorted(info.name for info in pkgutil.iter_modules(cli.__path__) if info.name.startswith("command_"))
     wanted = f"command_{asked.replace('-', '_')}"
     for module in [wanted] if wanted in modules else modules:

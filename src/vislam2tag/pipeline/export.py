@@ -23,7 +23,6 @@ from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.selection import refuse_among_sessions
 from vislam2tag.sessions import open_survey
 
@@ -137,6 +136,7 @@ def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[D
             f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
         )
     # Building brings statistics and figures, which take seconds to import: only where they are needed.
+    from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.dataset.", dir=out.parent) as scratch:
