@@ -7,7 +7,7 @@
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
 ``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
 data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy
-frames.
+frames. ``benchmark`` trains and tests positioning models on one.
 """
 
 from vislam2tag.core.status import Status
@@ -15,11 +15,20 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import DatasetError, OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.errors import (
+    DatasetError,
+    ModelError,
+    OutputError,
+    SessionError,
+    SurveyError,
+    UsageError,
+    Vislam2tagError,
+)
 from vislam2tag.evaluation.check_record import SurveyCheck
 from vislam2tag.evaluation.evaluation_record import SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.pipeline.benchmark import BenchmarkPlan, benchmark, public_dataset
 from vislam2tag.pipeline.check import check
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.evaluate import evaluate
@@ -27,6 +36,13 @@ from vislam2tag.pipeline.export import ExportOptions, export
 from vislam2tag.pipeline.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
+from vislam2tag.positioning.base import Positioner, model_named
+from vislam2tag.positioning.learning_data import learning_data
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel
+from vislam2tag.positioning.model_file import load as load_model
+from vislam2tag.positioning.model_file import save as save_model
+from vislam2tag.positioning.benchmark_record import Benchmark
+from vislam2tag.positioning.protocol import ModelChoice
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
@@ -36,6 +52,8 @@ from vislam2tag.simulation.survey import simulate
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 
 __all__ = [
+    "Benchmark",
+    "BenchmarkPlan",
     "BuildOptions",
     "CameraTrack",
     "Dataset",
@@ -49,7 +67,12 @@ __all__ = [
     "Landmarks",
     "LocalSettings",
     "MappingStrategy",
+    "ModelError",
+    "ModelOrigin",
+    "ModelChoice",
     "OutputError",
+    "Positioner",
+    "SavedModel",
     "Selection",
     "Session",
     "SessionError",
@@ -68,19 +91,25 @@ __all__ = [
     "UsageError",
     "VisitSettings",
     "Vislam2tagError",
+    "benchmark",
     "build_dataset",
     "check",
     "evaluate",
     "export",
     "import_format",
     "label_readings",
+    "learning_data",
+    "load_model",
     "mark_uncertain",
+    "model_named",
     "open_dataset",
     "open_survey",
     "paper_evaluation",
     "process",
+    "public_dataset",
     "read_session",
     "regular_survey",
+    "save_model",
     "simulate",
     "strategy_named",
     "strategy_names",
