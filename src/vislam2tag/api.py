@@ -37,11 +37,11 @@ from vislam2tag.pipeline.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.selection import Selection
 from vislam2tag.positioning.base import Positioner, model_named
+from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.learning_data import learning_data
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel
 from vislam2tag.positioning.model_file import load as load_model
 from vislam2tag.positioning.model_file import save as save_model
-from vislam2tag.positioning.benchmark_record import Benchmark
 from vislam2tag.positioning.protocol import ModelChoice
 from vislam2tag.results import SessionResult, Summary
 from vislam2tag.sessions import open_survey, read_session
@@ -67,9 +67,9 @@ __all__ = [
     "Landmarks",
     "LocalSettings",
     "MappingStrategy",
+    "ModelChoice",
     "ModelError",
     "ModelOrigin",
-    "ModelChoice",
     "OutputError",
     "Positioner",
     "SavedModel",
