@@ -153,7 +153,7 @@ def _made(path: Path, header: ModelHeader) -> Positioner:
     unknown = sorted(header.parameters.keys() - model.get_params().keys())
     if unknown:
         raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
-    model.set_params(**header.parameters)
+    model.set_params(**{name: tuple(v) if isinstance(v, list) else v for name, v in header.parameters.items()})
     return model
 
 
