@@ -30,3 +30,8 @@ class OutputError(Vislam2tagError):
 
 class UsageError(Vislam2tagError):
     """An option has a value that cannot work."""
+
+
+def first_line(error: Exception) -> str:
+    """What a library's error says, for a message of ours: its first line, or its kind where it says nothing."""
+    return (str(error).splitlines() or [type(error).__name__])[0]

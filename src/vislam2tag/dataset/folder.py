@@ -16,7 +16,7 @@ from vislam2tag import __version__
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.dataset.whole_folder import whole_folder
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
@@ -158,7 +158,7 @@ def _manifest(folder: Path) -> DatasetInfo:
             )
         return DatasetInfo.model_validate_json(text)
     except (ValueError, KeyError, TypeError, ValidationError) as error:
-        raise DatasetError(f"{path}: is damaged ({_first_line(error)}); make the data set again") from error
+        raise DatasetError(f"{path}: is damaged ({first_line(error)}); make the data set again") from error
 
 
 def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
@@ -170,7 +170,7 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
         table = pl.scan_parquet(path)
         found = table.collect_schema()
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{path}: cannot be read ({_first_line(error)}); make the data set again") from error
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
     wrong = [column for column, kind in expected.items() if found.get(column) != kind]
     if wrong:
         raise DatasetError(f"{path}: column {wrong[0]} is missing or not {expected[wrong[0]]}; make the data set again")
@@ -183,9 +183,5 @@ def _split(folder: Path, name: str) -> Split:
         info = SplitInfo.model_validate_json(path.read_bytes())
         groups = pl.read_parquet(path.with_suffix(".parquet"))
     except (OSError, ValidationError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{path}: cannot be read ({_first_line(error)}); make the split again") from error
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the split again") from error
     return Split(info, groups)
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

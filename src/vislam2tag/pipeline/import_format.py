@@ -16,7 +16,7 @@ from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.formats.registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
-from vislam2tag.errors import DatasetError, UsageError
+from vislam2tag.errors import DatasetError, UsageError, first_line
 from vislam2tag.pipeline.dataset_finish import finish_dataset
 
 Progress = Callable[[int], None]
@@ -83,7 +83,7 @@ def _reading(path: Path) -> Iterator[None]:
     try:
         yield
     except pl.exceptions.PolarsError as error:
-        raise DatasetError(f"{path}: cannot be read ({str(error).splitlines()[0]})") from error
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)})") from error
     except OSError as error:
         if error.errno in _OUR_DISK:
             raise

@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
+from vislam2tag.dataset.formats.gia_tables import SENSOR_COLUMNS, WIFI_COLUMNS
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, SESSIONS
 from vislam2tag.errors import DatasetError, UsageError
@@ -22,8 +23,8 @@ DATASET, LABELS, ANNOTATED = "data set", "labels", "annotated files"
 WHOLE_SET = ""
 """Stands for the session of tables that belong to none."""
 _ANNOTATED_FILES: Mapping[str, tuple[str, ...]] = {
-    "wifi_annotated.csv": ("id", "time", "type", "ssid", "mac", "rss", "x_coord", "y_coord"),
-    "sensors_annotated.csv": ("time", "type", "v1", "v2", "v3", "v4", "v5", "v6", "x_coord", "y_coord"),
+    "wifi_annotated.csv": WIFI_COLUMNS,
+    "sensors_annotated.csv": SENSOR_COLUMNS,
 }
 _FREE_TEXT = "ssid"
 """The one column that may hold commas."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, ValidationError
 
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 
@@ -41,7 +41,7 @@ class LabelledSession:
             return SessionResult.model_validate_json(path.read_bytes())
         except (OSError, ValidationError) as error:
             raise DatasetError(
-                f"{path}: cannot be read ({_first_line(error)}); run `vislam2tag process` again"
+                f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
             ) from error
 
     def has(self, table: str) -> bool:
@@ -64,7 +64,7 @@ class LabelledSession:
             return (rows if only is None else rows.filter(only)).select(wanted).collect()
         except (OSError, pl.exceptions.PolarsError) as error:
             raise DatasetError(
-                f"{path}: cannot be read ({_first_line(error)}); run `vislam2tag process` again"
+                f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
             ) from error
 
     def unknown_columns(self, table: str) -> list[str]:
@@ -130,8 +130,4 @@ def _run(root: Path) -> _Run:
         field = ".".join(map(str, error.errors()[0]["loc"]))
         raise DatasetError(f"{path}: has no usable '{field}' (an earlier version's?); {_AGAIN}") from error
     except ValueError as error:
-        raise DatasetError(f"{path}: is damaged ({_first_line(error)}); {_AGAIN}") from error
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
+        raise DatasetError(f"{path}: is damaged ({first_line(error)}); {_AGAIN}") from error

@@ -21,7 +21,7 @@ from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, re
 from vislam2tag.dataset.formats.samples import each_labelled, labelled, seconds_text, with_unix_time
 from vislam2tag.dataset.formats.text_file import csv_file
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.findings import Finding, Severity
 
 FOLDER = "intermediate"
@@ -192,7 +192,7 @@ def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
     try:
         table = pl.read_csv(file, separator=";", infer_schema=False, null_values=[UNKNOWN, ""])
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{file}: cannot be read ({str(error).splitlines()[0]})") from error
+        raise DatasetError(f"{file}: cannot be read ({first_line(error)})") from error
     if table.width < len(columns):
         raise DatasetError(f"{file}: line 1 has {table.width} columns; expected {', '.join(columns)}")
     return table.select(table.columns[: len(columns)]).rename(dict(zip(table.columns, columns, strict=False)))

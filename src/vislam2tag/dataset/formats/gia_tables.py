@@ -10,7 +10,7 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.survey.model import SessionKey
 
@@ -48,7 +48,7 @@ def sensor_rows(file: Path, key: SessionKey) -> pl.DataFrame:
     try:
         table = pl.read_csv(file, schema_overrides=kinds)
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{file}: cannot be read ({str(error).splitlines()[0]})") from error
+        raise DatasetError(f"{file}: cannot be read ({first_line(error)})") from error
     missing = [name for name in SENSOR_COLUMNS if name not in table.columns]
     if missing:
         raise DatasetError(f"{file}: line 1 has no column {missing[0]}; expected {','.join(SENSOR_COLUMNS)}")

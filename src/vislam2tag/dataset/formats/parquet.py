@@ -19,7 +19,7 @@ from vislam2tag.dataset.formats.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
 from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.findings import Finding
 
 SPLITS_FILE, COLUMNS_FILE = "splits.parquet", "columns.csv"
@@ -96,7 +96,7 @@ def _table(path: Path, name: str) -> pl.LazyFrame:
         table = pl.scan_parquet(path)
         schema = table.collect_schema()
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{path}: cannot be read ({str(error).splitlines()[0]}); export it again") from error
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)}); export it again") from error
     wrong = [column for column, kind in SCHEMAS[name].items() if schema.get(column) != kind]
     if wrong:
         raise DatasetError(f"{path}: column {wrong[0]} is missing or not {SCHEMAS[name][wrong[0]]}; export it again")
@@ -121,7 +121,7 @@ def _splits(path: Path, infos: Mapping[str, SplitInfo]) -> dict[str, Split]:
     try:
         table = pl.read_parquet(path).select(*SPLITS_COLUMNS).cast(pl.String())
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise DatasetError(f"{path}: cannot be read ({str(error).splitlines()[0]}); export it again") from error
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)}); export it again") from error
     return {
         name: Split(info, table.filter(pl.col("split") == name).select("id", "group")) for name, info in infos.items()
     }

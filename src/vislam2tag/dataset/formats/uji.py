@@ -26,7 +26,7 @@ from vislam2tag.dataset.formats.samples import MatrixLosses, each_labelled, labe
 from vislam2tag.dataset.formats.text_file import CsvFile, csv_file
 from vislam2tag.dataset.formats.wide import WideTable, is_wide, read_wide
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.findings import Finding
 
 TECHNOLOGY = "wifi"
@@ -270,8 +270,8 @@ def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     try:
         return pl.read_csv(file, schema_overrides=dict(columns)).select(*columns)
     except pl.exceptions.PolarsError as error:
-        first = str(error).splitlines()[0]
-        raise DatasetError(f"{file}: cannot be read ({first}); expected the columns {', '.join(columns)}") from error
+        what = first_line(error)
+        raise DatasetError(f"{file}: cannot be read ({what}); expected the columns {', '.join(columns)}") from error
 
 
 def _with_addresses(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:

@@ -10,7 +10,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.errors import DatasetError
+from vislam2tag.errors import DatasetError, first_line
 from vislam2tag.findings import ROWS_NAMED, Finding, Severity
 
 NOT_HEARD = 100.0
@@ -43,13 +43,13 @@ def read_wide(path: Path, columns: Mapping[str, pl.DataType], is_access_point: C
     Columns that are neither are left out and told. Raises DatasetError, naming file and line, where it has no access
     points or a cell is no number.
     """
-    header = _first_line(path).split(",")
+    header = _top_line(path).split(",")
     return _read(path, tuple(name.strip().strip('"') for name in header), columns, is_access_point, has_header=True)
 
 
 def read_matrix(path: Path) -> WideTable:
     """Read a table of levels alone, without a header; the columns are called WAP001, WAP002, ..."""
-    count = len(_first_line(path).split(","))
+    count = len(_top_line(path).split(","))
     digits = max(3, len(str(count)))
     names = tuple(f"WAP{number:0{digits}d}" for number in range(1, count + 1))
     return _read(path, names, {}, lambda _: True, has_header=False)
@@ -60,7 +60,7 @@ def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame
 
     Raises DatasetError, naming file and line, where it has not, or a cell is no number.
     """
-    width = len(_first_line(path).split(","))
+    width = len(_top_line(path).split(","))
     if width != len(columns):
         raise _wrong_width(path, 1, width, len(columns), f" ({', '.join(columns)})")
     table = pl.concat(_batches(path, columns, has_header=False))
@@ -71,12 +71,12 @@ def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame
 def is_wide(path: Path, names: frozenset[str]) -> bool:
     """Whether a file is a CSV table whose header has all these columns."""
     try:
-        return names <= {name.strip().strip('"') for name in _first_line(path).split(",")}
+        return names <= {name.strip().strip('"') for name in _top_line(path).split(",")}
     except DatasetError:
         return False
 
 
-def _first_line(path: Path) -> str:
+def _top_line(path: Path) -> str:
     try:
         with path.open(encoding="utf-8-sig") as file:
             line = file.readline().rstrip("\r\n")
@@ -103,15 +103,15 @@ def _read(
         raise DatasetError(f"{path}: line 1 has the column {twice} twice; expected each once")
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
     names = pl.Series("bssid", access_points, dtype=pl.String)
-    first_line = 2 if has_header else 1
-    rows, heard, short, odd = [], [], [], _OddLevels(first_line)
+    first_row_line = 2 if has_header else 1
+    rows, heard, short, odd = [], [], [], _OddLevels(first_row_line)
     first_row = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
         row, column, level = odd.sort_out(levels, first_row)
         heard.append(pl.DataFrame({"row": row + first_row, "bssid": names.gather(column), "rssi_dbm": level}))
         rows.append(batch.select(name for name in header if name in columns))
-        short += [row + first_row + first_line for row in batch[header[-1]].is_null().arg_true()]
+        short += [row + first_row + first_row_line for row in batch[header[-1]].is_null().arg_true()]
         first_row += batch.height
     if not first_row:
         raise DatasetError(f"{path}: holds no fingerprint; expected one row each")
@@ -131,7 +131,7 @@ def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool)
         )
     except pl.exceptions.PolarsError as error:
         raise _wrong_cell(path, schema, has_header=has_header) or DatasetError(
-            f"{path}: cannot be read ({str(error).splitlines()[0]}); expected comma separated numbers"
+            f"{path}: cannot be read ({first_line(error)}); expected comma separated numbers"
         ) from error
 
 
@@ -179,8 +179,8 @@ def _is_number(cell: str) -> bool:
 class _OddLevels:
     """Counts the levels that no phone reports and remembers their lines."""
 
-    def __init__(self, first_line: int) -> None:
-        self._first_line = first_line
+    def __init__(self, first_row_line: int) -> None:
+        self._first_row_line = first_row_line
         self._empty_lines: list[int] = []
         self._absurd_lines: list[int] = []
         self._empty = self._absurd = 0
@@ -196,8 +196,8 @@ class _OddLevels:
         absurd = ~empty & ~measured
         self._empty += int(empty.sum())
         self._absurd += int(absurd.sum())
-        self._empty_lines += (np.unique(row[empty]) + first_row + self._first_line).tolist()
-        self._absurd_lines += (np.unique(row[absurd]) + first_row + self._first_line).tolist()
+        self._empty_lines += (np.unique(row[empty]) + first_row + self._first_row_line).tolist()
+        self._absurd_lines += (np.unique(row[absurd]) + first_row + self._first_row_line).tolist()
         return row[measured], column[measured], level[measured]
 
     def findings(self, file: str) -> Iterator[Finding]:
