@@ -59,6 +59,7 @@ def test_bars_hold_every_fingerprint_however_many_access_points() -> None:
     (axes,) = access_points_heard(WholeNumbers.of({0: 3, 7: 20, 200: 2})).axes
     assert sum(patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)) == 25
     assert axes.texts[0].get_text() == "median 7"
+    assert axes.get_ylim()[1] > 1.1 * max(patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle))
 
 
 def test_rssi_names_offsets_and_says_where_none_is_known() -> None:

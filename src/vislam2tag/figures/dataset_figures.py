@@ -27,6 +27,8 @@ from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, QUIET, print_quality
 BLUE, ORANGE = "#0072b2", "#e69f00"
 PALETTE = (BLUE, ORANGE, "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 """Okabe and Ito's."""
+_LABEL_SHARE = 0.15
+"""Room above the highest bar for a label, of its height."""
 BINS = 60
 """Bars of a histogram at most."""
 _THICK = 0.72
@@ -103,6 +105,7 @@ def access_points_heard(heard: WholeNumbers) -> Figure:
     width, bins = heard.binned(BINS)
     lowest = np.array(list(bins)) - 0.5
     axes.bar(lowest, list(bins.values()), 0.9 * width, color=BLUE, linewidth=0, align="edge")
+    axes.margins(y=_LABEL_SHARE)
     median = heard.quantiles["0.5"]
     axes.axvline(median, color="black", linewidth=0.7, linestyle="dashed")
     axes.annotate(
