@@ -14,6 +14,7 @@ from typing import Any
 import polars as pl
 import pytest
 
+from tests.dataset.formats.test_tampere import quartet
 from tests.positioning.benchmarked import MODELS, SLOW_S, benchmark_dataset, known_models
 from tests.surveys import bytes_of
 from vislam2tag.dataset.model import Dataset
@@ -169,6 +170,21 @@ def test_public_sets_say_what_lacks(tmp_path: Path) -> None:
     for name in ("tampere", "ujiindoorloc", "utsindoorloc"):
         with pytest.raises(DatasetError, match=str(tmp_path)):
             public_dataset(name, tmp_path).__enter__()
+
+
+def test_a_public_set_is_run_with_its_own_split(tmp_path: Path) -> None:
+    (tmp_path / "files").mkdir()
+    for part in ("Training", "Test"):
+        quartet(tmp_path / "files", part)
+    with public_dataset("tampere", tmp_path / "files") as opened:
+        found = benchmark(opened, tmp_path / "out", plan_of("test-loudest", splits=()))
+    assert [(run.split, run.fold) for run in found.runs] == [("official", "official")]
+
+
+def test_half_a_public_set_is_told(tmp_path: Path) -> None:
+    quartet(tmp_path)
+    with pytest.raises(DatasetError, match="holds only a part of tampere; put its training and test files together"):
+        public_dataset("tampere", tmp_path).__enter__()
 
 
 COMMAND = """

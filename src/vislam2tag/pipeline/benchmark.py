@@ -59,14 +59,18 @@ class BenchmarkPlan:
 def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
     """Open a public data set from its files, imported into a folder that is gone afterwards.
 
-    Raises UsageError for an unknown name, DatasetError for files that are missing or not of it.
+    Raises UsageError for an unknown name, DatasetError for files that are missing or not of it, or only one part of it.
     """
     if name not in PUBLIC:
         raise UsageError(f"--dataset {name}: is none of the public data sets known: {', '.join(PUBLIC)}")
     if not data.exists():
         raise DatasetError(f"{data}: no such file or folder; --data is where the files of {name} lie, as published")
     with tempfile.TemporaryDirectory(prefix="vislam2tag-benchmark-") as scratch:
-        yield import_format(data, Path(scratch) / name, ImportOptions(format_name=PUBLIC[name]))
+        dataset = import_format(data, Path(scratch) / name, ImportOptions(format_name=PUBLIC[name]))
+        split = _official(dataset)
+        if split is None or any(part.is_empty() for fold in split.info.folds for part in split.parts(fold)):
+            raise DatasetError(f"{data}: holds only a part of {name}; put its training and test files together")
+        yield dataset
 
 
 def benchmark(
@@ -111,8 +115,13 @@ def split_named(dataset: Dataset, name: str) -> Split:
 
 
 def _usual_split(dataset: Dataset) -> str:
-    official = [name for name, split in dataset.splits.items() if split.info.kind == "official"]
-    return official[0] if official else "random"
+    official = _official(dataset)
+    return official.info.name if official else "random"
+
+
+def _official(dataset: Dataset) -> Split | None:
+    """Return the split that came with the data."""
+    return next((split for split in dataset.splits.values() if split.info.kind == "official"), None)
 
 
 def _run_record(dataset: Dataset, plan: BenchmarkPlan, splits: Sequence[Split]) -> dict[str, object]:
