@@ -13,7 +13,8 @@ from rich.console import Console
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.dataset.transmitters.privacy import read_key
-from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.dataset.whole_file import whole_file
+from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.locate import Located, locate
 from vislam2tag.positioning.scan_file import JSON_SUFFIXES
 
@@ -75,16 +76,8 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     if out is None:
         yield sys.stdout.write
         return
-    partial = out.with_name(out.name + ".part")
-    try:
-        with partial.open("w", encoding="utf-8", newline="") as stream:
-            yield stream.write
-        partial.replace(out)
-    except OSError as error:
-        raise OutputError(f"{out}: cannot be written ({error.strerror}); choose another name") from error
-    finally:
-        if partial.is_file():
-            partial.unlink(missing_ok=True)
+    with whole_file(out) as place, place.open("w", encoding="utf-8", newline="") as stream:
+        yield stream.write
 
 
 def _print(found: Located, out: Path | None) -> None:

@@ -20,7 +20,8 @@ from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.errors import ModelError, OutputError
+from vislam2tag.dataset.whole_file import whole_file
+from vislam2tag.errors import ModelError
 from vislam2tag.positioning.base import Positioner, model_named, models
 from vislam2tag.positioning.places import Storey
 
@@ -84,16 +85,9 @@ def save(saved: SavedModel, path: Path) -> None:
     )
     fields = header.model_dump(mode="json")
     text = json.dumps(fields | {_CHECKSUM: _checksum(fields, arrays)}, ensure_ascii=False)
-    partial = path.with_name(path.name + ".part")
-    try:
+    with whole_file(path) as place:
         # One entry: several would come in any order.
-        partial.write_bytes(packed(arrays, {_KEY: text}))
-        partial.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: the model cannot be written ({error.strerror}); choose another name") from error
-    finally:
-        if partial.is_file():
-            partial.unlink(missing_ok=True)
+        place.write_bytes(packed(arrays, {_KEY: text}))
 
 
 def load(path: Path) -> SavedModel:

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from vislam2tag import __version__
-from vislam2tag.errors import OutputError, UsageError
+from vislam2tag.dataset.whole_file import whole_file
+from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Positioner
 from vislam2tag.positioning.extra import import_extra
 
@@ -43,15 +44,8 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
     }
     for key, value in (known | dict(about or {})).items():
         graph.metadata_props.add(key=key, value=value)
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_bytes(graph.SerializeToString(deterministic=True))
-        partial.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror}); choose another name") from error
-    finally:
-        if partial.is_file():
-            partial.unlink(missing_ok=True)
+    with whole_file(path) as place:
+        place.write_bytes(graph.SerializeToString(deterministic=True))
 
 
 def _locator(model: Positioner) -> Any:
