@@ -1,4 +1,4 @@
-"""What :mod:`.models.cell_density` learns: a kernel regression onto cells, and one onto storeys."""
+"""What :mod:`.models.cell_density` learns: kernel regressions onto cells and storeys, and networks beside them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.altered_scans import altered
+from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells, cells_near
+from vislam2tag.positioning.extra import import_extra
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.representation import Representation, represented
 from vislam2tag.positioning.scan_kernel import MOST_CENTRES, NormalEquations, Pair, ScanKernel
@@ -17,6 +19,10 @@ from vislam2tag.positioning.scans import RadioScans
 
 STOREY_SHARPNESS, STOREY_RIDGE = 1.0, 1.0
 """Of the kernel that tells storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
+_CELL_SHARE = 0.8
+"""Side of a cell as a share of how far a label reaches."""
+_SEED_STEP = 1000
+"""Between the seeds of two networks."""
 _AT_ONCE = 1024
 _LEAST = 1e-9
 """What a cell of the storey is worth at least, so that every scan has a place."""
@@ -27,18 +33,25 @@ Targets = Callable[[Places], FloatArray]
 class Setup:
     """How to learn."""
 
-    cell_m: float
-    width_m: float
     copies: int
+    """Altered copies of each scan for the kernels."""
+    networks: Sequence[float]
+    """A network is trained for each of these exponents of levels."""
     seed: int
 
 
 @dataclass(frozen=True)
 class Shape:
-    """How fast a kernel falls, and how much it is smoothed."""
+    """How fast the kernel falls, how much it is smoothed, and how far a label reaches."""
 
     sharpness: float
     ridge: float
+    width_m: float
+
+    @property
+    def cell_m(self) -> float:
+        """Side of cells."""
+        return _CELL_SHARE * self.width_m
 
 
 @dataclass(frozen=True)
@@ -48,57 +61,84 @@ class CellKernel:
     cells: DensityCells
     density: ScanKernel
     storeys: ScanKernel
+    networks: tuple[DenseLayers, ...] = ()
 
     def answer(self, scans: RadioScans) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return storey probabilities (n, s), places (n, 2) on the likeliest storey, and spreads (n,) in metres."""
-        parts = [self._answer(_levels(scans[rows])) for rows in _blocks(max(len(scans), 1))]
+        parts = [self._answer(levels(scans[rows])) for rows in _blocks(max(len(scans), 1))]
         probability, xy, spread_m = (np.concatenate(part) for part in zip(*parts, strict=True))
         return probability, xy, spread_m
 
     def _answer(self, level: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        score = np.maximum(self.storeys(level), 0.0)
-        probability = score / np.maximum(score.sum(axis=1, keepdims=True), _LEAST)
-        density = np.maximum(self.density(level), _LEAST)
+        probability = _shares(self.storeys(level), 0.0)
+        density = _shares(self.density(level), _LEAST)
+        if self.networks:
+            of_networks = np.sum([network(level) for network in self.networks], axis=0)
+            density += of_networks
+            on = np.eye(probability.shape[1])[self.cells.storey]
+            probability = (probability + of_networks @ on / len(self.networks)) / 2
         xy = self.cells.median(density * self.cells.on(probability.argmax(axis=1)))
         return probability, xy, self.cells.spread_m(density, xy)
 
 
 def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> CellKernel:
     """Learn cells and storeys."""
-    cells = cells_near(places, setup.cell_m)
-    (density,) = _solved(
-        scans, places, lambda part: cells.blobs(part, setup.width_m), shape.sharpness, [shape.ridge], setup
-    )
+    cells = cells_near(places, shape.cell_m)
     one_hot = np.eye(len(places.storeys))
-    (storeys,) = _solved(scans, places, lambda part: one_hot[part.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
-    return CellKernel(cells, density, storeys)
+    examples = scans, places
+    (density,) = _solved(examples, lambda p: cells.blobs(p, shape.width_m), shape.sharpness, [shape.ridge], setup)
+    (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
+    return CellKernel(cells, density, storeys, _networks(scans, places, cells, shape, setup))
+
+
+def _networks(
+    scans: RadioScans, places: Places, cells: DensityCells, shape: Shape, setup: Setup
+) -> tuple[DenseLayers, ...]:
+    if not len(setup.networks):
+        return ()
+    training = import_extra("vislam2tag.positioning.networks.density_network")
+    level = levels(scans)
+    return tuple(
+        training.trained(
+            level,
+            lambda rows: cells.blobs(places[rows], shape.width_m),
+            exponent,
+            training.Training(),
+            setup.seed + _SEED_STEP * number,
+        )
+        for number, exponent in enumerate(setup.networks)
+    )
+
+
+def _shares(score: FloatArray, least: float) -> FloatArray:
+    """Cut scores (n, t) off below and make them sum to 1."""
+    score = np.maximum(score, least)
+    return np.asarray(score / np.maximum(score.sum(axis=1, keepdims=True), _LEAST))
 
 
 def errors_on_storey_m(
-    learn: tuple[RadioScans, Places],
-    held_out: tuple[RadioScans, Places],
-    sharpness: float,
-    ridges: Sequence[float],
-    setup: Setup,
+    learn: tuple[RadioScans, Places], held_out: tuple[RadioScans, Places], shapes: Sequence[Shape], setup: Setup
 ) -> FloatArray:
-    """(ridges, n) errors in the plane on held-out scans whose storey is known, for each ridge."""
-    scans, places = learn
-    cells = cells_near(places, setup.cell_m)
-    level, true = _levels(held_out[0]), held_out[1]
+    """Return errors in the plane (shapes, n) on held-out scans whose storey is known; shapes differ in ridge alone."""
+    first = shapes[0]
+    cells = cells_near(learn[1], first.cell_m)
+    level, true = levels(held_out[0]), held_out[1]
     on = np.where(cells.on(true.storey), 1.0, _LEAST)
-    functions = _solved(scans, places, lambda part: cells.blobs(part, setup.width_m), sharpness, ridges, setup)
-    found = (cells.median(np.maximum(function(level), _LEAST) * on) for function in functions)
+    ridges = [shape.ridge for shape in shapes]
+    functions = _solved(learn, lambda part: cells.blobs(part, first.width_m), first.sharpness, ridges, setup)
+    found = (cells.median(_shares(function(level), _LEAST) * on) for function in functions)
     return np.stack([np.hypot(*(xy - true.xy).T) for xy in found])
 
 
 def _solved(
-    scans: RadioScans, places: Places, targets: Targets, sharpness: float, ridges: Sequence[float], setup: Setup
+    examples: tuple[RadioScans, Places], targets: Targets, sharpness: float, ridges: Sequence[float], setup: Setup
 ) -> list[ScanKernel]:
     """Regress onto targets of places, from the scans and altered copies of each."""
+    scans, places = examples
     rng = np.random.default_rng(setup.seed)
     centres = np.sort(rng.permutation(len(scans))[:MOST_CENTRES])
     mean = targets(places[centres]).mean(axis=0)
-    equations = NormalEquations.around(_levels(scans[centres]), sharpness, mean)
+    equations = NormalEquations.around(levels(scans[centres]), sharpness, mean)
     return equations.add(_examples(scans, places, targets, setup.copies, rng)).solved(ridges)
 
 
@@ -106,7 +146,7 @@ def _examples(
     scans: RadioScans, places: Places, targets: Targets, copies: int, rng: np.random.Generator
 ) -> Iterator[Pair]:
     for rows in _blocks(len(scans)):
-        level, target = _levels(scans[rows]), targets(places[rows])
+        level, target = levels(scans[rows]), targets(places[rows])
         yield level, target
         for _ in range(copies):
             yield altered(level, rng), target
@@ -116,5 +156,6 @@ def _blocks(count: int) -> Iterator[slice]:
     return (slice(start, start + _AT_ONCE) for start in range(0, count, _AT_ONCE))
 
 
-def _levels(scans: RadioScans) -> FloatArray:
+def levels(scans: RadioScans) -> FloatArray:
+    """Make the (n, a) levels that all is learned from, 0 (not heard) to 1."""
     return represented(scans, Representation.POSITIVE)

@@ -79,9 +79,9 @@ class NormalEquations:
         return functions
 
 
-def directions(level: FloatArray) -> FloatArray:
+def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:
     """Scale each scan's powed levels (n, a) to length 1."""
-    powed = level**EXPONENT
+    powed = level**exponent
     return np.asarray(powed / np.maximum(np.linalg.norm(powed, axis=1, keepdims=True), _SMALLEST))
 
 

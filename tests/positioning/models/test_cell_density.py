@@ -71,8 +71,8 @@ def test_unsure_labels_reach_further() -> None:
 
 
 def test_impossible_parameters() -> None:
-    with pytest.raises(UsageError, match="cell_m=0"):
-        model_named("cell-density", cell_m=0.0).fit(*surveyed(10))
+    with pytest.raises(UsageError, match="copies=-1"):
+        model_named("cell-density", copies=-1).fit(*surveyed(10))
 
 
 def test_progress_is_told() -> None:

@@ -2,12 +2,15 @@
 
 Every label is a blob over the cells around it; the regression says the blob that a scan's altered copies have in
 common. Storeys have a kernel of their own. The place is the geometric median of the density on the likeliest storey.
-It is solved, not trained: no step sizes, no early stopping, seconds.
+It is solved, not trained: no step sizes, no early stopping, seconds. Networks that learn the same blobs can be averaged
+in: ``cell-density-networks`` (only training them needs PyTorch).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +25,7 @@ from vislam2tag.positioning.cell_kernel import (
     errors_on_storey_m,
     learned,
 )
+from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells
 from vislam2tag.positioning.held_out import folds, usable, walk_of
 from vislam2tag.positioning.places import Places, Positions
@@ -31,10 +35,14 @@ from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
 
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
+WIDTHS_M = (2.5, 5.0)
 """What is tried by cross-validation."""
-_CHOSEN_WITH = 1200
+_CHOSEN_WITH = 1000
 """Most scans that the choice looks at."""
-_FOLDS = 3
+_CHOICE_FOLDS = 3
+_RADIUS_FOLDS = 5
+_NETWORK_FOLDS = 2
+"""Of those, where networks have to be trained for each."""
 Part = tuple[RadioScans, Places]
 
 
@@ -42,7 +50,7 @@ class CellDensity(Positioner):
     """The model.
 
     How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
-    errors on scans it did not learn from: those of other phones where there are several, else of other walks.
+    errors on scans it did not learn from: those of other phones where there are five or more, else of other walks.
     """
 
     shape_: Shape
@@ -50,11 +58,10 @@ class CellDensity(Positioner):
     radii_: SpreadRadii
     height_m_: FloatArray
 
-    def __init__(self, *, cell_m: float = 3.0, width_m: float = 3.0, copies: int = 4, seed: int = 0) -> None:
-        """Take the side of cells, how far a label's blob reaches (standard deviation), and altered copies a scan."""
-        self.cell_m = cell_m
-        self.width_m = width_m
+    def __init__(self, *, copies: int = 4, networks: Sequence[float] = (), seed: int = 0) -> None:
+        """Take altered copies of each scan, and the exponent of levels for each network to average in."""
         self.copies = copies
+        self.networks = networks
         self.seed = seed
 
     def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
@@ -65,18 +72,15 @@ class CellDensity(Positioner):
         self.kernel_ = learned(scans, places, self.shape_, setup)
         self._tell(0.7)
         given = usable(validation)
-        tried = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, setup))
+        tried = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places))
         error_m, spread_m = np.concatenate(tried, axis=1) if tried else np.empty((2, 0))
         self.radii_ = fitted_radii(error_m, spread_m)
         self._tell(1.0)
 
-    def _setup(self) -> Setup:
-        if min(self.cell_m, self.width_m) <= 0 or self.copies < 0:
-            raise UsageError(
-                f"cell_m={self.cell_m}, width_m={self.width_m}, copies={self.copies}: the first two must be above 0, "
-                "copies 0 or more"
-            )
-        return Setup(self.cell_m, self.width_m, self.copies, self.seed)
+    def _setup(self, networks: int | None = None) -> Setup:
+        if self.copies < 0 or any(exponent <= 0 for exponent in self.networks):
+            raise UsageError(f"copies={self.copies}, networks={self.networks}: must be 0 or more, and above 0")
+        return Setup(self.copies, self.networks[:networks], self.seed)
 
     def _tell(self, share: float) -> None:
         if self.progress:
@@ -86,20 +90,25 @@ class CellDensity(Positioner):
         """Return what puts left-out walks nearest to their labels."""
         drawn = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:_CHOSEN_WITH])
         scans, places = scans[drawn], places[drawn]
-        masks = list(folds(walk_of(scans, places), _FOLDS, self.seed))
+        masks = list(folds(walk_of(scans, places), _CHOICE_FOLDS, self.seed))
         if not masks:
-            return Shape(SHARPNESS[0], RIDGES[0])
-        error_m = np.zeros((len(SHARPNESS), len(RIDGES)))
-        for number, sharpness in enumerate(SHARPNESS):
+            return Shape(SHARPNESS[0], RIDGES[0], WIDTHS_M[0])
+        families = [
+            [Shape(sharpness, ridge, width_m) for ridge in RIDGES] for width_m in WIDTHS_M for sharpness in SHARPNESS
+        ]
+        error_m = np.zeros((len(families), len(RIDGES)))
+        for number, family in enumerate(families):
             for learn, left in masks:
                 parts = (scans[learn], places[learn]), (scans[left], places[left])
-                error_m[number] += errors_on_storey_m(*parts, sharpness, RIDGES, setup).sum(axis=1)
-            self._tell(0.5 * (number + 1) / len(SHARPNESS))
+                error_m[number] += errors_on_storey_m(*parts, family, setup).sum(axis=1)
+            self._tell(0.5 * (number + 1) / len(families))
         best = np.unravel_index(error_m.argmin(), error_m.shape)
-        return Shape(SHARPNESS[best[0]], RIDGES[best[1]])
+        return families[best[0]][best[1]]
 
-    def _left_out(self, scans: RadioScans, places: Places, setup: Setup) -> Iterator[FloatArray]:
-        for learn, left in _phones_or_walks(scans, places, self.seed):
+    def _left_out(self, scans: RadioScans, places: Places) -> Iterator[FloatArray]:
+        setup = self._setup(networks=1)
+        masks = _phones_or_walks(scans, places, self.seed)
+        for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else None):
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
     def _predict(self, scans: RadioScans) -> Positions:
@@ -122,6 +131,7 @@ class CellDensity(Positioner):
             "storey_mean": storeys.mean,
             "radii": self.radii_.array(),
             "height_m": self.height_m_,
+            **_network_arrays(self.kernel_.networks),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
@@ -131,15 +141,19 @@ class CellDensity(Positioner):
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
             ScanKernel(centre, arrays["density_weight"], arrays["density_mean"], float(sharpness)),
             ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
+            _networks_kept(arrays, self.networks),
         )
         self.radii_ = SpreadRadii.restored(arrays, "radii")
         self.height_m_ = arrays["height_m"]
 
 
 def _phones_or_walks(scans: RadioScans, places: Places, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
-    """Yield what learns and what is left out."""
+    """Yield what learns and what is left out.
+
+    Phones only where there are many: a model without one of three errs by what lacks, not by how phones differ.
+    """
     names, phone = np.unique(scans.device, return_inverse=True)
-    yield from folds(phone if len(names) > 1 else walk_of(scans, places), _FOLDS, seed)
+    return folds(phone if len(names) >= _RADIUS_FOLDS else walk_of(scans, places), _RADIUS_FOLDS, seed)
 
 
 def _tried(kernel: CellKernel, part: Part) -> FloatArray:
@@ -149,4 +163,27 @@ def _tried(kernel: CellKernel, part: Part) -> FloatArray:
     return np.stack([np.hypot(*(xy - places.xy).T), spread_m])
 
 
+def _network_arrays(networks: Sequence[DenseLayers]) -> Arrays:
+    arrays: Arrays = {}
+    for number, network in enumerate(networks):
+        for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
+            arrays |= {f"network_{number}_weight_{layer}": weight, f"network_{number}_bias_{layer}": bias}
+    return arrays
+
+
+def _networks_kept(arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
+    networks = []
+    for number, exponent in enumerate(exponents):
+        count = sum(name.startswith(f"network_{number}_weight_") for name in arrays)
+        parts = (tuple(arrays[f"network_{number}_{part}_{i}"] for i in range(count)) for part in ("weight", "bias"))
+        networks.append(DenseLayers(*parts, exponent))
+    return tuple(networks)
+
+
+def with_networks(**parameters: Any) -> CellDensity:
+    """Make the model with two networks, which see levels differently."""
+    return CellDensity(**{"networks": (1.7, 1.0)} | parameters)
+
+
 register("cell-density", CellDensity)
+register("cell-density-networks", with_networks)
