@@ -10,6 +10,14 @@ from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.scans import RadioScans
 
+CALIBRATED_WITH = 2000
+"""Most scans that are left out in turn: more would not make radii truer."""
+
+
+def drawn(count: int) -> IntArray:
+    """Return which of so many scans calibrate: evenly some, in order; none of a lone one, as nothing would be left."""
+    return np.unique(np.linspace(0, count - 1, CALIBRATED_WITH if count > 1 else 0).astype(np.int64))
+
 
 def walk_of(scans: RadioScans, places: Places) -> IntArray:
     """Number the walks (n,): scans of one are not independent, so that they are left out together.

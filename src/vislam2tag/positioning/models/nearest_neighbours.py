@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Arrays, Positioner, register
-from vislam2tag.positioning.held_out import usable, walk_of
+from vislam2tag.positioning.held_out import drawn, usable, walk_of
 from vislam2tag.positioning.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
 from vislam2tag.positioning.places import Places, Positions
 from vislam2tag.positioning.representation import Representation, represented
@@ -26,8 +26,6 @@ from vislam2tag.positioning.votes import Answer, Votes, counted, joined
 
 NEAREST = 1e-3
 """Neighbours nearer than this in signal space count alike."""
-CALIBRATED_WITH = 2000
-"""Most scans that are left out in turn, evenly drawn: more would not make the radii truer."""
 _DISTANCES_AT_ONCE = 4_000_000
 
 
@@ -68,7 +66,7 @@ class NearestNeighbours(Positioner):
             answer, true = self._answer(held_out[0]), held_out[1]
         else:
             walk = walk_of(scans, places)
-            rows = np.unique(np.linspace(0, len(scans) - 1, CALIBRATED_WITH if len(scans) > 1 else 0).astype(np.int64))
+            rows = drawn(len(scans))
             answer, true = self._answer(scans[rows], walk[rows], walk), places[rows]
         self.radii_ = fitted_radii(np.hypot(*(answer.xy - true.xy).T), answer.spread_m)
 

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Arrays, Positioner, register
-from vislam2tag.positioning.held_out import folds, usable, walk_of
+from vislam2tag.positioning.held_out import drawn, folds, usable, walk_of
 from vislam2tag.positioning.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
 from vislam2tag.positioning.level_maps import LevelMaps, level_maps
 from vislam2tag.positioning.places import Places, Positions
@@ -82,9 +82,11 @@ class Probabilistic(Positioner):
     def _left_out(self, scans: RadioScans, places: Places) -> tuple[FloatArray, FloatArray]:
         """Return the errors and spreads of scans by maps made without their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
+        calibrates = np.isin(np.arange(len(scans)), drawn(len(scans)))
         for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, _SEED)):
-            answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[held_out])
-            error_m[held_out], spread_m[held_out] = _error_m(answer, places[held_out]), answer.spread_m
+            asked = held_out & calibrates
+            answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[asked])
+            error_m[asked], spread_m[asked] = _error_m(answer, places[asked]), answer.spread_m
             if self.progress:
                 self.progress((number + 1) / FOLDS)
         return error_m, spread_m
