@@ -80,6 +80,11 @@ def test_a_figure_is_unknown_where_one_run_does_not_know_it() -> None:
     assert interval([]).value is None
 
 
+def test_intervals_of_shares_end_where_shares_end() -> None:
+    assert interval([0.99, 1.0], share=True).high == 1.0
+    assert interval([0.99, 1.0]).high == pytest.approx(1.0585, abs=1e-3)
+
+
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=8))
 def test_intervals_hold_their_mean(values: list[float]) -> None:
     figure = interval(values)

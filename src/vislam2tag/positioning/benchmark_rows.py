@@ -42,6 +42,8 @@ FIGURES: Mapping[str, Callable[[Score], float | None]] = MappingProxyType(
     }
 )
 """What is reported of a test part (:mod:`.metrics`): shares 0 to 1, else metres."""
+SHARES = frozenset({"floor_hit", "building_hit", "inside_68", "inside_95", "answered"})
+"""Those that are shares; intervals of theirs end at 0 and 1."""
 
 
 def benchmark_rows(runs: Sequence[RunRecord]) -> list[BenchmarkRow]:
@@ -63,7 +65,7 @@ def _row(split: str, fold: str, model: str, runs: Sequence[RunRecord]) -> Benchm
     seeds = _distinct(run.seed for run in runs)
     by_seed = [[run.score for run in runs if run.seed == seed] for seed in seeds]
     figures = {
-        name: interval([_mean([value(score) for score in scores]) for scores in by_seed])
+        name: interval([_mean([value(score) for score in scores]) for scores in by_seed], share=name in SHARES)
         for name, value in FIGURES.items()
     }
     tested = {run.fold: run.score.scans for run in runs}
@@ -72,7 +74,7 @@ def _row(split: str, fold: str, model: str, runs: Sequence[RunRecord]) -> Benchm
     )
 
 
-def interval(values: Sequence[float | None]) -> Figure:
+def interval(values: Sequence[float | None], *, share: bool = False) -> Figure:
     """Mean of a figure over seeds, and the interval that Student's t gives it; unknown where one of them is."""
     known = np.array([value for value in values if value is not None])
     if len(known) < len(values) or not len(known):
@@ -81,7 +83,8 @@ def interval(values: Sequence[float | None]) -> Figure:
     if len(known) == 1:
         return Figure(value=round(mean, _DIGITS))
     half = float(student_t.ppf((1 + LEVEL) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known)))
-    return Figure(value=round(mean, _DIGITS), low=round(mean - half, _DIGITS), high=round(mean + half, _DIGITS))
+    low, high = np.clip((mean - half, mean + half), 0, 1) if share else (mean - half, mean + half)
+    return Figure(value=round(mean, _DIGITS), low=round(float(low), _DIGITS), high=round(float(high), _DIGITS))
 
 
 def model_times(runs: Sequence[RunRecord]) -> list[ModelTime]:

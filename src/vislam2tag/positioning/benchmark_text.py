@@ -9,7 +9,7 @@ from itertools import groupby
 
 from vislam2tag.evaluation.evaluation_record import Figure
 from vislam2tag.positioning.benchmark_record import BenchmarkRow, ModelTime
-from vislam2tag.positioning.benchmark_rows import ALL, FIGURES
+from vislam2tag.positioning.benchmark_rows import ALL, FIGURES, SHARES
 
 HEADS = {
     "floor_hit": "floor hit",
@@ -25,8 +25,6 @@ HEADS = {
     "inside_95": "in 95 %",
 }
 """What the figures in tables for reading are called; CSV has all."""
-SHARES = {"floor_hit", "building_hit", "inside_68", "inside_95", "answered"}
-"""Figures told in percent; all others are metres."""
 _WITH_INTERVAL = {"floor_hit", "mean_m"}
 
 
