@@ -28,7 +28,7 @@ def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
     for text in (
         "extra-trees: learned 22 fingerprints of small (split device, fold Pixel), 10 access points, 2 floors",
-        "calibrated: 68 % of errors within",
+        "calibration: circles of 68 % hold",
         "tested on 22 fingerprints: mean error",
         f"access points are hashed with key {key_name(KEY)}",
         f"model: {tmp_path / 'b.v2t'}",

@@ -14,9 +14,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.pipeline.train import Trained, TrainPlan, train
+from vislam2tag.pipeline.train import Tested, Trained, TrainPlan, train
 from vislam2tag.positioning.base import models
-from vislam2tag.positioning.metrics import Score
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
@@ -91,17 +90,13 @@ def _print(trained: Trained, seconds: float) -> None:
         f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
         f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
     )
-    typer.echo(
-        f"calibrated: 68 % of errors within {trained.radius_68_m:.1f} m, 95 % within {trained.radius_95_m:.1f} m "
-        "(medians over what was learned)"
-    )
-    if trained.tested is not None:
-        typer.echo(_tested(trained.tested))
+    typer.echo("not tested: give --split" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
         typer.echo(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
 
 
-def _tested(result: Score) -> str:
+def _tested(tested: Tested) -> str:
+    result = tested.score
     if result.plane.mean_m is None or result.floor_hit is None:
         return f"tested on {result.scans} fingerprints: none hears an access point that was learned"
     said = (
@@ -111,4 +106,7 @@ def _tested(result: Score) -> str:
     )
     if result.inside_68 is None or result.inside_95 is None:
         return said
-    return f"{said}; circles of 68 % held {100 * result.inside_68:.0f} %, of 95 % {100 * result.inside_95:.0f} %"
+    return (
+        f"{said}\ncalibration: circles of 68 % hold {100 * result.inside_68:.0f} % (median radius "
+        f"{tested.radius_68_m:.1f} m), those of 95 % {100 * result.inside_95:.0f} % ({tested.radius_95_m:.1f} m)"
+    )

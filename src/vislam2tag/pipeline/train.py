@@ -12,7 +12,7 @@ import numpy as np
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.errors import DatasetError, OutputError, UsageError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.positioning.base import Positioner, model_named
 from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save
@@ -38,16 +38,23 @@ class TrainPlan:
 
 
 @dataclass(frozen=True)
+class Tested:
+    """How a model does on the test part."""
+
+    score: Score
+    radius_68_m: float
+    """Median; NaN where all answers are unknown."""
+    radius_95_m: float
+    """The same."""
+
+
+@dataclass(frozen=True)
 class Trained:
     """A model that was trained and saved."""
 
     saved: SavedModel
-    radius_68_m: float
-    """Median over the scans learned."""
-    radius_95_m: float
-    """The same."""
-    tested: Score | None
-    """On the test part, where there is one."""
+    tested: Tested | None
+    """None where there is no test part."""
 
 
 def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], None] | None = None) -> Trained:
@@ -70,13 +77,14 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], 
     save(saved, out)
     if plan.onnx is not None:
         write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
-    own = model.predict(learned.scans)
-    return Trained(
-        saved,
-        float(np.nanmedian(own.radius_68_m)),
-        float(np.nanmedian(own.radius_95_m)),
-        None if tested is None else score(model.predict(tested.scans), tested.places),
-    )
+    return Trained(saved, None if tested is None else _tested(model, tested))
+
+
+def _tested(model: Positioner, part: LearningData) -> Tested:
+    found = model.predict(part.scans)
+    answered = found[found.known]
+    radii = (np.median(one) if len(one) else np.nan for one in (answered.radius_68_m, answered.radius_95_m))
+    return Tested(score(found, part.places), *map(float, radii))
 
 
 def _parameters(plan: TrainPlan) -> dict[str, Any]:
