@@ -59,7 +59,7 @@ class RegressionLocator(Locator):
         """Undo the scaling.
 
         There is one guess: what dropout makes of it (Gal and Ghahramani 2016) tells little of its error, and circles
-        that follow it were no smaller in cross-validation.
+        that follow it were larger at 68 % in cross-validation, and little smaller at 95 %.
         """
         found = self.network(inputs)
         place = found[:, :3] * self.deviation + self.mean
