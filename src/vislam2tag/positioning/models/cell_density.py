@@ -175,8 +175,10 @@ def _networks_kept(arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -
     networks = []
     for number, exponent in enumerate(exponents):
         count = sum(name.startswith(f"network_{number}_weight_") for name in arrays)
-        parts = (tuple(arrays[f"network_{number}_{part}_{i}"] for i in range(count)) for part in ("weight", "bias"))
-        networks.append(DenseLayers(*parts, exponent))
+        weights, biases = (
+            tuple(arrays[f"network_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
+        )
+        networks.append(DenseLayers(weights, biases, exponent))
     return tuple(networks)
 
 

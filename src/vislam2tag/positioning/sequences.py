@@ -1,0 +1,195 @@
+"""Scans of one walk help each other: a smoother over a model's positions, with the phone's own motion between them.
+
+Positions are a Gaussian random walk seen through the model's answers (Rauch, Tung and Striebel 1965; here as one
+tridiagonal system for each walk). Answers far off their neighbours count less (Student-t weights). Storeys are a hidden
+Markov chain that rarely changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.scans import RadioScans
+
+_SIGMA_TO_68 = 1.51
+"""Radius of the 68 % circle of a Gaussian in the plane, in standard deviations per axis."""
+_FREEDOM = 4.0
+"""Degrees of freedom of the Student-t that answers err by."""
+_ROUNDS = 8
+_FEWEST = 5
+"""A piece of track over fewer answers cannot be turned into their frame."""
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """What is known of walking."""
+
+    speed_m_s: float = 0.6
+    """How fast the place may change where no track is given; one standard deviation."""
+    fastest_m_s: float = 2.0
+    """A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
+    drift: float = 0.1
+    """Error of a track's step as a share of its length; one standard deviation per axis."""
+    jitter_m: float = 0.1
+    """Error of a track's step whatever its length."""
+    storey_stay_s: float = 300.0
+    """Mean time on one storey."""
+    alike: float = 8.0
+    """Radii count so many neighbouring answers as one, as the same access points mislead them all."""
+
+
+def smoothed(
+    found: Positions, scans: RadioScans, track_m: FloatArray | None = None, motion: MotionSettings | None = None
+) -> Positions:
+    """Smooth the answers (n) to scans (n) over each session; scans without a session or a time stay as they are.
+
+    ``track_m`` (n, 2): where the phone's tracker saw itself at each scan, in a level frame of its own with metres but
+    any origin and heading, one for each session; NaN where it was lost. Without a track a place follows the last one at
+    walking speed. A scan that hears nothing known gets its place from its neighbours. Radii keep the model's
+    calibration where a scan stands alone, and shrink as much as its neighbours help.
+    """
+    motion = motion or MotionSettings()
+    result = replace(found, **{name: getattr(found, name).copy() for name in _SMOOTHED})
+    for session in np.unique(scans.session[scans.session != ""]):
+        rows = np.flatnonzero(scans.session == session)
+        rows = rows[np.argsort(scans.time_ns[rows], kind="stable")]
+        if found.known[rows].any():
+            _smooth_walk(result, rows, np.diff(scans.time_ns[rows]) / 1e9, _of(track_m, rows), motion)
+    return result
+
+
+_SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
+
+
+def _of(track_m: FloatArray | None, rows: IntArray) -> FloatArray:
+    return np.full((len(rows), 2), np.nan) if track_m is None else track_m[rows]
+
+
+def _smooth_walk(
+    result: Positions, rows: IntArray, gap_s: FloatArray, track_m: FloatArray, motion: MotionSettings
+) -> None:
+    """Replace the answers of one walk, in order of time."""
+    answer = result[rows]
+    known = answer.known
+    seen = np.where(known[:, None], answer.xy, 0.0)
+    sigma_m = answer.radius_68_m / _SIGMA_TO_68
+    alone = np.where(known, 1 / np.maximum(sigma_m, 1e-3) ** 2, 0.0)
+    step, trust, tracked = _steps(seen, alone, gap_s, track_m, motion)
+    weight, step_weight = alone, trust
+    for _ in range(_ROUNDS):
+        xy = _solved(weight, seen, step_weight, step)
+        weight = alone * _doubt(xy - seen, alone)
+        step_weight = np.where(tracked, trust * _doubt(np.diff(xy, axis=0) - step, trust), trust)
+    together_m = np.sqrt(_variance(alone / motion.alike, step_weight))
+    shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)
+    result.xy[rows] = xy
+    probability = _storeys(answer, gap_s, motion)
+    result.storey_probability[rows] = probability
+    result.storey[rows] = probability.argmax(axis=1)
+    result.z[rows] = _heights(answer, result.storey[rows])
+    ratio_95 = np.median(answer.radius_95_m[known] / answer.radius_68_m[known])
+    result.radius_68_m[rows] = _SIGMA_TO_68 * shrunk
+    result.radius_95_m[rows] = ratio_95 * _SIGMA_TO_68 * shrunk
+
+
+def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
+    """How much less residuals (n, 2) count that are larger than they should be (Student-t)."""
+    return np.asarray((_FREEDOM + 2) / (_FREEDOM + (off_m**2).sum(axis=1) * weight))
+
+
+def _steps(
+    seen: FloatArray, weight: FloatArray, gap_s: FloatArray, track_m: FloatArray, motion: MotionSettings
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are tracked."""
+    step = np.full((len(gap_s), 2), np.nan)
+    for piece in _pieces(track_m, gap_s, motion):
+        step[piece.start : piece.stop - 1] = np.diff(_headed(track_m[piece], seen[piece], weight[piece]), axis=0)
+    tracked = np.isfinite(step).all(axis=1)
+    step = np.where(tracked[:, None], step, 0.0)
+    sure_m = np.hypot(motion.jitter_m, motion.drift * np.hypot(*step.T))
+    free_m = motion.speed_m_s * np.maximum(gap_s, 1e-3)
+    return step, 1 / np.where(tracked, sure_m, free_m) ** 2, tracked
+
+
+def _pieces(track_m: FloatArray, gap_s: FloatArray, motion: MotionSettings) -> list[slice]:
+    """Cut where the tracker jumped; a hole in the track is a jump, too."""
+    own_m = np.hypot(*np.diff(track_m, axis=0).T)
+    cuts = np.flatnonzero(~(own_m <= motion.fastest_m_s * gap_s)) + 1
+    bounds = [0, *cuts.tolist(), len(track_m)]
+    return [slice(*pair) for pair in pairwise(bounds)]
+
+
+def _headed(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> FloatArray:
+    """Turn a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers)."""
+    both = np.isfinite(track_m).all(axis=1) & (weight > 0)
+    if both.sum() < _FEWEST:
+        return np.full_like(track_m, np.nan)
+    own, place = (points[:, 0] + 1j * points[:, 1] for points in (track_m, seen))
+    share = weight[both] / weight[both].sum()
+    centred = [points[both] - (share * points[both]).sum() for points in (own, place)]
+    turn = (share * centred[0].conj() * centred[1]).sum()
+    turned = own * (turn / abs(turn) if abs(turn) > 0 else 1.0)
+    return np.column_stack([turned.real, turned.imag])
+
+
+def _solved(weight: FloatArray, seen: FloatArray, step_weight: FloatArray, step: FloatArray) -> FloatArray:
+    """Minimise weighted squares of places minus answers and of moves minus steps: (n, 2)."""
+    pull = step_weight[:, None] * step
+    right = weight[:, None] * seen
+    right[1:] += pull
+    right[:-1] -= pull
+    return np.asarray(
+        solveh_banded(np.stack([_diagonal(weight, step_weight), np.append(-step_weight, 0.0)]), right, lower=True)
+    )
+
+
+def _diagonal(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
+    return np.asarray(weight + np.append(step_weight, 0.0) + np.append(0.0, step_weight))
+
+
+def _variance(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
+    """Diagonal (n,) of the inverse of the tridiagonal system, by a pass from either end (Usmani 1994)."""
+    n = len(weight)
+    before, after = np.zeros(n), np.zeros(n)
+    for i in range(1, n):
+        before[i] = _passed_on(weight[i - 1] + before[i - 1], step_weight[i - 1])
+        after[n - 1 - i] = _passed_on(weight[n - i] + after[n - i], step_weight[n - 1 - i])
+    return np.asarray(1 / (weight + before + after))
+
+
+def _passed_on(weight: float, step_weight: float) -> float:
+    """What a neighbour's knowledge is worth after a step."""
+    return weight * step_weight / (weight + step_weight)
+
+
+def _storeys(answer: Positions, gap_s: FloatArray, motion: MotionSettings) -> FloatArray:
+    """Return (n, s) probabilities given the whole walk (forward and backward over the chain)."""
+    n, count = answer.storey_probability.shape
+    likely = np.where(answer.known[:, None], answer.storey_probability, 1 / count) + 1e-6
+    leave = 1 - np.exp(-gap_s / motion.storey_stay_s)
+    forward, backward = likely.copy(), np.ones_like(likely)
+    for i in range(1, n):
+        forward[i] = likely[i] * _moved(forward[i - 1], leave[i - 1])
+        forward[i] /= forward[i].sum()
+        at = n - 1 - i
+        backward[at] = _moved(likely[at + 1] * backward[at + 1], leave[at])
+        backward[at] /= backward[at].sum()
+    both = forward * backward
+    return np.asarray(both / both.sum(axis=1, keepdims=True))
+
+
+def _moved(probability: FloatArray, leave: float) -> FloatArray:
+    return np.asarray((1 - leave) * probability + leave * probability.mean())
+
+
+def _heights(answer: Positions, storey: IntArray) -> FloatArray:
+    """Heights (n,) as the model gave them for scans of the same storey in this walk; NaN where there are none."""
+    known = np.isfinite(answer.z)
+    places = Places(answer.storeys, answer.storey[known], answer.xy[known], answer.z[known], answer.z[known])
+    return np.where((storey == answer.storey) & known, answer.z, places.storey_height_m[storey])
