@@ -188,10 +188,13 @@ def test_half_a_public_set_is_told(tmp_path: Path) -> None:
 
 
 COMMAND = """
+import signal
+
 import vislam2tag.pipeline.benchmark
 from tests.positioning.benchmarked import register_all
 from vislam2tag.cli.app import main
 register_all()
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts deaf to it
 vislam2tag.pipeline.benchmark.benchmark_figures = lambda *_: iter(())
 main()
 """

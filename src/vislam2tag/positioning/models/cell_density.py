@@ -75,6 +75,8 @@ class CellDensity(Positioner):
         tried = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places))
         error_m, spread_m = np.concatenate(tried, axis=1) if tried else np.empty((2, 0))
         self.radii_ = fitted_radii(error_m, spread_m)
+        # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
+        self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self._tell(1.0)
 
     def _setup(self, networks: int | None = None) -> Setup:
