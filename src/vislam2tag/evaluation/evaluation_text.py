@@ -10,6 +10,7 @@ from itertools import groupby
 from vislam2tag.evaluation.evaluation_record import DenseRow, Figure, Row, SessionEvaluation
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
+from vislam2tag.evaluation.table_text import latex_escaped
 
 _ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -99,7 +100,7 @@ def _tabular(title: str, rows: Sequence[Row]) -> str:
         for row in group:
             share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f}\\,\\%"
             figures = " & ".join(_latex_figure(name, getattr(row, name)) for name in names)
-            lines.append(f"{selection} & {_escaped(row.strategy)} & {row.walks} & {share} & {figures} \\\\")
+            lines.append(f"{selection} & {latex_escaped(row.strategy)} & {row.walks} & {share} & {figures} \\\\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
 
 
@@ -115,7 +116,3 @@ def figure_text(figure: Figure) -> str:
         return "-"
     bounds = "" if figure.low is None else f" [{figure.low:.2f} to {figure.high:.2f}]"
     return f"{figure.value:.2f}{bounds}"
-
-
-def _escaped(text: str) -> str:
-    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

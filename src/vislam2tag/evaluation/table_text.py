@@ -62,7 +62,7 @@ def latex_text(table: PaperTable, names: Mapping[str, str]) -> str:
     cells = table.rows[0].cells
     heads = [heads_of(cell, "here") for cell in cells]
     groups = [
-        f"\\multicolumn{{{len(head)}}}{{c}}{{{_escaped(names[cell.strategy])}}}"
+        f"\\multicolumn{{{len(head)}}}{{c}}{{{latex_escaped(names[cell.strategy])}}}"
         for cell, head in zip(cells, heads, strict=True)
     ]
     lines = [
@@ -102,5 +102,6 @@ def _walks(cells: tuple[Cell, ...]) -> str:
     return f"{counts[0]} walks" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} walks"
 
 
-def _escaped(text: str) -> str:
+def latex_escaped(text: str) -> str:
+    """Write text so that LaTeX prints it as it stands."""
     return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

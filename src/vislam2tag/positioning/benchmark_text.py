@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from itertools import groupby
 
 from vislam2tag.evaluation.evaluation_record import Figure
+from vislam2tag.evaluation.table_text import latex_escaped
 from vislam2tag.positioning.benchmark_record import BenchmarkRow, ModelTime
 from vislam2tag.positioning.benchmark_rows import ALL, FIGURES, SHARES
 
@@ -67,7 +68,7 @@ def _tabular(split: str, rows: Sequence[BenchmarkRow]) -> str:
         for row in group:
             figures = (figure_text(name, row.figures[name]) for name in HEADS)
             cells = " & ".join(_percent(text).replace(" to ", ", ") for text in figures)
-            lines.append(f"{_escaped(fold_name(fold))} & {_escaped(row.model)} & {cells} \\\\")
+            lines.append(f"{latex_escaped(fold_name(fold))} & {latex_escaped(row.model)} & {cells} \\\\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
 
 
@@ -101,7 +102,3 @@ def _csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
     writer.writerow(head)
     writer.writerows(lines)
     return buffer.getvalue()
-
-
-def _escaped(text: str) -> str:
-    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vislam2tag.evaluation.table_text import latex_escaped
 from vislam2tag.positioning.benchmark_record import BenchmarkRow
 from vislam2tag.positioning.benchmark_rows import ALL
 
@@ -94,7 +95,7 @@ class Table4:
             if row.test != before:
                 lines.append("\\midrule")
             before = row.test
-            lines.append(f"{_escaped(row.test)} & {_escaped(row.model)} & {' & '.join(row.cells())} \\\\")
+            lines.append(f"{latex_escaped(row.test)} & {latex_escaped(row.model)} & {' & '.join(row.cells())} \\\\")
         return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
 
 
@@ -114,7 +115,3 @@ def _shown(value: float | None, column: int) -> str:
     if value is None:
         return "-"
     return f"{value:.3f}" if column == 0 else f"{value:.2f}"
-
-
-def _escaped(text: str) -> str:
-    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from vislam2tag.dataset.measures.statistics_record import Walks
+from vislam2tag.evaluation.table_text import latex_escaped
 
 TITLE = "Table III: walks by device"
 HEADS = ("trajectories", "duration / min", "walked distance / m", "average velocity / m/s")
@@ -84,7 +85,7 @@ def markdown_text(table: Table3) -> str:
 
 def latex_text(table: Table3) -> str:
     """A ``tabular`` (package booktabs)."""
-    rows = [f"{_escaped(device)} & {' & '.join(texts)} \\\\" for device, texts in table.texts()]
+    rows = [f"{latex_escaped(device)} & {' & '.join(texts)} \\\\" for device, texts in table.texts()]
     lines = [
         f"% {TITLE}",
         f"\\begin{{tabular}}{{l{'r' * len(table.heads)}}}",
@@ -111,7 +112,3 @@ def _shown(numbers: Sequence[float | None]) -> list[str]:
         _NONE if number is None else f"{number:.0f}" if column == 0 else f"{number:.2f}"
         for column, number in enumerate(numbers)
     ]
-
-
-def _escaped(text: str) -> str:
-    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)
