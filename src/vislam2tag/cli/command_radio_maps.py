@@ -78,6 +78,8 @@ def _radio_maps(
         typer.echo(f"interrupted: {out} holds no new radio maps", err=True)
         raise typer.Exit(INTERRUPTED) from None
     table_console().print(_table(found))
+    if not ap and any(len(floor.access_points) == most for floor in found.floors):
+        typer.echo(f"only the {most} most heard access points of a floor are mapped; --most takes more")
     typer.echo(f"page: {out / PAGE_FILE}")
 
 
