@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 
 from vislam2tag.evaluation.evaluation_record import DenseRow, Figure, Row, SessionEvaluation
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.table_text import latex_escaped
+from vislam2tag.evaluation.table_text import latex_escaped, lines_csv
 
 _ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -32,7 +30,7 @@ def rows_csv(rows: Sequence[Row]) -> str:
     """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
     names = ("labelled", *FIGURES, *DIRECTED)
     head = (*_ROW_KEYS, *(f"{name}{end}" for name in names for end in ("", "_low", "_high")))
-    return _csv(head, ((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows))
+    return lines_csv(head, ((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows))
 
 
 def _bounds(row: Row, names: Sequence[str]) -> list[float | None]:
@@ -54,21 +52,13 @@ def sessions_csv(sessions: Sequence[SessionEvaluation]) -> str:
         if not session.measured:
             empty = (None,) * (4 + len(_WALK_FIGURES))
             lines.append((*own, *empty, session.error or "; ".join(session.missing)))
-    return _csv(head, lines)
+    return lines_csv(head, lines)
 
 
 def dense_csv(rows: Sequence[DenseRow]) -> str:
     """One line for each strategy and distance, way or speed."""
     names = tuple(DenseRow.model_fields)
-    return _csv(names, (tuple(getattr(row, name) for name in names) for row in rows))
-
-
-def _csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(lines)
-    return buffer.getvalue()
+    return lines_csv(names, (tuple(getattr(row, name) for name in names) for row in rows))
 
 
 def latex_text(rows: Sequence[Row]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from vislam2tag.evaluation.paper import PaperWalk
 from vislam2tag.evaluation.tables import PUBLISHED, Cell, PaperTable
@@ -105,3 +105,12 @@ def _walks(cells: tuple[Cell, ...]) -> str:
 def latex_escaped(text: str) -> str:
     """Write text so that LaTeX prints it as it stands."""
     return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)
+
+
+def lines_csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
+    """Write a header and lines as CSV text."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(lines)
+    return buffer.getvalue()

@@ -55,7 +55,7 @@ class Score(BaseModel):
 
 def plane_error_m(found: Positions, truth: Places) -> FloatArray:
     """(n,) distance in the plane; NaN where the answer is unknown."""
-    return np.asarray(np.hypot(*(found.xy - truth.xy).T))
+    return truth.distance_m(found.xy)
 
 
 def score(found: Positions, truth: Places) -> Score:

@@ -44,6 +44,10 @@ class Places:
     def __getitem__(self, rows: Rows) -> Places:
         return replace(self, storey=self.storey[rows], xy=self.xy[rows], z=self.z[rows], sigma_m=self.sigma_m[rows])
 
+    def distance_m(self, xy: FloatArray) -> FloatArray:
+        """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
+        return np.asarray(np.hypot(*(xy - self.xy).T))
+
     @property
     def floor(self) -> IntArray:
         """(n,) floor numbers."""

@@ -60,7 +60,7 @@ class ExtraTrees(Positioner):
             error_m, spread_m = self._left_out(levels, scans, places)
         else:
             answer = self._answer(held_out[0])
-            error_m, spread_m = _error_m(answer, held_out[1]), answer.spread_m
+            error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
         if self.progress:
             self.progress(1.0)
@@ -82,7 +82,7 @@ class ExtraTrees(Positioner):
         for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, self.seed)):
             forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
             answer = _voted(forest, scan, places[learned], levels[held_out])
-            error_m[held_out], spread_m[held_out] = _error_m(answer, places[held_out]), answer.spread_m
+            error_m[held_out], spread_m[held_out] = places[held_out].distance_m(answer.xy), answer.spread_m
             if self.progress:
                 self.progress((number + 1) / (FOLDS + 1))
         return error_m, spread_m
@@ -117,10 +117,6 @@ def _levels(scans: RadioScans) -> Levels:
 def _voted(forest: Forest, scan: AnyArray, places: Places, levels: Levels) -> Answer:
     index: IntArray = scan[forest.leaves(levels)].astype(np.int64)
     return counted(Votes(index, np.ones(index.shape)), places)
-
-
-def _error_m(answer: Answer, places: Places) -> FloatArray:
-    return np.asarray(np.hypot(*(answer.xy - places.xy).T))
 
 
 register("extra-trees", ExtraTrees)

@@ -68,7 +68,7 @@ class Probabilistic(Positioner):
             error_m, spread_m = self._left_out(scans, places)
         else:
             answer = self._answer(self._maps, held_out[0])
-            error_m, spread_m = _error_m(answer, held_out[1]), answer.spread_m
+            error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
 
     def _learn(self, scans: RadioScans, places: Places) -> None:
@@ -86,7 +86,7 @@ class Probabilistic(Positioner):
         for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, _SEED)):
             asked = held_out & calibrates
             answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[asked])
-            error_m[asked], spread_m[asked] = _error_m(answer, places[asked]), answer.spread_m
+            error_m[asked], spread_m[asked] = places[asked].distance_m(answer.xy), answer.spread_m
             if self.progress:
                 self.progress((number + 1) / FOLDS)
         return error_m, spread_m
@@ -132,10 +132,6 @@ class Probabilistic(Positioner):
         """Take back what :meth:`arrays` gave."""
         self._learn(scans_kept(arrays, self.access_points_), places_kept(arrays, self.storeys_))
         self.radii_ = SpreadRadii.restored(arrays, "radii")
-
-
-def _error_m(answer: Answer, places: Places) -> FloatArray:
-    return np.asarray(np.hypot(*(answer.xy - places.xy).T))
 
 
 register("probabilistic", Probabilistic)
