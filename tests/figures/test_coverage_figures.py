@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.measures.coverage import FloorCoverage
 from vislam2tag.dataset.measures.gap_walk import gap_walks
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map

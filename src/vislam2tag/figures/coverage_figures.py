@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.measures.coverage import FloorCoverage
 from vislam2tag.dataset.measures.gap_walk import GapWalk
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from tests.dataset.factory import SCANS, small_dataset
-from vislam2tag.dataset.measures.cell_grid import WalkableArea
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.dataset.measures.coverage import CoverageSettings, coverage
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, MAGNETIC, READINGS, in_schema

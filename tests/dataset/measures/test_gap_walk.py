@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.measures.coverage import FloorCoverage
 from vislam2tag.dataset.measures.gap_walk import GapWalk, _Ways, gap_walks
 

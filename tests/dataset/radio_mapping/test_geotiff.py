@@ -10,8 +10,8 @@ import rasterio
 from rasterio.warp import transform
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.georeference import to_wgs84
-from vislam2tag.dataset.measures.cell_grid import CellGrid
 from vislam2tag.dataset.model import Georeference
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 

@@ -17,9 +17,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import each_session
-from vislam2tag.dataset.measures.cell_grid import CellGrid, WalkableArea
 from vislam2tag.dataset.measures.statistics_record import UNKNOWN
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC

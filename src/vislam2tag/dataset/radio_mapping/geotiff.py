@@ -11,7 +11,7 @@ import tifffile
 from numpy.typing import NDArray
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Georeference
 
 _DOUBLE, _SHORT, _ASCII = "d", "H", "s"

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.dataset.measures.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.map_heard import best_width, heard_error, heard_matrix, heard_share
 from vislam2tag.dataset.radio_mapping.map_process import (

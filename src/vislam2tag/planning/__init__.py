@@ -1,0 +1,1 @@
+"""Where landmarks should stand, from the smoother's own model."""

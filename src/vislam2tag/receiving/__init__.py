@@ -1,0 +1,1 @@
+"""Sessions handed over from phones on the local network."""

@@ -1,0 +1,1 @@
+"""Positions of landmarks and control points in the BCS from what surveyors measured."""

@@ -1,0 +1,1 @@
+"""Printable landmarks: images that a tracker recognises, on sheets of true size."""

@@ -1,0 +1,1 @@
+"""Floor plans: one file per format, all of them turned into one :class:`FloorPlan` in the BCS."""
