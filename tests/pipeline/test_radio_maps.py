@@ -15,10 +15,11 @@ from PIL import Image
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.dataset.folder import sha256_of, write_dataset
-from vislam2tag.dataset.model import Dataset, Georeference
+from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.radio_maps import RadioMapSettings, radio_maps
 from vislam2tag.errors import DatasetError, OutputError, UsageError
 from vislam2tag.pipeline.radio_maps import INDEX_FILE, LAYERS, PAGE_FILE, RadioMapIndex, write_radio_maps
+from vislam2tag.survey.georeference import Georeference
 
 SETTINGS = RadioMapSettings(cell_m=2.0, most=2)
 HERE = Georeference(latitude_deg=50.0, longitude_deg=6.0, bearing_deg=20.0)

@@ -13,8 +13,9 @@ from typing import Annotated, Literal, get_args
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
-from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Georeference, Person, Related
+from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
 from vislam2tag.errors import DatasetError
+from vislam2tag.survey.georeference import Georeference
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.findings import Finding
+from vislam2tag.survey.georeference import Georeference
 
 FORMAT_VERSION = 1
 
@@ -45,17 +46,6 @@ class Related(_Model):
     """A DOI (``10...``), ``arXiv:...`` or a URL."""
     relation: str
     """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
-
-
-class Georeference(_Model):
-    """Where a floor's BCS lies on the earth (WGS84)."""
-
-    latitude_deg: float = Field(ge=-90, le=90)
-    """Of the BCS origin."""
-    longitude_deg: float = Field(ge=-180, le=180)
-    """Of the BCS origin."""
-    bearing_deg: float = 0.0
-    """Direction of the BCS y axis (up on the plan), clockwise from true north."""
 
 
 class FloorInfo(_Model):

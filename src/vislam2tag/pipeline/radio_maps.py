@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from vislam2tag import __version__
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
 from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.model import Dataset, Georeference
+from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
@@ -19,6 +19,7 @@ from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.radio_map_page import MapFloor, write_radio_map_page
+from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.slugs import unique_slugs
 
 INDEX_FILE, PAGE_FILE = "radio_maps.json", "index.html"

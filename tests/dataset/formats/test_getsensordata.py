@@ -17,9 +17,9 @@ from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata import read
 from vislam2tag.dataset.formats.getsensordata_log import Log, looks_like_a_log, parse_log, parse_taps
-from vislam2tag.dataset.georeference import to_wgs84
-from vislam2tag.dataset.model import Dataset, Georeference
+from vislam2tag.dataset.model import Dataset
 from vislam2tag.errors import DatasetError
+from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 BOOT_S = 5000.25
 """The phone's clock when the app's began."""

@@ -11,9 +11,8 @@ from rasterio.warp import transform
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.georeference import to_wgs84
-from vislam2tag.dataset.model import Georeference
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
+from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 GRID = CellGrid((-3.0, 4.0), 0.5, rows=3, columns=5)
 MEAN = np.arange(15, dtype=np.float32).reshape(3, 5)

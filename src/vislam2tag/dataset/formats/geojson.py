@@ -16,10 +16,10 @@ import polars as pl
 from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.formats.registry import ExportContext, register_export
 from vislam2tag.dataset.formats.samples import each_labelled, labelled
-from vislam2tag.dataset.georeference import to_wgs84
-from vislam2tag.dataset.model import Dataset, Georeference
+from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
 from vislam2tag.findings import Finding, Severity
+from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
 READINGS = ("bssid", "rssi_dbm", "frequency_mhz", "time_ns")

@@ -16,11 +16,11 @@ from vislam2tag.dataset.formats.getsensordata_log import Taps, looks_like_a_log,
 from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
 from vislam2tag.dataset.formats.registry import ImportContext, register_import
 from vislam2tag.dataset.formats.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
-from vislam2tag.dataset.georeference import from_wgs84
-from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Georeference, Grouping, Source
+from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
 from vislam2tag.errors import DatasetError
 from vislam2tag.findings import Finding
 from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.georeference import Georeference, from_wgs84
 from vislam2tag.survey.slugs import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4

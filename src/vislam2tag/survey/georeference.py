@@ -1,0 +1,95 @@
+"""Between a floor's building frame and longitude and latitude."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from vislam2tag.core.arrays import FloatArray
+
+SEMI_MAJOR_M = 6_378_137.0
+FLATTENING = 1 / 298.257223563
+"""Of the WGS84 ellipsoid."""
+_SQUARED_ECCENTRICITY = FLATTENING * (2 - FLATTENING)
+_ROUNDS = 4
+"""Each leaves a thousandth of the latitude's error, so that this many leave nothing that a double holds."""
+
+
+class Georeference(BaseModel):
+    """Where a floor's BCS lies on the earth (WGS84)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    latitude_deg: float = Field(ge=-90, le=90)
+    """Of the BCS origin."""
+    longitude_deg: float = Field(ge=-180, le=180)
+    """Of the BCS origin."""
+    bearing_deg: float = 0.0
+    """Direction of the BCS y axis (up on the plan), clockwise from true north."""
+
+
+def to_wgs84(position_bcs: FloatArray, georeference: Georeference) -> FloatArray:
+    """Turn positions (n, 2), metres in the BCS, into longitude and latitude (n, 2), degrees.
+
+    The BCS is the plane that touches the ellipsoid at its origin: buildings are small enough for that (2 cm of height
+    in 500 m).
+    """
+    bearing = np.radians(georeference.bearing_deg)
+    x, y = position_bcs.T
+    east = x * np.cos(bearing) + y * np.sin(bearing)
+    north = y * np.cos(bearing) - x * np.sin(bearing)
+    return _to_geodetic(_to_earth(east, north, georeference))
+
+
+def from_wgs84(position: FloatArray, georeference: Georeference) -> FloatArray:
+    """Turn longitudes and latitudes (n, 2), degrees, into positions (n, 2), metres in the BCS.
+
+    The inverse of :func:`to_wgs84`: points of the ellipsoid, seen straight down on the plane that touches it.
+    """
+    place, origin = (
+        _on_ellipsoid(*np.radians(degrees).T)
+        for degrees in (position, np.array([[georeference.longitude_deg, georeference.latitude_deg]]))
+    )
+    latitude, longitude = np.radians((georeference.latitude_deg, georeference.longitude_deg))
+    dx, dy, dz = place - origin
+    east = dy * np.cos(longitude) - dx * np.sin(longitude)
+    north = dz * np.cos(latitude) - (dx * np.cos(longitude) + dy * np.sin(longitude)) * np.sin(latitude)
+    bearing = np.radians(georeference.bearing_deg)
+    return np.column_stack(
+        (east * np.cos(bearing) - north * np.sin(bearing), east * np.sin(bearing) + north * np.cos(bearing))
+    )
+
+
+def _on_ellipsoid(longitude: FloatArray, latitude: FloatArray) -> FloatArray:
+    """Earth-centred coordinates (3, n), metres, of points (n,) on the ellipsoid, radians."""
+    radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * np.sin(latitude) ** 2)
+    outward = radius * np.cos(latitude)
+    upward = radius * (1 - _SQUARED_ECCENTRICITY) * np.sin(latitude)
+    return np.stack((outward * np.cos(longitude), outward * np.sin(longitude), upward))
+
+
+def _to_earth(east: FloatArray, north: FloatArray, georeference: Georeference) -> FloatArray:
+    """Earth-centred coordinates (3, n), metres, of points on the tangent plane."""
+    latitude, longitude = np.radians((georeference.latitude_deg, georeference.longitude_deg))
+    radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * np.sin(latitude) ** 2)
+    outward = radius * np.cos(latitude) - north * np.sin(latitude)
+    upward = radius * (1 - _SQUARED_ECCENTRICITY) * np.sin(latitude) + north * np.cos(latitude)
+    return np.stack(
+        (
+            outward * np.cos(longitude) - east * np.sin(longitude),
+            outward * np.sin(longitude) + east * np.cos(longitude),
+            upward,
+        )
+    )
+
+
+def _to_geodetic(earth: FloatArray) -> FloatArray:
+    x, y, z = earth
+    distance = np.hypot(x, y)
+    latitude = np.arctan2(z, distance * (1 - _SQUARED_ECCENTRICITY))
+    for _ in range(_ROUNDS):
+        sine = np.sin(latitude)
+        radius = SEMI_MAJOR_M / np.sqrt(1 - _SQUARED_ECCENTRICITY * sine**2)
+        latitude = np.arctan2(z + _SQUARED_ECCENTRICITY * radius * sine, distance)
+    degrees: FloatArray = np.degrees(np.column_stack((np.arctan2(y, x), latitude)))
+    return degrees
