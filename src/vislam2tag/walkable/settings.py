@@ -1,0 +1,55 @@
+"""What counts as a wall, a door, a room or a hall: every threshold of this package, with its unit."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class WalkableSettings(_Frozen):
+    """How walkable space is found on a plan."""
+
+    cell_m: float = Field(default=0.1, gt=0)
+    """Side of a cell, metres; larger where the plan would have more than ``max_cells``."""
+    max_cells: int = Field(default=4_000_000, ge=10_000)
+    """Most cells of a plan: what bounds memory."""
+    wall_contrast: float | None = Field(default=None, gt=0, lt=1)
+    """Ink that differs from the paper by more than this (1: black on white) is a wall; None: by Otsu's threshold."""
+    wall_m: float = Field(default=0.1, gt=0)
+    """Thickness of walls that are given as lines, metres."""
+    stroke_share: float = Field(default=0.5, ge=0, lt=1)
+    """Strokes thinner than this share of the walls' usual thickness are no walls: door swings, dimensions, text."""
+    symbol_m: float = Field(default=2.0, ge=0)
+    """Ink that touches nothing else and fits into a square of this side is no wall: text, furniture; metres."""
+    swing_m: tuple[float, float] = (0.5, 1.4)
+    """Quarter circles with a radius in this range are swings of doors, metres."""
+    passage_m: float = Field(default=0.5, ge=0)
+    """Nobody gets through what is narrower than this, metres."""
+    entrance_m: float = Field(default=3.0, ge=0)
+    """Gaps in the outer wall up to this width do not make the inside part of the outside, metres."""
+    region_m2: float = Field(default=4.0, gt=0)
+    """Closed-off regions smaller than this are not told of, square metres."""
+
+
+class GraphSettings(_Frozen):
+    """How walkable space becomes a graph."""
+
+    spur_factor: float = Field(default=1.5, gt=0)
+    """A dead end shorter than this many times the distance to the wall where it branches off is no corridor."""
+    merge_m: float = Field(default=1.0, ge=0)
+    """Nodes nearer to each other than this (or than the corridor's half width there) become one, metres."""
+    turn_rad: float = Field(default=0.6, gt=0, lt=3.14)
+    """A corridor that changes its direction by more than this makes a turn, rad."""
+    door_m: float = Field(default=1.4, ge=0)
+    """A short passage narrower than this is a door, metres."""
+    door_depth_m: float = Field(default=2.0, gt=0)
+    """A narrow passage longer than this is a corridor, metres."""
+    room_m: float = Field(default=12.0, ge=0)
+    """What lies behind doors and has more metres of graph than this is a corridor, not a room."""
+    hall_m: float = Field(default=8.0, gt=0)
+    """Where the walls are farther apart than this, a floor is an open area, metres."""
+    hall_step_m: float = Field(default=6.0, gt=0)
+    """Distance of nodes in open areas, metres."""

@@ -1,0 +1,88 @@
+"""The space of a floor that can be walked: its cells, its walls, and what can be asked of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import distance_transform_edt
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.cell_grid import WalkableArea
+from vislam2tag.findings import Finding
+from vislam2tag.survey.plans.model import FloorPlan
+from vislam2tag.walkable.settings import WalkableSettings
+
+_Value = TypeVar("_Value", np.bool_, np.float64)
+_AT_WALL_CELLS = 2.0
+"""Ends of a line of sight may lie in a wall by so many cells: a sheet hangs on it."""
+
+
+@dataclass(frozen=True)
+class WalkableSpace:
+    """Where a floor can be walked: one connected region, BCS metres."""
+
+    area: WalkableArea
+    walls: FloatArray
+    """(w, 2, 2) segments of the region's boundary; who goes from start to stop has the free space on the left."""
+    findings: tuple[Finding, ...] = ()
+    """What is odd about the plan: regions that are closed off, a plan without an outer wall."""
+
+    @cached_property
+    def clearance_m(self) -> FloatArray:
+        """Distance (rows, columns) from each cell's centre to the nearest wall, 0 where nobody can walk, metres."""
+        padded = np.pad(self.area.mask, 1)
+        cells: FloatArray = np.asarray(distance_transform_edt(padded))[1:-1, 1:-1]
+        return np.maximum(cells - 0.5, 0.0) * self.area.cell_m
+
+    def inside(self, points_m: FloatArray) -> BoolArray:
+        """Tell (n,) which points (n, 2) can be walked to."""
+        return self._at(points_m, self.area.mask)
+
+    def clearance_at(self, points_m: FloatArray) -> FloatArray:
+        """Distance (n,) of points (n, 2) to the nearest wall; 0 where nobody can walk; metres."""
+        return self._at(points_m, self.clearance_m)
+
+    def clear_line(self, start_m: FloatArray, stop_m: FloatArray) -> BoolArray:
+        """Tell (n,) which straight lines from ``start_m`` (n, 2) to ``stop_m`` (n, 2) cross no wall; both broadcast.
+
+        An end may lie in a wall's surface, as that of a line to a sheet does.
+        """
+        start, stop = np.broadcast_arrays(np.atleast_2d(start_m), np.atleast_2d(stop_m))
+        length = np.linalg.norm(stop - start, axis=1)
+        unit = (stop - start) / np.maximum(length, 1e-12)[:, None]
+        slack = _AT_WALL_CELLS * self.area.cell_m
+        gone = np.minimum(slack, length / 2)
+        clear = np.ones(len(length), dtype=np.bool_)
+        active = np.flatnonzero(gone < length - slack)
+        while len(active):
+            # A step as long as the wall is far off crosses none.
+            clearance = self.clearance_at(start[active] + gone[active, None] * unit[active])
+            clear[active] = clearance > 0
+            gone[active] += np.maximum(clearance, 0.5 * self.area.cell_m)
+            active = active[clear[active] & (gone[active] < length[active] - slack)]
+        return clear
+
+    def _at(self, points_m: FloatArray, field: npt.NDArray[_Value]) -> npt.NDArray[_Value]:
+        """Values (n,) of a field (rows, columns) at points (n, 2); 0 or False outside."""
+        row, column = self.area.grid.cells_of(np.asarray(points_m, dtype=np.float64).reshape(-1, 2)).T
+        rows, columns = field.shape
+        on = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+        values = np.zeros(len(row), dtype=field.dtype)
+        values[on] = field[row[on], column[on]]
+        return values
+
+
+def walkable_space(
+    plan: FloorPlan, settings: WalkableSettings | None = None, mask: npt.NDArray[np.uint8] | None = None
+) -> WalkableSpace:
+    """Find the walkable space of a floor: from the plan's polygons, else its walls, else its image.
+
+    ``mask`` (rows, columns, 3 or 4) uint8 is a drawn correction that covers the plan's extent, at any size, row 0 at
+    the top: green can be walked, red cannot, any other colour says nothing. Raises SurveyError where nothing can be
+    walked.
+    """
+    raise NotImplementedError
