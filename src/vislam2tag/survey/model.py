@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.findings import Finding
+from vislam2tag.survey.georeference import Georeference
+from vislam2tag.survey.plans.source import PlanSource
 
 
 @dataclass(frozen=True, order=True)
@@ -45,7 +48,7 @@ class ControlPoints:
 
 @dataclass(frozen=True)
 class Floor:
-    """One floor of the site, in its own BCS (origin at the lower left of the plan)."""
+    """One floor of the site, in its own BCS (its origin is the plan's lower left where nothing says else)."""
 
     number: int
     name: str
@@ -55,8 +58,24 @@ class Floor:
     """Extent of the plan along y, metres."""
     elevation_m: float | None
     plan: Path | None
-    """Image that covers exactly width x height, where there is one."""
+    """File that shows exactly width x height, where there is one: an image, or what ``source`` says."""
     control_points: ControlPoints
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+    """Lower left corner of what the plan shows, BCS."""
+    source: PlanSource | None = None
+    """How the plan's file is to be read and placed; None: an image that covers the extent."""
+    georeference: Georeference | None = None
+    """Where the BCS lies on the earth."""
+    site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
+    """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
+
+    @property
+    def extent_m(self) -> tuple[float, float, float, float] | None:
+        """Left, right, lower and upper edge of the plan, BCS; None where no file gives them."""
+        if self.width_m is None or self.height_m is None:
+            return None
+        left, low = self.lower_left_m
+        return left, left + self.width_m, low, low + self.height_m
 
 
 @dataclass(frozen=True)

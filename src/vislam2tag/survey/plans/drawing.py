@@ -1,0 +1,74 @@
+"""What a plan's file shows, in the file's own coordinates, before it is placed in the BCS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.survey.plans.model import PlanPolygon
+
+Bounds = tuple[float, float, float, float]
+"""Left, right, lower, upper."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A plan in its file's coordinates, but with y upwards: a picture, or polygons, walls and passages.
+
+    ``walls`` (w, 2, 2) are segments, ``passages`` (k, 2) polylines across which people walk from one polygon to the
+    next.
+    """
+
+    bounds: Bounds
+    picture: Callable[[int], Image.Image] | None = None
+    """Draws what is between the bounds as an RGB image of about so many pixels on its longer side; raises OSError.
+    None: the geometry is all there is."""
+    polygons: tuple[PlanPolygon, ...] = ()
+    walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    doors: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    """(d, 2, 2) lines of door leaves, drawn pale: nobody is stopped by them."""
+    passages: tuple[FloatArray, ...] = ()
+    downwards: bool = False
+    """Whether the file counts y downwards from the upper edge: known points are given so."""
+    unit_m: float | None = None
+    """Metres a unit, where the file tells; its origin is then the BCS's."""
+    epsg: int | None = None
+    """Reference system of the coordinates, where the file tells."""
+
+
+def bounds_of(points: FloatArray) -> Bounds:
+    """Box around points (n, 2).
+
+    Raises OSError, whose text completes a sentence about the file, where they span no area.
+    """
+    if not len(points) or not np.isfinite(points).all():
+        raise OSError("holds nothing to draw")
+    (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    if not (left < right and low < high):
+        raise OSError("spans no area: everything in it lies on one line")
+    return left, right, low, high
+
+
+def mapped(drawing: Drawing, to: Callable[[FloatArray], FloatArray]) -> Drawing:
+    """Map the geometry of a drawing; ``to`` maps points (..., 2). Raises OSError as :func:`bounds_of` does."""
+    polygons = tuple(
+        PlanPolygon(to(each.outline), tuple(to(hole) for hole in each.holes), each.use, each.name)
+        for each in drawing.polygons
+    )
+    walls, doors, passages = to(drawing.walls), to(drawing.doors), tuple(to(line) for line in drawing.passages)
+    lines = (walls.reshape(-1, 2), doors.reshape(-1, 2), *passages)
+    bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines]))
+    return replace(drawing, bounds=bounds, polygons=polygons, walls=walls, doors=doors, passages=passages)
+
+
+def file_bytes(path: Path) -> bytes:
+    """Read a plan's file; raises OSError, whose text completes a sentence about the file."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise OSError(f"cannot be opened ({error.strerror})") from error

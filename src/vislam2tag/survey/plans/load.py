@@ -1,0 +1,85 @@
+"""Loading a floor's plan, whatever its format, into the BCS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+from shapely.geometry import LineString
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.errors import SurveyError
+from vislam2tag.survey.georeference import Georeference
+from vislam2tag.survey.model import Floor
+from vislam2tag.survey.plans.draw import GREATEST_PX, drawn, turned_bounds, upright
+from vislam2tag.survey.plans.drawing import Bounds, mapped
+from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
+from vislam2tag.survey.plans.placing import placed
+from vislam2tag.survey.plans.registry import read_drawing
+from vislam2tag.survey.plans.source import Extent, PlanSource
+
+_PASSAGE_M = 0.4
+"""Half the depth of a passage that a plan gives as a line, metres: more than a wall is thick."""
+
+
+def floor_plan(floor: Floor) -> FloorPlan:
+    """Load a floor's plan in its BCS.
+
+    Raises SurveyError where the floor has none, it cannot be read, has no scale, or is an image of one colour only.
+    """
+    if floor.plan is None:
+        raise SurveyError(f"floor {floor.number}: has no plan; add floor_{floor.number}/floorplan.jpg or a site.toml")
+    try:
+        plan = _load(floor, floor.plan, GREATEST_PX)
+    except OSError as error:
+        raise SurveyError(f"{floor.plan}: the plan of floor {floor.number} {error}") from error
+    if plan.image.size and (plan.image == plan.image[:1, :1]).all():
+        raise SurveyError(
+            f"{floor.plan}: the plan of floor {floor.number} shows nothing: all its pixels have one colour; replace it"
+        )
+    return plan
+
+
+def plan_picture(floor: Floor, side_px: int) -> Image.Image:
+    """Draw a floor's plan over exactly its extent, its longer side at most ``side_px`` pixels.
+
+    Raises OSError, whose text completes a sentence about the plan's file, where it cannot be read.
+    """
+    if floor.plan is None:
+        raise OSError("is not there")
+    image = Image.fromarray(_load(floor, floor.plan, side_px).image)
+    image.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
+    return image
+
+
+def plan_extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:
+    """Left, right, lower and upper edge of a plan in the BCS, metres; raises OSError as :func:`plan_picture` does."""
+    drawing, bcs_T_plan = placed(read_drawing(path, source), source, georeference)
+    if drawing.picture is None:
+        return mapped(drawing, lambda points: bcs_T_plan @ points).bounds
+    return turned_bounds(drawing.bounds, bcs_T_plan)
+
+
+def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
+    source = floor.source or _published(floor, path)
+    drawing, bcs_T_plan = placed(read_drawing(path, source), source, floor.georeference)
+    if drawing.picture is not None:
+        image, extent = upright(drawing.picture(side_px), drawing.bounds, bcs_T_plan)
+        return FloorPlan(extent, image)
+    own = mapped(drawing, lambda points: bcs_T_plan @ points)
+    polygons = (*own.polygons, *(_opening(line) for line in own.passages))
+    image = drawn(own.bounds, polygons, own.walls, own.doors, side_px)
+    return FloorPlan(own.bounds, image, polygons, own.walls)
+
+
+def _published(floor: Floor, path: Path) -> PlanSource:
+    """A plan of the published layout covers exactly the floor's extent."""
+    if floor.width_m is None or floor.height_m is None:
+        raise OSError("has no scale: no file gives the floor's size; add it to floor_dimensions.csv")
+    return PlanSource(file=path.name, extent=Extent(width_m=floor.width_m, height_m=floor.height_m))
+
+
+def _opening(line: FloatArray) -> PlanPolygon:
+    area = LineString(line).buffer(_PASSAGE_M, cap_style="flat", join_style="mitre")
+    return PlanPolygon(np.asarray(area.exterior.coords)[:-1], (), Use.OPENING)

@@ -1,0 +1,41 @@
+"""Plans that are photographs, scans or drawings in pixels: PNG, JPG and what else Pillow reads."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from PIL import Image, UnidentifiedImageError
+
+from vislam2tag.survey.plan_image import load_plan, on_paper
+from vislam2tag.survey.plans.drawing import Drawing, file_bytes
+from vislam2tag.survey.plans.registry import register
+from vislam2tag.survey.plans.source import PlanSource
+
+
+class RasterFormat:
+    """Images; coordinates are pixels from the upper left corner of the image downwards."""
+
+    name = "raster"
+    suffixes: tuple[str, ...] = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
+
+    def recognises(self, path: Path) -> bool:
+        """The suffix tells."""
+        return path.is_file()
+
+    def read(self, path: Path, source: PlanSource) -> Drawing:
+        """Read the size; pixels are decoded when they are asked for."""
+        del source
+        try:
+            with Image.open(io.BytesIO(file_bytes(path))) as image:
+                width, height = image.size
+        except (Image.DecompressionBombError, SyntaxError, ValueError, UnidentifiedImageError) as error:
+            raise OSError("cannot be read as an image") from error
+
+        def picture(side_px: int) -> Image.Image:
+            return on_paper(load_plan(path, side_px), side_px)
+
+        return Drawing((0.0, float(width), 0.0, float(height)), picture, downwards=True)
+
+
+register(RasterFormat())

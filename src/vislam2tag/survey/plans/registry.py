@@ -1,0 +1,60 @@
+"""The protocol of plan formats and their registry; adding a format touches one module of this package."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+from vislam2tag.survey.plans.drawing import Drawing
+from vislam2tag.survey.plans.source import PlanSource
+
+
+class PlanFormat(Protocol):
+    """Reads the plans of one format."""
+
+    name: str
+    suffixes: tuple[str, ...]
+    """Of its files, lower case, with the dot."""
+
+    def recognises(self, path: Path) -> bool:
+        """Tell from a path with one of the suffixes whether it is of this format; may look inside."""
+        ...
+
+    def read(self, path: Path, source: PlanSource) -> Drawing:
+        """Read a plan; raises OSError, whose text completes a sentence about the file."""
+        ...
+
+
+_FORMATS: dict[str, PlanFormat] = {}
+
+
+def register(plan_format: PlanFormat) -> None:
+    """Make a format known by its name; called once at the end of the format's own module."""
+    _FORMATS[plan_format.name] = plan_format
+
+
+@cache
+def _load_all() -> None:
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        importlib.import_module(f"{__package__}.{module.name}")
+
+
+def read_drawing(path: Path, source: PlanSource) -> Drawing:
+    """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
+    _load_all()
+    if not path.exists():
+        raise OSError("is not there: correct its name or add it")
+    for name in sorted(_FORMATS):
+        known = _FORMATS[name]
+        if path.suffix.lower() in known.suffixes and known.recognises(path):
+            return known.read(path, source)
+    raise OSError(f"is of no known format; plans end with {', '.join(plan_suffixes())}")
+
+
+def plan_suffixes() -> tuple[str, ...]:
+    """Endings of all plan files, sorted."""
+    _load_all()
+    return tuple(sorted({suffix for known in _FORMATS.values() for suffix in known.suffixes if suffix}))

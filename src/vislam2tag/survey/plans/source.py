@@ -1,0 +1,93 @@
+"""Which file shows a floor, which part of it, and how large that is: the table ``[floors.plan]`` of ``site.toml``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+
+SCALES = ("extent", "points", "distance", "unit_m")
+GREATEST_M = 1e6
+"""As for coordinates of landmarks: no building is larger."""
+Point = tuple[FiniteFloat, FiniteFloat]
+Metres = Annotated[float, Field(gt=0, le=GREATEST_M)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Extent(_Part):
+    """What the whole plan covers."""
+
+    width_m: Metres
+    height_m: Metres
+    lower_left_m: Point = (0.0, 0.0)
+    """Where its lower left corner is, BCS metres."""
+
+
+class KnownPoint(_Part):
+    """One point in the plan's own coordinates and in the BCS."""
+
+    plan: Point
+    bcs_m: Point
+
+
+class KnownDistance(_Part):
+    """The distance between two points of the plan; the plan is not turned."""
+
+    start: Point = Field(alias="from")
+    end: Point = Field(alias="to")
+    metres: Metres
+    lower_left_m: Point = (0.0, 0.0)
+    """Where the plan's lower left corner is, BCS metres."""
+
+    @model_validator(mode="after")
+    def _apart(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("from and to are the same point; measure between two different ones")
+        return self
+
+
+class PlanSource(_Part):
+    """A plan file and its scale; at most one of :data:`SCALES`, none where the file itself tells its scale.
+
+    The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
+    downwards; points of 1/72 inch from the lower left corner upwards (PDF); coordinates of the file (DXF, GeoJSON,
+    IMDF).
+    """
+
+    file: Annotated[str, Field(min_length=1)]
+    """Relative to the survey."""
+    page: Annotated[int, Field(ge=1)] = 1
+    """Of a PDF."""
+    level: str | None = None
+    """Of an IMDF archive: id, ordinal or short name."""
+    layers: tuple[str, ...] = ()
+    """Of a DXF: those that hold walls; none given: those that are called so, else all but doors and text."""
+    others: Literal["walkable", "obstacle"] | None = None
+    """What polygons are that do not say their use; not given: obstacles where one polygon holds them all, else
+    walkable."""
+    epsg: Annotated[int, Field(gt=0)] | None = None
+    """Reference system of the file's coordinates, where the file does not tell (DXF) or tells wrongly."""
+    extent: Extent | None = None
+    points: tuple[KnownPoint, KnownPoint] | None = None
+    distance: KnownDistance | None = None
+    unit_m: Metres | None = None
+    """Metres a unit of the file's coordinates, whose origin and axes are the BCS's."""
+
+    @model_validator(mode="after")
+    def _one_scale(self) -> Self:
+        given = [name for name in SCALES if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} are given; keep one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _points_apart(self) -> Self:
+        if self.points is None:
+            return self
+        first, second = self.points
+        if first.plan == second.plan or first.bcs_m == second.bcs_m:
+            raise ValueError("points are two identical points, which tell no scale; give two different ones")
+        return self
