@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import polars as pl
 
@@ -70,21 +70,30 @@ def _is_plain(column: pl.Series) -> pl.Expr:
 
 
 def sift(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
-    """Separate the rows that parse from the lines that do not, and say so in findings."""
+    """Separate the rows that parse from the lines that do not, and say so in findings; decimal marks are judged."""
+    raw = separate(data, file, table, readable)
+    return replace(raw, findings=(*raw.findings, *_mixed_marks(data, file, raw.rows)))
+
+
+def separate(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
+    """Separate the rows that parse from the lines that do not, and say so in findings.
+
+    ``table`` has a row for each line of ``data``, in their order; ``row`` is the line's number.
+    """
     good = table.select(readable.fill_null(value=False)).to_series()
     rows = table.filter(good) if not good.all() else table
     rows = rows.select(pl.exclude(_EXTRA))
     unreadable = tuple(table["row"].filter(~good).to_list())
-    findings = (*_unreadable_findings(data, file, table.height, unreadable), *_mixed_marks(data, file, rows))
-    return RawTable(file, table.height, rows, unreadable, findings)
+    last = int(table["row"][-1]) if table.height else 0
+    return RawTable(file, table.height, rows, unreadable, tuple(_unreadable_findings(data, file, last, unreadable)))
 
 
-def _unreadable_findings(data: bytes, file: str, lines: int, unreadable: tuple[int, ...]) -> list[Finding]:
+def _unreadable_findings(data: bytes, file: str, last: int, unreadable: tuple[int, ...]) -> list[Finding]:
     if not data:
         return [Finding(kind="empty_file", file=file, count=1, message="the file is empty; nothing was recorded")]
     findings = []
     malformed = list(unreadable)
-    if malformed and malformed[-1] == lines and not data.endswith(b"\n"):
+    if malformed and malformed[-1] == last and not data.endswith(b"\n"):
         message = "the last line is cut off, as when the recorder is killed; it is left out"
         findings.append(Finding.at_lines("partial_last_line", file, [malformed.pop()], message))
     if malformed:

@@ -1,0 +1,86 @@
+"""One session's files while they are read: what was opened, what was found, what is missing and how grave that is."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.sessions.model import FileRecord
+from vislam2tag.sessions.raw_table import RawTable
+from vislam2tag.survey.files import is_file
+
+MISSING = {
+    "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),
+    "landmarks": ("no landmark poses; the session cannot be mapped", Severity.ERROR),
+    "wifi": ("no Wi-Fi scans; the session gives no Wi-Fi labels", Severity.WARNING),
+    "sensors": ("no sensor readings; the session gives no sensor labels", Severity.WARNING),
+}
+"""Roles that a session should have: what it means where they are missing."""
+_OPTIONAL = {
+    "presses": ("no presses", Severity.WARNING),
+    "ble": ("no BLE readings", Severity.WARNING),
+    "anchors": ("no anchors: map updates show at landmarks only", Severity.WARNING),
+    "events": ("nothing is known of refused scans and warnings", Severity.WARNING),
+    "record": ("not known how the recording ended", Severity.WARNING),
+}
+
+
+@dataclass
+class SessionFiles:
+    """The account of a session's files; ``names`` are those of each role's file, the first one the usual."""
+
+    folder: Path
+    names: Mapping[str, tuple[str, ...]]
+    files: list[FileRecord] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    _opened: set[str] = field(default_factory=set)
+
+    def load(self, role: str) -> tuple[str, bytes]:
+        """Name and bytes of a role's file; no bytes where the file is missing or cannot be opened."""
+        names = [name for name in self.names[role] if is_file(self.folder / name)]
+        if not names:
+            if role in MISSING:
+                self._note("missing_file", self.names[role][0], *MISSING[role])
+            return self.names[role][0], b""
+        if len(names) > 1:
+            self._note("second_file", names[1], f"{names[0]} says the same; this file is not read", Severity.WARNING)
+        try:
+            data = (self.folder / names[0]).read_bytes()
+        except OSError as error:
+            self._note("unreadable_file", names[0], *_unreadable(role, error))
+            return names[0], b""
+        self._opened.add(names[0])
+        return names[0], data
+
+    def has(self, role: str) -> bool:
+        """Tell whether a role's file is there."""
+        return any(is_file(self.folder / name) for name in self.names[role])
+
+    def account(self, role: str, data: bytes, table: RawTable) -> pl.DataFrame:
+        """Record a file that was opened, and return its rows."""
+        if table.file in self._opened:
+            digest = hashlib.sha256(data).hexdigest()
+            record = FileRecord(table.file, role, len(data), digest, table.lines, table.rows.height)
+            self.files.append(record)
+            self.findings += table.findings
+        return table.rows
+
+    def _note(self, kind: str, file: str, message: str, severity: Severity) -> None:
+        self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
+
+
+def files_there(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[Path]:
+    """Paths of all files of these names that are there."""
+    paths = (folder / name for each in names.values() for name in each)
+    return [path for path in paths if is_file(path)]
+
+
+def _unreadable(role: str, error: OSError) -> tuple[str, Severity]:
+    """Message and severity for a file that cannot be opened: as grave as if it were missing."""
+    consequence, severity = (MISSING | _OPTIONAL)[role]
+    return f"cannot be opened ({error.strerror}): {consequence}; check its permissions", severity
