@@ -55,7 +55,7 @@ class CorridorGraph:
         return np.array([kind is NodeKind.ROOM for kind in self.kinds], dtype=np.bool_)
 
     def to_networkx(self) -> nx.MultiGraph:
-        """Nodes with ``position``, ``kind``, ``width_m``; edges with ``index``, ``length_m``, ``polyline``, ``in_room``."""
+        """Nodes with ``position``, ``kind``, ``width_m``; edges with ``index`` and the rest."""
         graph = nx.MultiGraph()
         for node, (place, kind, width) in enumerate(zip(self.nodes, self.kinds, self.width_m.tolist(), strict=True)):
             graph.add_node(node, position=place, kind=kind, width_m=width)

@@ -16,6 +16,8 @@ class WalkableSettings(_Frozen):
     """Side of a cell, metres; larger where the plan would have more than ``max_cells``."""
     max_cells: int = Field(default=4_000_000, ge=10_000)
     """Most cells of a plan: what bounds memory."""
+    max_pixels: int = Field(default=12_000_000, ge=10_000)
+    """Most pixels at which walls are looked for on an image; larger images are reduced."""
     wall_contrast: float | None = Field(default=None, gt=0, lt=1)
     """Ink that differs from the paper by more than this (1: black on white) is a wall; None: by Otsu's threshold."""
     wall_m: float = Field(default=0.1, gt=0)

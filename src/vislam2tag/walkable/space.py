@@ -12,8 +12,13 @@ from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
+from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding
-from vislam2tag.survey.plans.model import FloorPlan
+from vislam2tag.survey.plans.model import FloorPlan, Use
+from vislam2tag.walkable.correction import corrected_cells
+from vislam2tag.walkable.drawing import image_walls, line_walls, plan_grid, polygon_floor
+from vislam2tag.walkable.outline import wall_segments
+from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
 
 _Value = TypeVar("_Value", np.bool_, np.float64)
@@ -85,4 +90,21 @@ def walkable_space(
     the top: green can be walked, red cannot, any other colour says nothing. Raises SurveyError where nothing can be
     walked.
     """
-    raise NotImplementedError
+    settings = settings or WalkableSettings()
+    grid = plan_grid(plan, settings)
+    findings: tuple[Finding, ...] = ()
+    nothing = np.zeros(grid.shape, dtype=np.bool_)
+    green, red = (nothing, nothing) if mask is None else corrected_cells(mask, grid)
+    if any(polygon.use in (Use.WALKABLE, Use.OUTLINE) for polygon in plan.polygons):
+        free = polygon_floor(plan.polygons, grid, settings)
+    else:
+        walls = line_walls(plan.walls, grid, settings.wall_m) if len(plan.walls) else image_walls(plan, grid, settings)
+        free, findings = inside_of((walls & ~green) | red, grid.cell_m, settings)
+    region, closed_off = largest_region((free | green) & ~red, grid, settings)
+    if not region.any():
+        raise SurveyError(
+            "nothing on the plan can be walked; expected walls around free space that is wider than "
+            f"{settings.passage_m} m; check the plan's scale, or draw the floor green in a correction mask"
+        )
+    area = WalkableArea(region, grid.origin_m, grid.cell_m)
+    return WalkableSpace(area, wall_segments(area), findings + closed_off)

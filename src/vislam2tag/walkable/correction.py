@@ -1,0 +1,51 @@
+"""A drawn correction of a plan: what is painted green can be walked, what is painted red cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+
+from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.errors import SurveyError
+from vislam2tag.survey.plan_image import load_plan
+
+Bytes = npt.NDArray[np.uint8]
+
+_VIVID = 60
+"""Green and red exceed both other colours by more than this, of 255; greyish and brownish colours say nothing."""
+_MASK_PIXELS = 8192
+
+
+def read_mask(path: Path) -> Bytes:
+    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is no image."""
+    try:
+        image = load_plan(path, _MASK_PIXELS).convert("RGBA")
+    except OSError as error:
+        raise SurveyError(f"{path}: {error}; expected an image painted green (walkable) and red (not)") from error
+    image.thumbnail((_MASK_PIXELS, _MASK_PIXELS), Image.Resampling.NEAREST)
+    return np.asarray(image)
+
+
+def corrected_cells(mask: Bytes, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
+    """Tell which cells are painted walkable and which not; the mask covers the grid's extent, row 0 at the top."""
+    colour = mask[::-1, :, :3].astype(np.int16)
+    opaque = mask[::-1, :, 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
+    red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]
+    walkable = opaque & (green - np.maximum(red, blue) > _VIVID)
+    blocked = opaque & (red - np.maximum(green, blue) > _VIVID)
+    return _on(grid, walkable), _on(grid, blocked)
+
+
+def _on(grid: CellGrid, painted: BoolArray) -> BoolArray:
+    """Cells of which at least half are painted."""
+    share = cv2.resize(painted.astype(np.float32), grid.shape[::-1], interpolation=_method(painted.shape, grid.shape))
+    return np.asarray(share >= 0.5)
+
+
+def _method(old: tuple[int, ...], new: tuple[int, int]) -> int:
+    return cv2.INTER_AREA if old[0] > new[0] else cv2.INTER_LINEAR

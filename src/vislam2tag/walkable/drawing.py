@@ -1,0 +1,92 @@
+"""From what a plan holds - an image, polygons or lines - to the cells that are walls or floor."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+from skimage.draw import polygon as pixels_in
+from skimage.morphology import skeletonize
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
+from vislam2tag.walkable.ink import Bytes, ink_on_paper, walls_in
+from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.strokes import only_walls
+
+_FRACTION_BITS = 4
+_SILL_M = 0.3
+"""Openings are widened by this, so that they reach through the wall between two polygons, metres."""
+
+
+def plan_grid(plan: FloorPlan, settings: WalkableSettings) -> CellGrid:
+    """Lay cells over a plan's extent."""
+    left, right, low, high = plan.extent_m
+    width, height = right - left, high - low
+    cell_m = max(settings.cell_m, float(np.sqrt(width * height / settings.max_cells)))
+    return CellGrid((left, low), cell_m, max(1, round(height / cell_m)), max(1, round(width / cell_m)))
+
+
+def image_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Tell which cells the plan's image shows as walls; raises SurveyError where it shows none."""
+    left, right, low, high = plan.extent_m
+    width, height = right - left, high - low
+    finest = float(np.sqrt(width * height / settings.max_pixels))
+    pixel_m = min(max(finest, *plan.pixel_m), grid.cell_m)
+    shape = max(1, round(height / pixel_m)), max(1, round(width / pixel_m))
+    image: Bytes = plan.image[::-1]
+    walls = only_walls(walls_in(ink_on_paper(image, shape), settings.wall_contrast), pixel_m, settings)
+    share = cv2.resize(walls.astype(np.float32), grid.shape[::-1], interpolation=cv2.INTER_AREA)
+    cells = np.asarray(share >= 0.5)
+    # Walls thinner than a cell are kept, and none has a gap that is not drawn.
+    row, column = np.nonzero(skeletonize(walls))
+    cells[row * grid.rows // shape[0], column * grid.columns // shape[1]] = True
+    return cells
+
+
+def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArray:
+    """Tell which cells lie in walls given as segments (w, 2, 2)."""
+    canvas = np.zeros(grid.shape, dtype=np.uint8)
+    cells = (walls - np.array(grid.origin_m)) / grid.cell_m - 0.5
+    ends = np.round(cells * 2**_FRACTION_BITS).astype(np.int32)
+    cv2.polylines(canvas, list(ends), False, 1, max(1, round(thickness_m / grid.cell_m)), shift=_FRACTION_BITS)
+    return canvas > 0
+
+
+def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Tell which cells polygons make walkable.
+
+    Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
+    walkable polygons are walled off from each other but for their openings; one without any opening joins its
+    neighbours.
+    """
+    by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
+    openings = shapely.union_all([shapely.buffer(shape, _SILL_M) for shape in by_use[Use.OPENING]])
+    floors = by_use[Use.WALKABLE] or by_use[Use.OUTLINE]
+    if by_use[Use.OPENING]:
+        floors = [_walled(shape, openings, settings.wall_m / 2) for shape in floors]
+    floor = shapely.union_all([*floors, *([openings] if by_use[Use.WALKABLE] else [])])
+    return cells_in(shapely.difference(floor, shapely.union_all(by_use[Use.OBSTACLE])), grid)
+
+
+def _shape(polygon: PlanPolygon) -> BaseGeometry:
+    return shapely.make_valid(shapely.Polygon(polygon.outline, polygon.holes))
+
+
+def _walled(shape: BaseGeometry, openings: BaseGeometry, wall_m: float) -> BaseGeometry:
+    return shapely.buffer(shape, -wall_m, join_style="mitre") if shapely.intersects(shape, openings) else shape
+
+
+def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
+    """Tell which cells have their centre in polygons."""
+    inside = np.zeros(grid.shape, dtype=np.bool_)
+    for part in shapely.get_parts(shape):
+        if part.geom_type != "Polygon":
+            continue
+        for ring in (part.exterior, *part.interiors):
+            column, row = ((shapely.get_coordinates(ring) - grid.origin_m) / grid.cell_m - 0.5).T
+            # Rings nest, so that a cell is inside where an odd number of them holds it.
+            inside[pixels_in(row, column, grid.shape)] ^= True
+    return inside
