@@ -1,0 +1,65 @@
+"""What a surveyed point is, by its name: a landmark (its centre, left or right edge), a control point, or a tie."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import StrEnum
+
+from vislam2tag.errors import UsageError
+from vislam2tag.survey.ids import landmark_id
+
+
+class Role(StrEnum):
+    """What a point is registered as."""
+
+    LANDMARK = "landmark"
+    LEFT = "left edge"
+    RIGHT = "right edge"
+    CONTROL = "control point"
+    TIE = "tie"
+    """Ties stations together, and is nothing in the site."""
+
+
+_EDGES = {"_L": Role.LEFT, "_R": Role.RIGHT}
+"""Endings of shots of a sheet's left and right edge, as one looks at it."""
+
+
+@dataclass(frozen=True)
+class NameRules:
+    """Patterns with one ``*``, which stands for the id."""
+
+    landmarks: str = "*"
+    control_points: str = "CP*"
+    ties: str = "TP*"
+
+    def __post_init__(self) -> None:
+        for option, pattern in (
+            ("landmarks", self.landmarks),
+            ("control-points", self.control_points),
+            ("ties", self.ties),
+        ):
+            if pattern.count("*") != 1:
+                raise UsageError(f"--{option} '{pattern}': one * must stand for the id, such as LM*")
+
+    def role(self, name: str) -> tuple[Role, str]:
+        """Role and id of a name; ties and control points come first, and what is no landmark either is a tie."""
+        if _matched(self.ties, name) is not None:
+            return Role.TIE, name
+        number = _matched(self.control_points, name)
+        if number is not None and re.fullmatch(r"\d{1,6}", number):
+            return Role.CONTROL, str(int(number))
+        landmark = _matched(self.landmarks, name)
+        if landmark is None:
+            return Role.TIE, name
+        for ending, role in _EDGES.items():
+            if landmark.upper().endswith(ending) and len(landmark) > len(ending):
+                return role, landmark_id(landmark[: -len(ending)])
+        return Role.LANDMARK, landmark_id(landmark)
+
+
+def _matched(pattern: str, name: str) -> str | None:
+    """What stands for the ``*``; None where the name does not match. Case does not matter."""
+    before, _, after = pattern.partition("*")
+    match = re.fullmatch(f"{re.escape(before)}(.+){re.escape(after)}", name, re.IGNORECASE)
+    return match.group(1) if match else None

@@ -1,0 +1,199 @@
+"""The plane network with its gross errors found, named and left out."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.errors import SurveyError
+from vislam2tag.registration.consensus import rough_frames
+from vislam2tag.registration.gross_errors import Explanation, explanations, noted
+from vislam2tag.registration.least_squares import Noise, SingularError, suspicious
+from vislam2tag.registration.network import Known, Measurement, PlaneFit, Shot, adjust_plane
+from vislam2tag.registration.plane_changes import plane_changes
+from vislam2tag.registration.settings import RegistrationSettings
+
+TOLERANCE_M = 0.1
+"""Points agree on a rough frame where they miss by less, metres, ..."""
+TOLERANCE_SIGMAS = 6.0
+"""... or by less than this many of the greatest standard deviation."""
+MOST_SUSPECTS = 40
+"""Measurements for which swaps and typing errors are tried."""
+
+@dataclass(frozen=True)
+class GrossError:
+    """Something wrong that was named and left out."""
+
+    labels: tuple[str, ...]
+    """The measurements left out."""
+    points: tuple[str, ...]
+    text: str
+    """One sentence."""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The fit without what is wrong."""
+
+    fit: PlaneFit
+    errors: tuple[GrossError, ...]
+
+
+def search_plane(
+    shots: Sequence[Shot], known: Sequence[Known], settings: RegistrationSettings, *, free_scale: bool = False
+) -> Searched:
+    """Adjust shots and known points; leave out, one by one, what contradicts the others, and say what it may be.
+
+    Raises SurveyError where the frames are not determined, also where what is left out leaves too little.
+    """
+    used = {shot.point for shot in shots}
+    known = [one for one in known if one.point in used]
+    frames = _rough(shots, known)
+    good: list[Measurement] = [*shots, *known]
+    errors: list[GrossError] = []
+    while True:
+        fit = _linearised(good, frames, settings, free_scale, errors)
+        noise = _noise(good, frames, settings, free_scale)
+        suspects = suspicious(fit.adjusted, fit.groups, noise, settings.false_alarm)
+        if not suspects:
+            break
+        looked_at = [i for i, _ in suspects[:MOST_SUSPECTS]]
+        changes = plane_changes(fit, looked_at)
+        sigma_m = np.array([one.sigma_m for one in fit.measurements])
+        found = explanations(fit.adjusted, fit.groups, sigma_m, noise, looked_at, changes)
+        errors.append(_named(fit, found))
+        wrong = {i for one in found for i in one.measurements}
+        good = [one for i, one in enumerate(fit.measurements) if i not in wrong]
+    try:
+        final = adjust_plane(*_parts(good), frames, settings.prior_freedom, free_scale=free_scale)
+    except SingularError as error:
+        raise SurveyError(_undetermined(errors)) from error
+    return Searched(final, tuple(errors))
+
+
+def _parts(measurements: Sequence[Measurement]) -> tuple[list[Shot], list[Known]]:
+    return [m for m in measurements if isinstance(m, Shot)], [m for m in measurements if isinstance(m, Known)]
+
+
+def _rough(shots: Sequence[Shot], known: Sequence[Known]) -> dict[str, Similarity2]:
+    tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max((one.sigma_m for one in (*shots, *known)), default=0.0))
+    by_station: dict[str, dict[str, list[complex]]] = defaultdict(lambda: defaultdict(list))
+    for shot in shots:
+        by_station[shot.station][shot.point].append(shot.place)
+    stations = {
+        name: {point: _middle(places) for point, places in points.items()} for name, points in by_station.items()
+    }
+    frames = rough_frames({one.point: one.place for one in known}, stations, tolerance_m)
+    return _refined(shots, known, frames, tolerance_m)
+
+
+def _middle(places: Sequence[complex]) -> complex:
+    values = np.array(places)
+    return complex(np.median(values.real), np.median(values.imag))
+
+
+def _refined(
+    shots: Sequence[Shot], known: Sequence[Known], frames: dict[str, Similarity2], tolerance_m: float
+) -> dict[str, Similarity2]:
+    """The frames by all that agrees with the rough ones, so that a line is a good approximation about them."""
+    kept, places = _agreeing(shots, known, frames, tolerance_m)
+    try:
+        return frames | dict(adjust_plane(kept, places, frames, 1.0).maps)
+    except SingularError:
+        return frames
+
+
+def _agreeing(
+    shots: Sequence[Shot], known: Sequence[Known], frames: Mapping[str, Similarity2], tolerance_m: float
+) -> tuple[list[Shot], list[Known]]:
+    """What lies where most say that its point is (the known place where there is one that any shot confirms)."""
+    mapped: dict[str, list[complex]] = defaultdict(list)
+    for one in known:
+        mapped[one.point].append(one.place)
+    for shot in shots:
+        mapped[shot.point].append(frames[shot.station].a * shot.place + frames[shot.station].b)
+    middle = {point: min(places, key=lambda one: _votes(one, places, tolerance_m)) for point, places in mapped.items()}
+    near = [
+        shot
+        for shot in shots
+        if abs(frames[shot.station].a * shot.place + frames[shot.station].b - middle[shot.point]) < tolerance_m
+    ]
+    return near, [one for one in known if abs(one.place - middle[one.point]) < tolerance_m]
+
+
+def _votes(place: complex, places: Sequence[complex], tolerance_m: float) -> int:
+    """Minus the number of places near one: the first with most comes first."""
+    return -sum(abs(other - place) < tolerance_m for other in places)
+
+
+def _linearised(
+    good: Sequence[Measurement],
+    frames: Mapping[str, Similarity2],
+    settings: RegistrationSettings,
+    free_scale: bool,
+    errors: Sequence[GrossError],
+) -> PlaneFit:
+    try:
+        return adjust_plane(*_parts(good), frames, settings.prior_freedom, free_scale=free_scale, rounds=1)
+    except SingularError as error:
+        raise SurveyError(_undetermined(errors)) from error
+
+
+def _noise(
+    good: Sequence[Measurement], frames: Mapping[str, Similarity2], settings: RegistrationSettings, free_scale: bool
+) -> Noise:
+    """The noise of what is no gross error at first sight."""
+    shots, known = _parts(good)
+    tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max(one.sigma_m for one in good))
+    kept, places = _agreeing(shots, known, frames, tolerance_m)
+    try:
+        return adjust_plane(
+            kept, places, frames, settings.prior_freedom, free_scale=free_scale, rounds=1
+        ).adjusted.noise
+    except SingularError:
+        return Noise(1.0, settings.prior_freedom)
+
+
+def _undetermined(errors: Sequence[GrossError]) -> str:
+    message = (
+        "the stations' frames are not determined: each needs two points at different places that are known, or shot "
+        "from a station whose frame is"
+    )
+    if errors:
+        message += "; left out as wrong: " + "; ".join(error.text for error in errors)
+    return message
+
+
+def _named(fit: PlaneFit, found: Sequence[Explanation]) -> GrossError:
+    """Put the best explanation, and those that are as good, into one sentence."""
+    measurements: list[int] = list(dict.fromkeys(i for one in found for i in one.measurements))
+    labels = tuple(fit.measurements[i].label for i in measurements)
+    texts = [one.text or f"{noted(one.measurements, lambda i: fit.measurements[i].label)} is off" for one in found]
+    best = found[0]
+    text = texts[0]
+    if not best.text and len(found) == 1:
+        text += _how_far(fit, best.measurements[0])
+    if len(found) > 1:
+        text = "either " + ", or ".join(texts) + " (nothing tells which)"
+    points = tuple(dict.fromkeys(fit.measurements[i].point for i in measurements))
+    return GrossError(labels, points, text)
+
+
+def _how_far(fit: PlaneFit, measurement: int) -> str:
+    """By how much a measurement is off, as the others have it, and whether another point is there."""
+    rows: IntArray = fit.groups[measurement]
+    kernel = fit.adjusted.kernel(rows)
+    off = np.linalg.pinv(kernel) @ fit.adjusted.residual[rows] * fit.measurements[measurement].sigma_m
+    one = fit.measurements[measurement]
+    text = f" by {np.hypot(*off):.3f} m ({-off[0]:+.3f}, {-off[1]:+.3f})"
+    if isinstance(one, Shot):
+        place = fit.maps[one.station].a * one.place + fit.maps[one.station].b
+        near = [name for name, other in fit.places.items() if name != one.point and abs(other - place) < TOLERANCE_M]
+        if near:
+            text += f"; it is where {near[0]} is: misnamed?"
+    return text

@@ -1,0 +1,114 @@
+"""Tables of text as instruments and spreadsheets write them: encoding, separator and decimal mark found by looking."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.errors import SurveyError
+from vislam2tag.findings import Finding, Severity
+
+SEPARATORS = (";", "\t", ",", " ")
+"""In the order in which ties are decided."""
+COMMENTS = ("#", "//", "%")
+_LOOKED_AT = 200
+"""Lines that decide on separator and decimal mark."""
+_POINT_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_COMMA_NUMBER = re.compile(r"[+-]?(\d+,?\d*|,\d+)([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Rows of one file: each 1-based line number with its fields, stripped."""
+
+    file: str
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    separator: str
+    decimal: str
+    """``,`` or ``.``."""
+    findings: tuple[Finding, ...] = ()
+
+    def number(self, text: str) -> float:
+        """Read a number with the file's decimal mark; NaN for no text. Raises ValueError for what is no number."""
+        if not text:
+            return math.nan
+        shape = _COMMA_NUMBER if self.decimal == "," else _POINT_NUMBER
+        if not shape.fullmatch(text):
+            raise ValueError(f"'{text}' is no number")
+        return float(text.replace(",", "."))
+
+    def place(self, line: int) -> str:
+        """Name a line, ``shots.csv:3``."""
+        return f"{self.file}:{line}"
+
+
+def read_text_table(path: Path) -> TextTable:
+    """Read a table; blank lines and comments (``#``, ``//``, ``%``) are skipped.
+
+    Raises SurveyError where the file cannot be opened or has no line.
+    """
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
+    text, findings = _decoded(path.name, raw)
+    lines = [
+        (number, line.strip("\r\n"))
+        for number, line in enumerate(text.split("\n"), start=1)
+        if line.strip() and not line.strip().startswith(COMMENTS)
+    ]
+    if not lines:
+        raise SurveyError(f"{path}: is empty; expected a table of points")
+    separator = _separator([line for _, line in lines[:_LOOKED_AT]])
+    rows = tuple((number, _fields(line, separator)) for number, line in lines)
+    return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
+
+
+def _decoded(file: str, raw: bytes) -> tuple[str, list[Finding]]:
+    """Text of a file in UTF-8 or UTF-16 (by its byte order mark), else in Windows' Western code page."""
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return raw.decode("utf-16", errors="replace"), []
+    try:
+        return raw.decode("utf-8-sig"), []
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        message = "is not UTF-8 and was read as Windows-1252: check names with special letters"
+        finding = Finding.at_lines("encoding", file, [line], message, Severity.INFO)
+        return raw.decode("cp1252", errors="replace"), [finding]
+
+
+def _fields(line: str, separator: str) -> tuple[str, ...]:
+    if separator == " ":
+        return tuple(line.split())
+    try:
+        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    except csv.Error:
+        fields = line.split(separator)
+    return tuple(field.strip() for field in fields)
+
+
+def _separator(lines: list[str]) -> str:
+    """The separator by which most lines have a name and two numbers; of several the one with most numbers."""
+
+    def score(separator: str) -> tuple[int, int]:
+        counts = [_numbers(_fields(line, separator)[1:]) for line in lines]
+        return sum(count >= 2 for count in counts), sum(counts)
+
+    return max(SEPARATORS, key=score)
+
+
+def _numbers(fields: tuple[str, ...]) -> int:
+    return sum(bool(_POINT_NUMBER.fullmatch(field) or _COMMA_NUMBER.fullmatch(field)) for field in fields)
+
+
+def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...], separator: str) -> str:
+    """The mark that more fields have in a number; a comma that separates is none."""
+    if separator == ",":
+        return "."
+    numbers = [field for _, fields in rows[:_LOOKED_AT] for field in fields[1:]]
+    commas = sum("," in field and bool(_COMMA_NUMBER.fullmatch(field)) for field in numbers)
+    points = sum("." in field and bool(_POINT_NUMBER.fullmatch(field)) for field in numbers)
+    return "," if commas > points else "."
