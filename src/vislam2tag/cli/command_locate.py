@@ -13,10 +13,10 @@ from rich.console import Console
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.dataset.transmitters.privacy import read_key
-from vislam2tag.dataset.whole_file import whole_file
 from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.locate import Located, locate
 from vislam2tag.positioning.scan_file import JSON_SUFFIXES
+from vislam2tag.whole_file import whole_file
 
 HELP = """
 Say where scans were taken, by a model that `vislam2tag train` saved.

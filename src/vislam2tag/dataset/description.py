@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
 from vislam2tag.errors import DatasetError
 from vislam2tag.survey.georeference import Georeference
+from vislam2tag.survey.toml_file import toml_value
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""
@@ -233,7 +233,7 @@ def description_text(info: DatasetInfo) -> str:
     for name, comment, example in _TEMPLATE:
         value = getattr(info, name)
         about = f"  # {comment}" if comment and not value else ""
-        lines.append(f"{'' if value else '# '}{name} = {_toml(value or example)}{about}")
+        lines.append(f"{'' if value else '# '}{name} = {toml_value(value or example)}{about}")
     for name, comment, table in _TABLES:
         parts = _known_parts(info, name)
         lines += ["", f"# {comment}"]
@@ -253,14 +253,7 @@ def _known_parts(info: DatasetInfo, name: str) -> list[Mapping[str, object]]:
 
 
 def _line(item: tuple[str, object]) -> str:
-    return f"{item[0]} = {_toml(item[1])}"
-
-
-def _toml(value: object) -> str:
-    """Write a value as TOML: its strings are JSON's, but for U+007F."""
-    if isinstance(value, dt.date):
-        return value.isoformat()
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return f"{item[0]} = {toml_value(item[1])}"
 
 
 def _wrong_field(error: ValidationError) -> str:

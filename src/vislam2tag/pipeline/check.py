@@ -19,6 +19,7 @@ from vislam2tag.report.check_page import write_check_page
 from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.whole_file import whole_file
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
 
@@ -86,7 +87,8 @@ def check(
         bad_landmarks=bad_landmarks(collected.sessions),
     )
     if out is not None:
-        _write_whole(out / CHECK_FILE, json.dumps(found.model_dump(mode="json"), indent=1) + "\n")
+        with whole_file(out / CHECK_FILE) as partial:
+            partial.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
         write_check_page(out / PAGE_FILE, survey, found, collected.gains)
     return found
 
@@ -97,14 +99,3 @@ def _make_folder(out: Path) -> None:
     except OSError as error:
         reason = "a file, not a folder" if out.is_file() else error.strerror
         raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error
-
-
-def _write_whole(path: Path, text: str) -> None:
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror}); choose another --out") from error
-    finally:
-        partial.unlink(missing_ok=True)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
-import os
+from contextlib import ExitStack
 from pathlib import Path
 
 from vislam2tag.errors import OutputError
 from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey
+from vislam2tag.whole_file import whole_file
 
 COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
-PARTIAL = ".partial"
 
 
 def check_targets(survey_root: Path, *targets: Path) -> None:
@@ -42,19 +42,9 @@ def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = Non
     texts = {out: completed_text(survey)}
     if report is not None:
         texts[report] = survey.model_dump_json(indent=1) + "\n"
-    partial = {target: target.with_name(target.name + PARTIAL) for target in texts}
-    target = out
-    try:
+    with ExitStack() as stack:
         for target, text in texts.items():
-            partial[target].write_text(text, encoding="utf-8", newline="")
-        for target, whole in partial.items():
-            os.replace(whole, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
-    except OSError as error:
-        raise OutputError(f"{target}: cannot be written ({error.strerror}); choose another name") from error
-    finally:
-        for rest in partial.values():
-            if rest.is_file():
-                rest.unlink(missing_ok=True)
+            stack.enter_context(whole_file(target)).write_text(text, encoding="utf-8", newline="")
 
 
 def completed_text(survey: LandmarkSurvey) -> str:

@@ -19,12 +19,12 @@ from vislam2tag.dataset.formats.left_out import left_out, left_out_of_dataset
 from vislam2tag.dataset.formats.registry import ExportContext, ExportFormat, export_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
-from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.selection import refuse_among_sessions
 from vislam2tag.sessions import open_survey
+from vislam2tag.whole_folder import whole_folder
 
 RECORD_FILE = "export.json"
 Progress = Callable[[str, int], None]

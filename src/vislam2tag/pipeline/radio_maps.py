@@ -15,12 +15,12 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
-from vislam2tag.dataset.whole_folder import whole_folder
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.radio_map_page import MapFloor, write_radio_map_page
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.slugs import unique_slugs
+from vislam2tag.whole_folder import whole_folder
 
 INDEX_FILE, PAGE_FILE = "radio_maps.json", "index.html"
 FIGURES, IMAGES = "figures", "geotiff"

@@ -11,8 +11,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from vislam2tag.errors import OutputError
 from vislam2tag.report.wording import FILTERS
+from vislam2tag.whole_file import whole_file
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
@@ -20,19 +20,13 @@ def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> Non
 
     The template also gets ``css``, ``plotly_js`` and ``embedded``. Raises OutputError where it cannot be written.
     """
-    partial = out_file.with_name(out_file.name + ".part")
     page = _environment().get_template(template).generate(_assets() | dict(context))
-    try:
-        # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
-        with partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream:
-            stream.writelines(page)
-        partial.replace(out_file)
-    except OSError as error:
-        raise OutputError(
-            f"{out_file}: the report cannot be written ({error.strerror}); free or choose the place"
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
+    # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
+    with (
+        whole_file(out_file) as partial,
+        partial.open("w", encoding="utf-8", errors="replace", newline="\n") as stream,
+    ):
+        stream.writelines(page)
 
 
 def page_text(template: str, context: Mapping[str, Any]) -> str:

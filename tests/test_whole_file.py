@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.dataset.whole_file import whole_file
 from vislam2tag.errors import OutputError
+from vislam2tag.whole_file import whole_file
 
 
 def test_a_file_appears_when_the_block_ends(tmp_path: Path) -> None:
