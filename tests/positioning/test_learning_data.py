@@ -8,6 +8,7 @@ import pytest
 
 from tests.dataset.factory import ACCESS_POINTS_A_FLOOR, FLOORS, SCANS, SESSION_KEYS, small_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.errors import DatasetError
 from vislam2tag.positioning.learning_data import learning_data
 
@@ -37,6 +38,13 @@ def test_parts_of_a_fold_hold_its_groups_only() -> None:
     assert set(train.scans.device) == {"Galaxy"}
     assert set(test.scans.device) == {"Pixel"}
     assert len(train) + len(test) == len(data)
+
+
+def test_uncertain_labels_are_not_learned_from() -> None:
+    dataset = small_dataset()
+    status = pl.when(pl.col("device") == "Pixel").then(pl.lit("uncertain")).otherwise(pl.col("status"))
+    doubted = dataset.tables | {FINGERPRINTS: dataset.fingerprints.with_columns(status=status)}
+    assert set(learning_data(Dataset(dataset.info, doubted)).scans.device) == {"Galaxy"}
 
 
 def test_nothing_labelled() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.status import Status
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.errors import DatasetError
 from vislam2tag.positioning.places import Places, Storey
@@ -44,11 +45,15 @@ class LearningData:
 def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
     """Read all labelled fingerprints of one technology.
 
-    Raises DatasetError where there is none.
+    Those whose label is uncertain are left out, as everywhere where labelled ones count (no split holds them). Raises
+    DatasetError where there is none.
     """
     labelled = (
         dataset.fingerprints.filter(
-            (pl.col("technology") == technology) & pl.col("x").is_finite() & pl.col("y").is_finite()
+            (pl.col("technology") == technology)
+            & (pl.col("status") == Status.OK.label)
+            & pl.col("x").is_finite()
+            & pl.col("y").is_finite()
         )
         .select(_FINGERPRINT)
         .collect()

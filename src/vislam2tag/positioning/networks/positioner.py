@@ -62,7 +62,7 @@ class NetworkPositioner(Positioner):
         learned, held_out = self._parts(scans, places, validation)
         with repeatable(self.seed, device):
             locator = self._new_locator(scans, places)
-            locator.set_heights(heights_m(places))
+            locator.set_heights(places.storey_height_m)
             locator.to(device)
             self.history_ = train(
                 locator.network,
@@ -148,12 +148,3 @@ def xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tens
 def levels(scans: RadioScans) -> torch.Tensor:
     """Make the (n, a) levels in dBm, NaN where not heard."""
     return torch.from_numpy(scans.dense())
-
-
-def heights_m(places: Places) -> FloatArray:
-    """(s,) median height of each storey's places; NaN where none is known."""
-    height_m = np.full(len(places.storeys), np.nan)
-    for storey in np.unique(places.storey[np.isfinite(places.z)]):
-        z = places.z[places.storey == storey]
-        height_m[storey] = np.median(z[np.isfinite(z)])
-    return height_m
