@@ -25,13 +25,11 @@ from vislam2tag.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.model import SessionRef, Survey
 
 Progress = Callable[[Outcome, int], None]
 """Called after each session with its outcome and the total number of sessions."""
-
-SITE_FILES = ("floor_dimensions.csv", CORRECTIONS_FILE, *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")))
-"""Files of the site whose hashes are recorded beside those of each session's files."""
 
 
 def process(
@@ -90,9 +88,8 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
 
 def run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
     """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
-    site_files = sorted(path for pattern in SITE_FILES for path in root.glob(pattern) if path.is_file())
     return {
-        "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files},
+        "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files(root)},
         "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
         "settings": settings.model_dump(mode="json"),
         "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -17,24 +16,17 @@ from pydantic import (
     Field,
     FiniteFloat,
     NaiveDatetime,
-    ValidationError,
     model_validator,
 )
 
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding
 from vislam2tag.settings import Settings
 from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.toml_file import read_toml
 
 CORRECTIONS_FILE = "corrections.toml"
-_WORDING = {
-    "extra_forbidden": "not known, look for a typing error",
-    "missing": "missing",
-    "tuple_type": "each entry starts with its name in double brackets",
-}
-"""Our words for the mistakes that the validator describes in a programmer's."""
 _START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")
 
 
@@ -181,27 +173,10 @@ class Corrections(BaseModel):
 
 def read_corrections(root: Path) -> Corrections:
     """Read the survey's corrections; raises SurveyError naming file, entry and what was expected."""
-    path = root / CORRECTIONS_FILE
     try:
-        return Corrections.model_validate(tomllib.loads(path.read_bytes().decode("utf-8-sig")))
+        return read_toml(root / CORRECTIONS_FILE, Corrections)
     except FileNotFoundError:
         return Corrections()
-    except OSError as error:
-        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValidationError as error:
-        raise SurveyError(f"{path}: {_first_problem(error)}") from error
-    except ValueError as error:
-        raise SurveyError(f"{path}: not a TOML file: {error}; correct or remove it") from error
-
-
-def _first_problem(error: ValidationError) -> str:
-    problem = error.errors()[0]
-    table, *rest = problem["loc"]
-    numbers = [part for part in rest if isinstance(part, int)]
-    fields = [str(part) for part in rest if not isinstance(part, int)]
-    entry = f"[[{table}]]" + (f" number {numbers[0] + 1}" if numbers else "")
-    wrong = _WORDING.get(problem["type"], problem["msg"].removeprefix("Value error, "))
-    return f"{entry}{''.join(f', {field}' for field in fields)}: {wrong}; correct or remove it"
 
 
 def corrected_landmarks(

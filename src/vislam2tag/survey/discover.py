@@ -9,6 +9,7 @@ from pathlib import Path
 from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import CORRECTIONS_FILE
 from vislam2tag.survey.files import is_file
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import (
@@ -19,8 +20,16 @@ from vislam2tag.survey.landmark_file import (
 )
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plan_image import load_plan
+from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
+from vislam2tag.survey.site_floors import described_floors
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
+_SITE_FILES = (
+    SITE_FILE,
+    FLOOR_FILE,
+    CORRECTIONS_FILE,
+    *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")),
+)
 _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 
 
@@ -29,25 +38,34 @@ def read_site(
     default_sigma_m: float = Settings().default_landmark_sigma_m,
     landmark_file: Path | None = None,
 ) -> tuple[Site, tuple[Finding, ...]]:
-    """Read floors, landmarks and control points of a survey folder.
+    """Read floors, landmarks and control points of a survey folder: as its ``site.toml`` says, else as published.
 
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
     replaces the floors' own landmark files. Missing and damaged site files are findings. Raises SurveyError where the
-    folder is missing, no folder, or holds no floor, or where ``landmark_file`` cannot be used.
+    folder is missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
-    folders, findings = floor_folders(root)
-    rows, floor_findings = read_floor_file(root)
-    findings += [*floor_findings, *_without_size(folders, rows, floor_findings)]
-    floors: list[Floor] = []
-    for number, folder in folders.items():
-        floor, floor_findings = _floor(root, folder, number, rows.get(number))
-        floors.append(floor)
-        findings += floor_findings
+    described = has_site_file(root)
+    folders, findings = _numbered_folders(root) if described else floor_folders(root)
+    floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
+    findings += floor_findings
+    folders = {floor.number: folders.get(floor.number, root / f"floor_{floor.number}") for floor in floors}
     if landmark_file is None:
         landmarks, landmark_findings = read_landmark_files(root, folders, default_sigma_m)
     else:
         landmarks, landmark_findings = read_completed_file(landmark_file, folders, default_sigma_m)
     return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
+
+
+def _published_floors(root: Path, folders: dict[int, Path]) -> tuple[list[Floor], list[Finding]]:
+    """Floors of the published layout, which are its folders, by number."""
+    rows, findings = read_floor_file(root)
+    findings = [*findings, *_without_size(folders, rows, findings)]
+    floors: list[Floor] = []
+    for number, folder in folders.items():
+        floor, floor_findings = _floor(root, folder, number, rows.get(number))
+        floors.append(floor)
+        findings += floor_findings
+    return floors, findings
 
 
 def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
@@ -59,6 +77,13 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         raise SurveyError(f"{root}: no such folder; expected a survey folder with floor_K folders inside")
     if not root.is_dir():
         raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
+    folders, findings = _numbered_folders(root)
+    if not folders:
+        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it")
+    return folders, findings
+
+
+def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     folders: dict[int, Path] = {}
     findings: list[Finding] = []
     for folder in sorted(_listed(root), key=lambda folder: len(folder.name)):
@@ -68,8 +93,6 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         elif match:
             message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
             findings.append(Finding(kind="duplicate_floor", file=folder.name, count=1, message=message))
-    if not folders:
-        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it")
     return dict(sorted(folders.items())), findings
 
 
@@ -78,6 +101,15 @@ def _listed(root: Path) -> list[Path]:
         return subfolders(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be listed: {error.strerror}") from error
+
+
+def site_files(root: Path) -> list[Path]:
+    """Files that a site is made of, besides its sessions', sorted: what its labels may follow from."""
+    found = {path for pattern in _SITE_FILES for path in root.glob(pattern)}
+    if has_site_file(root):
+        plans = [root / floor.plan.file for floor in read_site_file(root).floors if floor.plan is not None]
+        found |= {path for plan in plans for path in ([plan] if plan.is_file() else plan.rglob("*"))}
+    return sorted(path for path in found if path.is_file())
 
 
 def subfolders(folder: Path) -> list[Path]:

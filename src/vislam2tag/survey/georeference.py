@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
+from pyproj import CRS, Transformer
+from pyproj.exceptions import ProjError
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.similarity import Similarity2
 
 SEMI_MAJOR_M = 6_378_137.0
 FLATTENING = 1 / 298.257223563
 """Of the WGS84 ellipsoid."""
 _SQUARED_ECCENTRICITY = FLATTENING * (2 - FLATTENING)
+_BASE_M = 100.0
+"""Of the direction of an axis: long enough to be exact, short enough that the earth is flat."""
 _ROUNDS = 4
 """Each leaves a thousandth of the latitude's error, so that this many leave nothing that a double holds."""
 
@@ -57,6 +62,41 @@ def from_wgs84(position: FloatArray, georeference: Georeference) -> FloatArray:
     bearing = np.radians(georeference.bearing_deg)
     return np.column_stack(
         (east * np.cos(bearing) - north * np.sin(bearing), east * np.sin(bearing) + north * np.cos(bearing))
+    )
+
+
+def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg: float) -> Georeference:
+    """Georeference of a frame whose origin's easting and northing are known in a projected reference system.
+
+    ``rotation_deg`` turns grid east into the frame's x axis, counter-clockwise. Raises ValueError where there is no
+    such system, it is not projected, or does not reach there.
+    """
+    try:
+        system = CRS.from_epsg(epsg)
+        grid = Transformer.from_crs(system, 4326, always_xy=True)
+    except ProjError as error:
+        raise ValueError(f"EPSG:{epsg} is no reference system known") from error
+    if not system.is_projected:
+        raise ValueError(f"EPSG:{epsg} ({system.name}) has no eastings and northings; give latitude_deg, longitude_deg")
+    turn = np.radians(rotation_deg)
+    up = np.array(origin_m) + _BASE_M * np.array([-np.sin(turn), np.cos(turn)])
+    degrees = np.column_stack(grid.transform(*np.array([origin_m, up]).T))
+    if not np.isfinite(degrees).all():
+        raise ValueError(f"EPSG:{epsg} ({system.name}) has no place at {origin_m[0]:g}, {origin_m[1]:g}")
+    return _between(degrees)
+
+
+def georeference_of(outer: Georeference, outer_T_inner: Similarity2) -> Georeference:
+    """Georeference of a frame that lies in another one."""
+    return _between(to_wgs84(outer_T_inner @ np.array([[0.0, 0.0], [0.0, _BASE_M]]), outer))
+
+
+def _between(degrees: FloatArray) -> Georeference:
+    """Georeference of the frame whose origin, and a point up its y axis, have these longitudes and latitudes (2, 2)."""
+    longitude, latitude = degrees[0].tolist()
+    east, north = from_wgs84(degrees[1:], Georeference(latitude_deg=latitude, longitude_deg=longitude))[0]
+    return Georeference(
+        latitude_deg=latitude, longitude_deg=longitude, bearing_deg=float(np.degrees(np.arctan2(east, north)))
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import PurePosixPath
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
@@ -75,6 +76,13 @@ class PlanSource(_Part):
     distance: KnownDistance | None = None
     unit_m: Metres | None = None
     """Metres a unit of the file's coordinates, whose origin and axes are the BCS's."""
+
+    @model_validator(mode="after")
+    def _inside(self) -> Self:
+        path = PurePosixPath(self.file)
+        if path.is_absolute() or ".." in path.parts:
+            raise ValueError(f"file {self.file} lies outside the survey; copy it there")
+        return self
 
     @model_validator(mode="after")
     def _one_scale(self) -> Self:
