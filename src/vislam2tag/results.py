@@ -78,6 +78,8 @@ class EventMark(_Model):
     position: tuple[float, float] | None
     floor: int | None = None
     """Where that was another floor than the session's own."""
+    reason: str = ""
+    """What the tracker says why, in its own word; empty where it says nothing."""
 
 
 class ContradictionMark(_Model):

@@ -34,6 +34,8 @@ class TrackerEvent:
     frame: int
     size_m: float
     turn_rad: float = float("nan")
+    reason: str = ""
+    """What the tracker says why, in its own word; empty where it says nothing."""
 
 
 @dataclass(frozen=True)

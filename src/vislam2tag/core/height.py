@@ -138,11 +138,16 @@ def _sightings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trac
 
 
 def _fresh_rows(camera: CameraTrack, log: LandmarkLog) -> IntArray:
-    """Rows at which a landmark's pose has just changed, near the camera, and not because the tracker moved its map.
+    """Rows at which a landmark was seen near the camera, by the tracker's word where the log has it.
 
-    Where landmarks out of sight move at all frames, as those of some trackers may, that tells nothing.
+    Otherwise its pose has just changed, and not because the tracker moved its map. Where landmarks out of sight move at
+    all frames, as those of some trackers may, that tells nothing.
     """
     position, lost = log.position_acs, log.lost
+    if log.seen is not None:
+        told = np.flatnonzero(log.seen & ~lost)
+        away = np.linalg.norm(position[told] - camera.position_acs[log.frame[told]], axis=1)
+        return np.asarray(told[away < SIGHTING_REACH_M])
     moved = np.zeros(len(lost), dtype=bool)
     for axis in range(3):
         moved[1:] |= position[1:, axis] != position[:-1, axis]

@@ -27,7 +27,12 @@ FOUND_SIGMA_M = 0.1
 
 
 def lost_frames(camera: CameraTrack, log: LandmarkLog, frame: IntArray) -> BoolArray:
-    """Mask (n,) of the usable frames in which landmarks are at the camera, or none is logged any more."""
+    """Mask (n,) of the usable frames in which the tracker was lost, by its own word where the log has it.
+
+    Otherwise it was where landmarks are at the camera, or none is logged any more.
+    """
+    if camera.state is not None:
+        return np.asarray(~camera.state.tracking[frame])
     at_camera = np.zeros(len(camera.time_ns), dtype=bool)
     at_camera[log.frame[log.lost]] = True
     silent = np.ones(len(camera.time_ns), dtype=bool)

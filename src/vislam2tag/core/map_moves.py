@@ -1,4 +1,4 @@
-"""Steps in which the tracker rewrote its map: landmarks moved that nobody was looking at."""
+"""Steps in which the tracker rewrote its map: landmarks and anchors moved that nobody was looking at."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, to_plane
 from vislam2tag.core.visits import usable_rank
 
 MOVED_M = 1e-6
@@ -21,11 +21,11 @@ LEVER_M = 1.0
 
 @dataclass(frozen=True)
 class MapMoves:
-    """What the landmarks say about each of the n - 1 steps.
+    """What the landmarks and anchors say about each of the n - 1 steps.
 
     ``moved``: some did that nobody looked at; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before``
     and ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it; ``known``:
-    number of landmarks that tell.
+    number of them that tell.
     """
 
     moved: BoolArray
@@ -41,40 +41,80 @@ class MapMoves:
         return np.asarray(self.centre_after + self.turn * (points - self.centre_before))
 
 
-def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> MapMoves:
-    """See which landmarks moved in each step, and fit the rigid motion that they made together.
+@dataclass(frozen=True)
+class _Points:
+    """Poses of what the map holds, ``k`` rows sorted by point and frame: landmarks that are not lost, then anchors."""
 
-    A rewritten map moves several landmarks out of view, or all there are in a step that is ``suspicious`` (n - 1,).
+    point: IntArray
+    frame: IntArray
+    plane: ComplexArray
+    heading: ComplexArray
+    seen: BoolArray | None
+    """Rows in which the point was seen, by the tracker's word."""
+
+
+def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> MapMoves:
+    """See which landmarks and anchors moved in each step, and fit the rigid motion that they made together.
+
+    A rewritten map moves several points out of view, or all there are in a step that is ``suspicious`` (n - 1,).
     """
     count = len(suspicious)
-    before, after = _successive_rows(log)
-    step = usable_rank(camera)[log.frame[after]] - 1
-    plane, eye = as_complex(log.plane_acs), as_complex(camera.plane_acs)
+    points = _points(camera, log)
+    before, after = _successive_rows(points)
+    step = usable_rank(camera)[points.frame[after]] - 1
+    plane, eye = points.plane, as_complex(camera.plane_acs)
     changed = np.abs(plane[after] - plane[before]) > MOVED_M
-    away = np.minimum(*(np.abs(eye[log.frame[rows]] - plane[rows]) for rows in (before, after)))
+    if points.seen is None:
+        away = np.minimum(*(np.abs(eye[points.frame[rows]] - plane[rows]) for rows in (before, after)))
+        in_view = away <= IN_VIEW_M
+    else:
+        in_view = points.seen[before] | points.seen[after]
     known, moving, far = (
-        np.bincount(step, which, count) for which in (np.ones(len(step)), changed, changed & (away > IN_VIEW_M))
+        np.bincount(step, which, count) for which in (np.ones(len(step)), changed, changed & ~in_view)
     )
     moved = np.asarray(((far > 1) & (2 * far >= known)) | (suspicious & (known > 0) & (moving == known)))
-    sighted = (np.bincount(step, changed & (away <= IN_VIEW_M), count) > 0) & ~moved
+    sighted = (np.bincount(step, changed & in_view, count) > 0) & ~moved
     tells = moved[step] & changed
-    return _fit(log, before[tells], after[tells], step[tells], moved, np.asarray(sighted))
+    lever = LEVER_M if orientation_is_estimated(log) else 0.0
+    return _fit(points, lever, before[tells], after[tells], step[tells], moved, np.asarray(sighted))
 
 
-def _successive_rows(log: LandmarkLog) -> tuple[IntArray, IntArray]:
-    """Rows (k,) of landmarks that are not lost, each with the next one of the same landmark."""
+def _points(camera: CameraTrack, log: LandmarkLog) -> _Points:
     held = np.flatnonzero(~log.lost)
-    same = log.landmark[held[1:]] == log.landmark[held[:-1]]
-    return held[:-1][same], held[1:][same]
+    plane, heading = as_complex(log.plane_acs[held]), sheet_heading(log.orientation_acs[held])
+    seen = None if log.seen is None else log.seen[held]
+    point, frame = log.landmark[held], log.frame[held]
+    anchors = camera.anchors
+    if anchors is None:
+        return _Points(point, frame, plane, heading, seen)
+    used = np.flatnonzero(camera.usable[anchors.frame])
+    return _Points(
+        np.concatenate((point, len(log.ids) + anchors.anchor[used])),
+        np.concatenate((frame, anchors.frame[used])),
+        np.concatenate((plane, as_complex(to_plane(anchors.position_acs[used])))),
+        np.concatenate((heading, sheet_heading(anchors.orientation_acs[used]))),
+        None if seen is None else np.concatenate((seen, np.zeros(len(used), dtype=bool))),
+    )
+
+
+def _successive_rows(points: _Points) -> tuple[IntArray, IntArray]:
+    """Rows (k,), each with the next one of the same point."""
+    rows = np.flatnonzero(points.point[1:] == points.point[:-1])
+    return rows, rows + 1
 
 
 def _fit(
-    log: LandmarkLog, before: IntArray, after: IntArray, step: IntArray, moved: BoolArray, sighted: BoolArray
+    points: _Points,
+    lever: float,
+    before: IntArray,
+    after: IntArray,
+    step: IntArray,
+    moved: BoolArray,
+    sighted: BoolArray,
 ) -> MapMoves:
-    """Fit a turn and a shift to the landmarks that moved in each step, by their positions and the sheets' headings."""
+    """Fit a turn and a shift to the points that moved in each step, by their positions and headings."""
     count = len(moved)
-    plane, heading = as_complex(log.plane_acs), sheet_heading(log.orientation_acs)
-    lever = LEVER_M if orientation_is_estimated(log) else 0.0
+    plane, heading = points.plane, points.heading
     known = np.bincount(step, minlength=count)
     share = np.maximum(known, 1)
     centre_before, centre_after = (group_sums(step, plane[rows], count) / share for rows in (before, after))

@@ -150,7 +150,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         rewritten=np.concatenate(([False], moves.moved)),
         aside_m2=aside_m2,
         jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
-        events=_events(frame, steps, moves, verdict, with_map, _claims(losses, raw)),
+        events=_events(frame, steps, moves, verdict, with_map, _loss_events(camera, frame, losses, raw)),
     )
 
 
@@ -233,9 +233,16 @@ def _losses(lost: BoolArray, hole: BoolArray) -> list[tuple[int, int]]:
     return sorted(rest + [(step, step + 1) for step in np.flatnonzero(hole).tolist()])
 
 
-def _claims(losses: list[tuple[int, int]], raw: ComplexArray) -> list[tuple[int, float]]:
-    """First frame of each loss and how far the tracker says that the camera moved over it, metres."""
-    return [(start + 1, float(abs(raw[stop] - raw[start]))) for start, stop in losses]
+def _loss_events(
+    camera: CameraTrack, frame: IntArray, losses: list[tuple[int, int]], raw: ComplexArray
+) -> list[TrackerEvent]:
+    """Report each loss at its first frame, with how far the tracker says that the camera moved over it, and why."""
+    found = []
+    for start, stop in losses:
+        first, last = int(frame[start + 1]), int(frame[stop])
+        reason = "" if camera.state is None else camera.state.reason(int(frame[start]), last + 1)
+        found.append(TrackerEvent(EventKind.LOSS, first, float(abs(raw[stop] - raw[start])), reason=reason))
+    return found
 
 
 def _events(
@@ -244,10 +251,10 @@ def _events(
     moves: MapMoves,
     verdict: _Verdict,
     with_map: ComplexArray,
-    losses: list[tuple[int, float]],
+    losses: list[TrackerEvent],
 ) -> tuple[TrackerEvent, ...]:
     """Report updates, jumps and losses, by frame."""
-    found = [TrackerEvent(EventKind.LOSS, int(frame[first]), size) for first, size in losses]
+    found = [*losses]
     open_jumps: list[complex] = []
     for i in np.flatnonzero(verdict.update | verdict.jump).tolist():
         if verdict.update[i]:

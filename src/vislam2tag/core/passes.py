@@ -1,7 +1,8 @@
 """Passes of landmarks: what the tracker saw of a sheet while the camera went by, condensed to one observation.
 
-Only fresh sightings count: rows in which the logged pose just changed, near enough, and not because the tracker rewrote
-its map. Hundreds of neighbouring frames share their error, so a pass counts once.
+Only fresh sightings count: rows in which the tracker says that it saw the sheet; where the log does not tell, those in
+which the logged pose just changed, near enough, and not because the tracker rewrote its map. Hundreds of neighbouring
+frames share their error, so a pass counts once.
 """
 
 from __future__ import annotations
@@ -87,7 +88,9 @@ def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:
 
 
 def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArray:
-    """Rows in which a landmark was seen: first ones, and those whose position changed without a rewritten map."""
+    """Rows in which a landmark was seen: those told, or first ones and those that changed without a rewritten map."""
+    if log.seen is not None:
+        return np.flatnonzero(log.seen & ~log.lost)
     held = np.flatnonzero(~log.lost)
     plane = as_complex(log.plane_acs[held])
     first = np.diff(log.landmark[held], prepend=-1) != 0

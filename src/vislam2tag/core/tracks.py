@@ -15,6 +15,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.storeys import PressureLog, Storeys
+from vislam2tag.core.tracker_state import AnchorLog, TrackerState
 
 
 def _no_rows() -> IntArray:
@@ -41,6 +42,12 @@ class CameraTrack:
     """Air pressure on the same clock; None where none was logged."""
     pose_lag_s: float | None = None
     """How much later than exposed poses are stamped, by the gyroscope, seconds; None where nothing tells."""
+    exposure_known: bool = False
+    """Whether times are those of the exposure, so that there is no lag."""
+    state: TrackerState | None = None
+    """What the tracker said of itself; None where the log does not tell."""
+    anchors: AnchorLog | None = None
+    """Points that the tracker held fixed in its map; None where none were logged."""
 
     @property
     def usable(self) -> BoolArray:
@@ -85,6 +92,8 @@ class LandmarkLog:
     """(k,) mask: the logged position equals the camera's, i.e. the tracker had lost this landmark."""
     row: IntArray = field(default_factory=_no_rows)
     """(k,) 1-based line of the raw file; empty where the rows come from no file."""
+    seen: BoolArray | None = None
+    """(k,) mask of the rows in which the tracker says that it saw the landmark; None where the log does not tell."""
 
     @cached_property
     def offsets(self) -> IntArray:
@@ -97,10 +106,18 @@ class LandmarkLog:
 
     def select(self, wanted: list[int]) -> LandmarkLog:
         """Keep only the landmarks with these indices (ascending)."""
+        return self._part(wanted, np.ones(len(self.landmark), dtype=bool))
+
+    def rows_kept(self, rows: BoolArray) -> LandmarkLog:
+        """Keep the rows of a mask (k,); landmarks without any left go."""
+        return self._part(np.unique(self.landmark[rows]).tolist(), rows)
+
+    def _part(self, wanted: list[int], rows: BoolArray) -> LandmarkLog:
+        """Keep the rows of a mask (k,) that belong to the landmarks with these indices (ascending)."""
         renumber = np.full(len(self.ids), -1, dtype=np.int64)
         renumber[wanted] = np.arange(len(wanted))
         landmark = renumber[self.landmark]
-        keep = landmark >= 0
+        keep = (landmark >= 0) & rows
         return LandmarkLog(
             ids=tuple(self.ids[i] for i in wanted),
             landmark=landmark[keep],
@@ -109,6 +126,7 @@ class LandmarkLog:
             orientation_acs=self.orientation_acs[keep],
             lost=self.lost[keep],
             row=self.row[keep] if len(self.row) else self.row,
+            seen=None if self.seen is None else self.seen[keep],
         )
 
     @property

@@ -122,11 +122,7 @@ def _medians(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
 
 def _loss_variance(camera: CameraTrack, log: LandmarkLog, elapsed: FloatArray) -> FloatArray:
     """Variance (f - 1,) of the height gained in steps to frames at which tracking was lost, and out of a loss."""
-    rank = usable_rank(camera)
-    frames = len(elapsed) + 1
-    logged = np.bincount(rank[log.frame], minlength=frames)
-    gone = np.bincount(rank[log.frame[log.lost]], minlength=frames)
-    lost = (logged > 0) & (gone == logged)
+    lost = _lost(camera, log)
     blind: BoolArray = lost[1:] | lost[:-1]
     edges = np.flatnonzero(np.diff(np.concatenate(([False], blind, [False]))))
     variance = np.zeros(len(elapsed))
@@ -134,6 +130,16 @@ def _loss_variance(camera: CameraTrack, log: LandmarkLog, elapsed: FloatArray) -
         lasting = elapsed[start:stop]
         variance[start:stop] = LOSS_M_PER_S**2 * lasting * lasting.sum()
     return variance
+
+
+def _lost(camera: CameraTrack, log: LandmarkLog) -> BoolArray:
+    """Mask (f,) of the usable frames without tracking: by the tracker's word, or all landmarks logged are lost."""
+    if camera.state is not None:
+        return np.asarray(~camera.state.tracking[camera.usable])
+    rank, frames = usable_rank(camera), int(np.count_nonzero(camera.usable))
+    logged = np.bincount(rank[log.frame], minlength=frames)
+    gone = np.bincount(rank[log.frame[log.lost]], minlength=frames)
+    return np.asarray((logged > 0) & (gone == logged))
 
 
 def _speed(time_s: FloatArray, plane: FloatArray) -> FloatArray:

@@ -23,6 +23,7 @@ def event_marks(trajectory: Trajectory, own: int) -> list[EventMark]:
             turn_rad=None if math.isnan(event.turn_rad) else round(event.turn_rad, 4),
             position=_pair(*trajectory.position_bcs[event.frame, :2]) if mapped[event.frame] else None,
             floor=other_floor(trajectory, event.frame, own),
+            reason=event.reason,
         )
         for event in trajectory.events
     ]

@@ -157,7 +157,8 @@ def _visit_text(visit: VisitMark, start_ns: int | None) -> str:
 
 def _event_text(event: EventMark, start_ns: int | None) -> str:
     turn = "" if event.turn_rad is None else f", turned by {math.degrees(event.turn_rad):.1f}°"
-    return f"{EVENT_STYLES[event.kind].name} of {event.size_m:.2f} m{turn}{_since(event.time_ns, start_ns)}"
+    why = f" ({event.reason.lower().replace('_', ' ')})" if event.reason else ""
+    return f"{EVENT_STYLES[event.kind].name}{why} of {event.size_m:.2f} m{turn}{_since(event.time_ns, start_ns)}"
 
 
 def _since(time_ns: int, start_ns: int | None) -> str:

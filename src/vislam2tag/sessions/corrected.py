@@ -127,7 +127,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     return replace(
         session,
         camera=replace(camera, status=status),
-        landmarks=_rows_kept(session.landmarks, keep.nonzero()[0]),
+        landmarks=session.landmarks.rows_kept(keep),
         excluded_ns=(*session.excluded_ns, (first_ns, end_ns)),
     )
 
@@ -135,17 +135,3 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
 def _nanoseconds(seconds: float) -> int:
     """Whole nanoseconds, an infinite time as one that no clock reaches."""
     return round(min(max(seconds, -_LONGEST_S), _LONGEST_S) * _NS)
-
-
-def _rows_kept(log: LandmarkLog, rows: IntArray) -> LandmarkLog:
-    """Keep these rows; landmarks without any left stay listed only if they still have one."""
-    thinned = LandmarkLog(
-        log.ids,
-        log.landmark[rows],
-        log.frame[rows],
-        log.position_acs[rows],
-        log.orientation_acs[rows],
-        log.lost[rows],
-        log.row[rows] if len(log.row) else log.row,
-    )
-    return thinned.select(np.unique(thinned.landmark).tolist())

@@ -22,7 +22,7 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
     A row belongs to the usable frame of exactly its time; of rows with the same landmark and time the first counts.
     """
     position, orientation, sound, findings = poses_of(rows, file)
-    frame, orphans = _frames_of(rows["time_ns"].to_numpy(), camera)
+    frame, orphans = frames_of(rows["time_ns"].to_numpy(), camera)
     line = rows["row"].to_numpy()
     if (sound & orphans).any():
         message = "no frame has the time of these rows; they are not used"
@@ -47,7 +47,7 @@ def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
     return same
 
 
-def _frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
+def frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
     """Index of the usable frame at each time, -1 where there is none; mask of times at which no frame at all is."""
     usable = np.flatnonzero(camera.usable)
     at = np.searchsorted(camera.time_ns[usable], time_ns)

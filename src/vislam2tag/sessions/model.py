@@ -27,6 +27,23 @@ class FileRecord:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """What a recorder says of its own work (the phone app's format only)."""
+
+    ended: str
+    """``stopped``, or what else ended it (docs/phone-format.md); empty where it is not known."""
+    events: dict[str, int]
+    """Events that the recorder logged, by name."""
+    note: str = ""
+    """The collector's."""
+
+    @property
+    def scans_refused(self) -> int:
+        """Scans that the platform refused, or that failed."""
+        return self.events.get("scan_refused", 0) + self.events.get("scan_failed", 0)
+
+
+@dataclass(frozen=True)
 class Session:
     """One walk, read whole; raw values, nothing corrected, nothing dropped.
 
@@ -50,3 +67,5 @@ class Session:
     findings: tuple[Finding, ...]
     excluded_ns: tuple[tuple[int, int], ...] = ()
     """Time spans (start included, end excluded; boot-clock ns) that ``corrections.toml`` leaves out."""
+    recording: Recording | None = None
+    """None where the recorder said nothing of itself."""

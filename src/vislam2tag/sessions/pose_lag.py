@@ -12,7 +12,12 @@ FASTEST_RAD_PER_S = 100.0
 
 
 def pose_lag_of(camera: CameraTrack, sensors: pl.DataFrame) -> float | None:
-    """Lag of the pose stamps in seconds (positive: stamped late), by a ``sensors`` table; None where nothing tells."""
+    """Lag of the pose stamps in seconds (positive: stamped late), by a ``sensors`` table; None where nothing tells.
+
+    It is 0 where the stamps are known to be those of the exposure.
+    """
+    if camera.exposure_known:
+        return 0.0
     possible = pl.all_horizontal(pl.col("v1", "v2", "v3").abs() < FASTEST_RAD_PER_S)
     wanted = (pl.col("sensor") == "GYRO") & ~pl.col("repeated") & possible
     gyro = sensors.filter(wanted).sort("time_ns")
