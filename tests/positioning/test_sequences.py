@@ -9,7 +9,7 @@ import pytest
 
 from vislam2tag.positioning.places import Positions, Storey
 from vislam2tag.positioning.scans import RadioScans, scans_of
-from vislam2tag.positioning.sequences import _variance, smoothed
+from vislam2tag.positioning.sequences import _variance, filtered, smoothed
 
 STOREYS = (Storey("", 0), Storey("", 1))
 NOISE_M = 2.0
@@ -77,6 +77,33 @@ def test_deaf_scans_get_a_place_and_a_lone_wrong_storey_is_mended() -> None:
     assert np.hypot(*(mended.xy[10] - truth[10])) < 4.0
     assert (mended.storey == 0).all()
     assert mended.z[10] == 1.0
+
+
+def test_the_filter_helps_without_looking_ahead() -> None:
+    scans, truth, found = walk()
+    track = turned(truth, 2.0)
+    alone = mean_error(found, truth)
+    assert mean_error(filtered(found, scans), truth) < 0.95 * alone
+    tracked = filtered(found, scans, track)
+    assert mean_error(tracked, truth) < 0.8 * alone
+    assert mean_error(smoothed(found, scans, track), truth) < mean_error(tracked, truth)
+    later = np.arange(60) >= 30
+    found.xy[later] -= 9.0
+    track[later] = np.nan
+    again = filtered(found, scans, track)
+    np.testing.assert_array_equal(again.xy[~later], tracked.xy[~later])
+    np.testing.assert_array_equal(again.radius_68_m[~later], tracked.radius_68_m[~later])
+
+
+def test_the_filter_ends_where_the_smoother_does_and_waits_for_the_first_answer() -> None:
+    scans, truth, found = walk()
+    deaf = found.without(np.arange(60) < 2)
+    track = turned(truth, 0.3)
+    causal, whole = filtered(deaf, scans, track), smoothed(deaf, scans, track)
+    assert not causal.known[:2].any()
+    assert causal.known[2:].all()
+    np.testing.assert_array_equal(causal.xy[-1], whole.xy[-1])
+    np.testing.assert_array_equal(causal.storey_probability[-1], whole.storey_probability[-1])
 
 
 def test_scans_of_no_session_stay() -> None:

@@ -1,4 +1,4 @@
-"""Scans of one walk help each other: a smoother over a model's positions, with the phone's own motion between them.
+"""Scans of one walk help each other: smoother and filter over a model's positions, the phone's own motion between them.
 
 Positions are a Gaussian random walk seen through the model's answers (Rauch, Tung and Striebel 1965; here as one
 tridiagonal system for each walk). Answers far off their neighbours count less (Student-t weights). Storeys are a hidden
@@ -7,6 +7,7 @@ Markov chain that rarely changes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,6 +23,8 @@ _SIGMA_TO_68 = 1.51
 _FREEDOM = 4.0
 """Degrees of freedom of the Student-t that answers err by."""
 _ROUNDS = 8
+_LOOK_BACK = 100
+"""Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
 _FEWEST = 5
 """A piece of track over fewer answers cannot be turned into their frame."""
 
@@ -55,27 +58,59 @@ def smoothed(
     calibration where a scan stands alone, and shrink as much as its neighbours help.
     """
     motion = motion or MotionSettings()
-    result = replace(found, **{name: getattr(found, name).copy() for name in _SMOOTHED})
-    for session in np.unique(scans.session[scans.session != ""]):
-        rows = np.flatnonzero(scans.session == session)
-        rows = rows[np.argsort(scans.time_ns[rows], kind="stable")]
+    result = _copied(found)
+    for rows in _walks(scans):
         if found.known[rows].any():
-            _smooth_walk(result, rows, np.diff(scans.time_ns[rows]) / 1e9, _of(track_m, rows), motion)
+            _put(result, rows, _smoothed_walk(found[rows], scans.time_ns[rows], _of(track_m, rows), motion))
+    return result
+
+
+def filtered(
+    found: Positions, scans: RadioScans, track_m: FloatArray | None = None, motion: MotionSettings | None = None
+) -> Positions:
+    """Do the same looking back only: each scan is what the smoother says of the last one up to it.
+
+    Nothing that comes later changes an answer, nor the heading that a track is given.
+    """
+    motion = motion or MotionSettings()
+    result = _copied(found)
+    for rows in _walks(scans):
+        for end in range(1, len(rows) + 1):
+            past = rows[max(0, end - _LOOK_BACK) : end]
+            if found.known[past].any():
+                smooth = _smoothed_walk(found[past], scans.time_ns[past], _of(track_m, past), motion)
+                _put(result, past[-1:], smooth[np.array([len(past) - 1])])
     return result
 
 
 _SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 
 
+def _copied(found: Positions) -> Positions:
+    return replace(found, **{name: getattr(found, name).copy() for name in _SMOOTHED})
+
+
+def _put(result: Positions, rows: IntArray, smooth: Positions) -> None:
+    for name in _SMOOTHED:
+        getattr(result, name)[rows] = getattr(smooth, name)
+
+
+def _walks(scans: RadioScans) -> Iterator[IntArray]:
+    """Yield each session's scans in order of time."""
+    for session in np.unique(scans.session[scans.session != ""]):
+        rows = np.flatnonzero(scans.session == session)
+        yield rows[np.argsort(scans.time_ns[rows], kind="stable")]
+
+
 def _of(track_m: FloatArray | None, rows: IntArray) -> FloatArray:
     return np.full((len(rows), 2), np.nan) if track_m is None else track_m[rows]
 
 
-def _smooth_walk(
-    result: Positions, rows: IntArray, gap_s: FloatArray, track_m: FloatArray, motion: MotionSettings
-) -> None:
-    """Replace the answers of one walk, in order of time."""
-    answer = result[rows]
+def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, motion: MotionSettings) -> Positions:
+    """Smooth the answers of one walk, in order of time; a lone one stays."""
+    if len(answer) == 1:
+        return answer
+    gap_s = np.diff(time_ns) / 1e9
     known = answer.known
     seen = np.where(known[:, None], answer.xy, 0.0)
     sigma_m = answer.radius_68_m / _SIGMA_TO_68
@@ -88,14 +123,18 @@ def _smooth_walk(
         step_weight = np.where(tracked, trust * _doubt(np.diff(xy, axis=0) - step, trust), trust)
     together_m = np.sqrt(_variance(alone / motion.alike, step_weight))
     shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)
-    result.xy[rows] = xy
     probability = _storeys(answer, gap_s, motion)
-    result.storey_probability[rows] = probability
-    result.storey[rows] = probability.argmax(axis=1)
-    result.z[rows] = _heights(answer, result.storey[rows])
+    storey = probability.argmax(axis=1)
     ratio_95 = np.median(answer.radius_95_m[known] / answer.radius_68_m[known])
-    result.radius_68_m[rows] = _SIGMA_TO_68 * shrunk
-    result.radius_95_m[rows] = ratio_95 * _SIGMA_TO_68 * shrunk
+    return replace(
+        answer,
+        storey=storey,
+        xy=xy,
+        z=_heights(answer, storey),
+        storey_probability=probability,
+        radius_68_m=_SIGMA_TO_68 * shrunk,
+        radius_95_m=ratio_95 * _SIGMA_TO_68 * shrunk,
+    )
 
 
 def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
@@ -108,11 +147,14 @@ def _steps(
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are tracked."""
     step = np.full((len(gap_s), 2), np.nan)
+    sideways = np.zeros(len(gap_s))
     for piece in _pieces(track_m, gap_s, motion):
-        step[piece.start : piece.stop - 1] = np.diff(_headed(track_m[piece], seen[piece], weight[piece]), axis=0)
+        inner = slice(piece.start, piece.stop - 1)
+        headed, sideways[inner] = _headed(track_m[piece], seen[piece], weight[piece] / motion.alike)
+        step[inner] = np.diff(headed, axis=0)
     tracked = np.isfinite(step).all(axis=1)
     step = np.where(tracked[:, None], step, 0.0)
-    sure_m = np.hypot(motion.jitter_m, motion.drift * np.hypot(*step.T))
+    sure_m = np.hypot(motion.jitter_m, np.hypot(motion.drift, sideways) * np.hypot(*step.T))
     free_m = motion.speed_m_s * np.maximum(gap_s, 1e-3)
     return step, 1 / np.where(tracked, sure_m, free_m) ** 2, tracked
 
@@ -125,17 +167,21 @@ def _pieces(track_m: FloatArray, gap_s: FloatArray, motion: MotionSettings) -> l
     return [slice(*pair) for pair in pairwise(bounds)]
 
 
-def _headed(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> FloatArray:
-    """Turn a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers)."""
+def _headed(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
+    """Turn a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers).
+
+    The second value is how unsure the turn is: one standard deviation, radians, from the answers' weights (n,), 1/m^2.
+    """
     both = np.isfinite(track_m).all(axis=1) & (weight > 0)
     if both.sum() < _FEWEST:
-        return np.full_like(track_m, np.nan)
+        return np.full_like(track_m, np.nan), 0.0
     own, place = (points[:, 0] + 1j * points[:, 1] for points in (track_m, seen))
     share = weight[both] / weight[both].sum()
     centred = [points[both] - (share * points[both]).sum() for points in (own, place)]
     turn = (share * centred[0].conj() * centred[1]).sum()
     turned = own * (turn / abs(turn) if abs(turn) > 0 else 1.0)
-    return np.column_stack([turned.real, turned.imag])
+    lever = float((weight[both] * np.abs(centred[0]) ** 2).sum())
+    return np.column_stack([turned.real, turned.imag]), min(np.pi, lever**-0.5) if lever > 0 else np.pi
 
 
 def _solved(weight: FloatArray, seen: FloatArray, step_weight: FloatArray, step: FloatArray) -> FloatArray:
