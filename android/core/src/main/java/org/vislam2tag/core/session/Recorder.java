@@ -1,0 +1,300 @@
+package org.vislam2tag.core.session;
+
+import java.io.File;
+import java.io.IOException;
+import java.util.EnumMap;
+import java.util.List;
+import java.util.Map;
+import java.util.regex.Pattern;
+import org.vislam2tag.core.clock.ClockReading;
+import org.vislam2tag.core.clock.Clocks;
+import org.vislam2tag.core.clock.SensorClock;
+import org.vislam2tag.core.clock.WallClockWatch;
+import org.vislam2tag.core.record.BleReading;
+import org.vislam2tag.core.record.Event;
+import org.vislam2tag.core.record.Press;
+import org.vislam2tag.core.record.SensorKind;
+import org.vislam2tag.core.record.SensorReading;
+import org.vislam2tag.core.record.TrackedFrame;
+import org.vislam2tag.core.record.WifiReading;
+import org.vislam2tag.core.record.WifiRow;
+import org.vislam2tag.core.radio.ScanLog;
+import org.vislam2tag.core.table.RowSink;
+import org.vislam2tag.core.table.Table;
+import org.vislam2tag.core.tracking.AnchorHost;
+import org.vislam2tag.core.walk.PressCount;
+import org.vislam2tag.core.walk.Walk;
+import org.vislam2tag.core.walk.WalkMap;
+import org.vislam2tag.core.walk.Warning;
+
+/**
+ * A session being recorded. What the platform tells goes in through the methods below, from any thread and in any order;
+ * all of them are quick, touch no disk, and do nothing once the session has ended. {@link #tick} must be called about
+ * twice a second ({@link Ticker}): it writes.
+ */
+public final class Recorder {
+  private static final Pattern EVENT_NAME = Pattern.compile("[a-z][a-z0-9_]*");
+
+  private final Clocks clocks;
+  private final RecorderSettings settings;
+  private final RecorderListener listener;
+  private final FreeSpace space;
+  private final ClockReading start;
+  private final OpenSession files;
+  private final SessionTables tables;
+  private final FrameLog frames;
+  private final WallClockWatch wallClock;
+  private final LowLevel storage;
+  private final LowLevel battery;
+  private final Walk walk;
+  private final Map<SensorKind, SensorClock> sensorClocks = new EnumMap<>(SensorKind.class);
+  private final ScanLog scans = new ScanLog();
+  private final PressCount presses = new PressCount();
+  private SessionEnd end;
+
+  private Recorder(Setup setup, SessionDescription description, File sessions) throws IOException {
+    clocks = setup.clocks;
+    settings = setup.settings;
+    listener = setup.listener;
+    space = setup.space == null ? sessions::getUsableSpace : setup.space;
+    start = clocks.read();
+    files = new OpenSession(sessions, description, start, clocks.zone(), setup.opener, space);
+    tables = files.tables();
+    frames = new FrameLog(tables::add);
+    wallClock = new WallClockWatch(start);
+    storage = new LowLevel(settings.lowBytes);
+    battery = new LowLevel(settings.lowBatteryPercent);
+    walk = new Walk(settings.warnings, start.bootNs);
+    tables.add(new Event(start.bootNs, "started", ""));
+  }
+
+  /** What a recorder works with; a test replaces what it wants to see fail. */
+  public static final class Setup {
+    final Clocks clocks;
+    final RecorderSettings settings;
+    final RecorderListener listener;
+    final RowSink.Opener opener;
+    final FreeSpace space;
+
+    /** {@code space} null: as the folder's disk tells. */
+    public Setup(Clocks clocks, RecorderSettings settings, RecorderListener listener, RowSink.Opener opener, FreeSpace space) {
+      this.clocks = clocks;
+      this.settings = settings;
+      this.listener = listener;
+      this.opener = opener;
+      this.space = space;
+    }
+  }
+
+  /**
+   * Starts a session in a new folder of {@code sessions}.
+   *
+   * @throws IOException if its files cannot be made
+   */
+  public static Recorder start(Setup setup, SessionDescription description, File sessions) throws IOException {
+    return new Recorder(setup, description, sessions);
+  }
+
+  /** The session's folder. */
+  public File folder() {
+    return files.folder();
+  }
+
+  /** A camera frame; {@code host} sets and answers anchors of the tracker that it is from. */
+  public synchronized void frame(TrackedFrame frame, AnchorHost host) {
+    if (end != null) {
+      return;
+    }
+    FrameLog.Logged logged = frames.log(frame, host);
+    if (logged != null) {
+      walk.frame(frame, logged.timeNs, logged.images, logged.beginsPart);
+    }
+  }
+
+  /** The tracker began anew: the next frame is in a frame of reference of its own. */
+  public synchronized void newPart() {
+    frames.newPart();
+  }
+
+  /** Frames come again, or come no more, for {@code reason}. */
+  public synchronized void camera(boolean available, String reason) {
+    event(available ? "camera_available" : "camera_unavailable", reason);
+    if (!available) {
+      walk.broke();
+    }
+  }
+
+  /** A reading of a sensor: {@code stampNs} on the sensor's clock, values in Android's order, accuracy -1 to 3. */
+  public synchronized void sensor(SensorKind kind, long stampNs, float[] values, int accuracy) {
+    if (end != null) {
+      return;
+    }
+    ClockReading now = clocks.read();
+    SensorClock clock = sensorClocks.get(kind);
+    if (clock == null) {
+      clock = new SensorClock(stampNs, now);
+      sensorClocks.put(kind, clock);
+      if (clock.remark() != null) {
+        event("sensor_clock", kind + " " + clock.remark());
+      }
+    }
+    tables.add(new SensorReading(clock.bootNs(stampNs, now.bootNs), kind, values, accuracy));
+  }
+
+  /** Wi-Fi results are delivered: {@code fresh} if the platform says that the scan succeeded. */
+  public synchronized void scanDelivered(boolean fresh, List<WifiReading> readings) {
+    if (end != null) {
+      return;
+    }
+    for (WifiRow row : scans.delivered(nowNs(), fresh, readings)) {
+      tables.add(row);
+    }
+    if (!fresh) {
+      event("scan_failed", "");
+    }
+  }
+
+  /** A Wi-Fi scan was asked for and refused. */
+  public synchronized void scanRefused() {
+    scans.refused();
+    event("scan_refused", "");
+  }
+
+  /** The platform tells whether it throttles Wi-Fi scans. */
+  public synchronized void throttling(boolean on) {
+    if (scans.throttling(on)) {
+      event("scan_throttling", scans.throttling());
+    }
+  }
+
+  /** A Bluetooth LE advertisement. */
+  public synchronized void ble(BleReading reading) {
+    if (end == null) {
+      tables.add(reading);
+    }
+  }
+
+  /** The control-point button is touched now. */
+  public synchronized void press() {
+    if (end == null) {
+      tables.add(presses.press(nowNs()));
+      walk.map().press();
+    }
+  }
+
+  /** The latest press does not count; nothing happens where none does. */
+  public synchronized void undoPress() {
+    Press undone = end == null ? presses.undo(nowNs()) : null;
+    if (undone != null) {
+      tables.add(undone);
+      walk.map().undoPress();
+    }
+  }
+
+  /** The battery's charge, percent. */
+  public synchronized void battery(int percent) {
+    if (battery.falls(percent)) {
+      event("battery_low", Integer.toString(percent));
+    }
+  }
+
+  /** Something else happened; names and details are those of docs/phone-format.md. */
+  public synchronized void event(String name, String detail) {
+    if (!EVENT_NAME.matcher(name).matches()) {
+      throw new IllegalArgumentException("event \"" + name + "\": small letters, digits, '_'");
+    }
+    if (end == null) {
+      tables.add(new Event(nowNs(), name, detail));
+    }
+  }
+
+  /** Writes what was told so far, watches clock, space and walk; ends the session when the disk takes no more. */
+  public void tick() {
+    if (isEnded()) {
+      return;
+    }
+    long left = space.bytes();
+    SessionEnd failure = files.write(nowNs());
+    if (failure == null && left < settings.stopBytes) {
+      failure = new SessionEnd(EndState.DISK_FULL, Long.toString(left));
+    }
+    if (failure != null) {
+      end(failure);
+      return;
+    }
+    for (Warning warning : watch(left)) {
+      listener.warning(warning);
+    }
+  }
+
+  /** The collector stops; tells how the session ended, also if it had ended before. */
+  public SessionEnd stop() {
+    return end(new SessionEnd(EndState.STOPPED, ""));
+  }
+
+  /** The app is dying of {@code cause}: saves what can be saved. */
+  public SessionEnd crashed(Throwable cause) {
+    return end(new SessionEnd(EndState.CRASHED, String.valueOf(cause)));
+  }
+
+  /** Has the session ended? */
+  public synchronized boolean isEnded() {
+    return end != null;
+  }
+
+  /** What the screen shows now. */
+  public synchronized RecorderStatus status() {
+    long nowNs = nowNs();
+    return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, tables.rows(Table.BLE),
+        presses.counting(), end);
+  }
+
+  /** The walk so far, for drawing. */
+  public synchronized WalkMap.Drawing map() {
+    return walk.map().drawing();
+  }
+
+  private long nowNs() {
+    return clocks.read().bootNs;
+  }
+
+  private synchronized Iterable<Warning> watch(long bytesLeft) {
+    ClockReading now = clocks.read();
+    long jumpMs = wallClock.jumpMs(now);
+    if (jumpMs != 0) {
+      event("wall_clock_changed", (jumpMs > 0 ? "+" : "") + jumpMs);
+    }
+    if (storage.falls(bytesLeft)) {
+      event("storage_low", Long.toString(bytesLeft));
+    }
+    for (Table table : Table.values()) {
+      long dropped = tables.takeDropped(table);
+      if (dropped > 0) {
+        event("rows_dropped", table.fileName + " " + dropped);
+      }
+    }
+    Iterable<Warning> news = walk.warnings(now.bootNs);
+    for (Warning warning : news) {
+      event("warning", warning.word);
+    }
+    return news;
+  }
+
+  private SessionEnd end(SessionEnd planned) {
+    ClockReading now = clocks.read();
+    synchronized (this) {
+      if (end != null) {
+        return end;
+      }
+      frames.finish(now.bootNs);
+      event(planned.state.word(), planned.detail);
+      end = planned;
+    }
+    SessionEnd known = files.close(planned, now);
+    synchronized (this) {
+      end = known;
+    }
+    listener.ended(known);
+    return known;
+  }
+}

@@ -1,0 +1,12 @@
+package org.vislam2tag.core.session;
+
+import org.vislam2tag.core.walk.Warning;
+
+/** Is told what the collector must know. Called from any thread, without a lock held. */
+public interface RecorderListener {
+  /** A warning came on ({@link RecorderStatus#warnings} tells which are on still). */
+  void warning(Warning warning);
+
+  /** The session ended, by {@link Recorder#stop} or by itself. */
+  void ended(SessionEnd end);
+}

@@ -1,0 +1,42 @@
+package org.vislam2tag.core.session;
+
+import org.vislam2tag.core.radio.ScanLog;
+import org.vislam2tag.core.walk.WalkStatus;
+
+/** What the screen shows of a recording; a copy that does not change. */
+public final class RecorderStatus {
+  /** Since the start, s. */
+  public final double elapsedS;
+  public final WalkStatus walk;
+  /** Tracking sessions so far, less one. */
+  public final int part;
+  /** Deliveries of Wi-Fi results. */
+  public final int scans;
+  /** Scans refused when asked for. */
+  public final int scansRefused;
+  /** Deliveries of older readings only, as the scan failed. */
+  public final int scansFailed;
+  /** Wi-Fi readings that were new. */
+  public final long wifiReadings;
+  /** Are scans throttled: {@code on}, {@code off}; null where the platform does not tell. */
+  public final String throttling;
+  public final long bleReadings;
+  /** Presses of the control-point button that count. */
+  public final int presses;
+  /** Null while recording. */
+  public final SessionEnd end;
+
+  RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, long bleReadings, int presses, SessionEnd end) {
+    this.elapsedS = elapsedS;
+    this.walk = walk;
+    this.part = part;
+    this.scans = scans.deliveries();
+    this.scansRefused = scans.refusals();
+    this.scansFailed = scans.failures();
+    this.wifiReadings = scans.newReadings();
+    this.throttling = scans.throttling();
+    this.bleReadings = bleReadings;
+    this.presses = presses;
+    this.end = end;
+  }
+}

@@ -1,0 +1,62 @@
+package org.vislam2tag.core.session;
+
+import java.io.File;
+import java.io.FileOutputStream;
+import java.io.IOException;
+import java.io.OutputStream;
+import java.nio.charset.StandardCharsets;
+import java.nio.file.Files;
+import java.nio.file.StandardCopyOption;
+import java.time.ZoneId;
+import java.util.Map;
+import org.vislam2tag.core.clock.WallTime;
+import org.vislam2tag.core.json.JsonReader;
+import org.vislam2tag.core.json.JsonWriter;
+
+/** A session's folder and its session.json. */
+public final class SessionFiles {
+  /** The file that says who, where, which clocks, and how it ended. */
+  public static final String JSON = "session.json";
+  /** Files of this ending are being written and are no part of a session. */
+  static final String UNFINISHED = ".tmp";
+  private static final int MOST_IN_A_SECOND = 1000;
+
+  private SessionFiles() {}
+
+  /**
+   * Makes the folder of a session that starts now.
+   *
+   * @throws IOException if it cannot be made
+   */
+  static File create(File sessions, long wallMs, ZoneId zone) throws IOException {
+    Files.createDirectories(sessions.toPath());
+    String name = WallTime.folderName(wallMs, zone);
+    for (int n = 1; n <= MOST_IN_A_SECOND; n++) {
+      File folder = new File(sessions, n == 1 ? name : name + "-" + n);
+      if (folder.mkdir()) {
+        return folder;
+      }
+      if (!folder.exists()) {
+        throw new IOException("cannot make the folder " + folder);
+      }
+    }
+    throw new IOException("no free name for a session at " + name + " in " + sessions);
+  }
+
+  /** Writes session.json whole or not at all. */
+  static void writeJson(File folder, Map<String, Object> json) throws IOException {
+    File unfinished = new File(folder, JSON + UNFINISHED);
+    try (FileOutputStream file = new FileOutputStream(unfinished); OutputStream out = file) {
+      out.write(JsonWriter.write(json).getBytes(StandardCharsets.UTF_8));
+      file.getFD().sync();
+    }
+    Files.move(unfinished.toPath(), new File(folder, JSON).toPath(), StandardCopyOption.ATOMIC_MOVE,
+        StandardCopyOption.REPLACE_EXISTING);
+  }
+
+  /** Reads session.json; throws an IOException where it is not there or broken. */
+  static Map<String, Object> readJson(File folder) throws IOException {
+    byte[] bytes = Files.readAllBytes(new File(folder, JSON).toPath());
+    return JsonReader.readObject(new String(bytes, StandardCharsets.UTF_8));
+  }
+}

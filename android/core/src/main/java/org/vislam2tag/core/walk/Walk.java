@@ -1,0 +1,84 @@
+package org.vislam2tag.core.walk;
+
+import java.util.List;
+import java.util.Set;
+import org.vislam2tag.core.record.TrackedFrame;
+import org.vislam2tag.core.record.TrackedImage;
+
+/** The walk so far: what the screen shows of it, and when it warns. */
+public final class Walk {
+  /** The tracker takes this long to begin without being called lost, s. */
+  static final double BEGIN_S = 5;
+  /** No frame for this long: tracking is lost, ns. */
+  static final long NO_FRAME_NS = 500_000_000L;
+
+  final Motion motion = new Motion();
+  final FrameRate rate = new FrameRate();
+  private final WalkMap map = new WalkMap();
+  final LandmarkCount landmarks;
+  final Warnings warnings;
+  private long lastTrackedNs;
+  private boolean everTracked;
+  private long lastArrivedNs = Long.MIN_VALUE;
+  TrackedFrame last;
+
+  /** Starts at {@code startNs} on the boot clock. */
+  public Walk(WarningSettings settings, long startNs) {
+    warnings = new Warnings(settings);
+    landmarks = new LandmarkCount(startNs);
+    lastTrackedNs = startNs;
+  }
+
+  /** A frame was logged with these images; {@code beginsPart} if its frame of reference is a new one. */
+  public void frame(TrackedFrame frame, long timeNs, List<TrackedImage> images, boolean beginsPart) {
+    last = frame;
+    lastArrivedNs = frame.arrival.bootNs;
+    rate.frame(timeNs);
+    if (beginsPart) {
+      motion.broke();
+      map.newPart();
+    }
+    if (frame.isTracking()) {
+      everTracked = true;
+      lastTrackedNs = frame.arrival.bootNs;
+      motion.at(timeNs, frame.pose);
+      map.at(frame.pose);
+      map.landmarks(images);
+      landmarks.at(frame.arrival.bootNs, motion.metres(), images);
+    } else {
+      broke();
+    }
+  }
+
+  /** The way from the last pose to the next is not known. */
+  public void broke() {
+    motion.broke();
+    map.broke();
+  }
+
+  /** Looks at the walk again; the warnings that come on. */
+  public Set<Warning> warnings(long nowNs) {
+    double metres = motion.metres();
+    double graceS = everTracked ? 0 : BEGIN_S;
+    return warnings.update(landmarks.secondsSince(nowNs), landmarks.metresSince(metres), lostS(nowNs) - graceS,
+        motion.speedMps(), motion.turningRadps());
+  }
+
+  /** The map of the walk. */
+  public WalkMap map() {
+    return map;
+  }
+
+  /** What is known now. */
+  public WalkStatus status(long nowNs) {
+    return new WalkStatus(this, nowNs);
+  }
+
+  boolean framesCome(long nowNs) {
+    return last != null && nowNs - lastArrivedNs < NO_FRAME_NS;
+  }
+
+  double lostS(long nowNs) {
+    return framesCome(nowNs) && last.isTracking() ? 0 : Math.max(0, nowNs - lastTrackedNs) / 1e9;
+  }
+}

