@@ -1,0 +1,263 @@
+"""What a set of landmarks must fulfil, as rows: of each row's stations one at least has a landmark.
+
+*Spacing*: a walk goes along the ways and turns round only where a way ends. Whenever it has gone ``spacing_m`` since a
+landmark it has passed another one. Walks that are longer without a landmark hold a window of that length that begins
+just after a station, an end of a way, or an open area, so that a row for each such window says the same of all walks.
+*Turns*: between two critical turns (junctions, corners, dead ends, mouths of open areas) that are not close together
+lies a landmark. *Open areas*, where nobody can be made to pass a wall, have a landmark within half the spacing of each
+of their places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.planning.places import Stations
+from vislam2tag.planning.ways import Ways
+
+MOST_WINDOWS = 64
+"""From one start at most so many windows are taken before the search; others follow when they are found broken."""
+LONGEST = 8.0
+"""A walk that finds no wall at all is followed for so many times the spacing."""
+SLACK_M = 1e-6
+
+Row = frozenset[int]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A demand that no place can fulfil: between ``start`` and ``stop``, BCS metres, a walk of ``length_m``."""
+
+    kind: str
+    """``spacing``, ``turn`` or ``open``."""
+    start: tuple[float, float]
+    stop: tuple[float, float]
+    length_m: float
+
+
+@dataclass(frozen=True)
+class Demands:
+    """Rows of stations, of which one must have a landmark, and what cannot be demanded."""
+
+    rows: tuple[Row, ...]
+    gaps: tuple[Gap, ...]
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of a walk: the stations on it in order, its length, where it starts and ends."""
+
+    stations: tuple[int, ...]
+    length_m: float
+    start: tuple[float, float]
+    stop: tuple[float, float]
+
+
+class Walks:
+    """Walks along the ways past those stations that ``usable`` (s,) marks."""
+
+    def __init__(self, ways: Ways, stations: Stations, usable: BoolArray) -> None:
+        self.ways, self.stations = ways, stations
+        self._on: list[tuple[list[int], list[float]]] = []
+        for way, length in enumerate(ways.length_m.tolist()):
+            rows = np.flatnonzero((stations.way == way) & usable)
+            at = stations.offset_m[rows]
+            self._on.append((rows.tolist(), at.tolist()))
+            self._on.append((rows[::-1].tolist(), (length - at[::-1]).tolist()))
+
+    def starts(self) -> Iterator[tuple[int, float]]:
+        """Half and distance along it of every place at which a window may begin."""
+        for half, (_, at) in enumerate(self._on):
+            yield half, -1.0
+            for offset in at:
+                yield half, offset
+
+    def after(self, chosen: BoolArray) -> Iterator[tuple[int, float]]:
+        """The starts at ends of ways and at chosen stations (s,) only."""
+        for half, (rows, at) in enumerate(self._on):
+            yield half, -1.0
+            for row, offset in zip(rows, at, strict=True):
+                if chosen[row]:
+                    yield half, offset
+
+    def windows(
+        self, half: int, offset_m: float, spacing_m: float, most: int, chosen: BoolArray | None = None
+    ) -> list[Window]:
+        """Follow all walks from a place for ``spacing_m``; without any station on it a walk is followed to the first.
+
+        With ``chosen`` (s,) only walks that pass none of those. A walk into an open area ends there without a window.
+        """
+        found: list[Window] = []
+        begin = max(offset_m, 0.0)
+        todo: list[tuple[int, float, float, tuple[int, ...]]] = [(half, offset_m, -begin, ())]
+        while todo and len(found) < most:
+            here, beyond, gone, passed = todo.pop()
+            step = self._along(here, beyond, gone, passed, spacing_m, chosen)
+            if step is None:
+                continue
+            passed, end_m, done = step
+            if done:
+                found.append(Window(passed, end_m, self._at(half, begin), self._at(here, end_m - gone)))
+                continue
+            gone += float(self.ways.length_m[here // 2])
+            if not self.ways.is_open[self.ways.stop(here)]:
+                todo += [(onward, -1.0, gone, passed) for onward in reversed(self.ways.onward(here))]
+        return found
+
+    def _along(
+        self, half: int, beyond: float, gone: float, passed: tuple[int, ...], spacing_m: float, chosen: BoolArray | None
+    ) -> tuple[tuple[int, ...], float, bool] | None:
+        """Go on along one half: stations passed, length so far and whether the window is full; None: landmark met."""
+        length = float(self.ways.length_m[half // 2])
+        for row, at in zip(*self._on[half], strict=True):
+            if at <= beyond + SLACK_M:
+                continue
+            if gone + at > spacing_m + SLACK_M and passed:
+                return passed, spacing_m, True
+            if chosen is not None and chosen[row]:
+                return None
+            passed = (*passed, row)
+            if gone + at > spacing_m + SLACK_M:
+                return passed, gone + at, True
+        if gone + length > spacing_m + SLACK_M and passed:
+            return passed, spacing_m, True
+        full = gone + length > LONGEST * spacing_m
+        return passed, gone + length, full
+
+    def _at(self, half: int, along_m: float) -> tuple[float, float]:
+        way = half // 2
+        length = float(self.ways.length_m[way])
+        offset = length - along_m if half % 2 else along_m
+        x, y = self.ways.place(way, np.array([min(max(offset, 0.0), length)]))[0].tolist()
+        return x, y
+
+
+def demands_of(ways: Ways, stations: Stations, usable: BoolArray, spacing_m: float, short_m: float) -> Demands:
+    """All demands on the ``usable`` (s,) stations; windows from one start beyond :data:`MOST_WINDOWS` are left out."""
+    walks = Walks(ways, stations, usable)
+    rows: set[Row] = set()
+    gaps: dict[tuple[tuple[float, float], ...], Gap] = {}
+    for half, offset in walks.starts():
+        for window in walks.windows(half, offset, spacing_m, MOST_WINDOWS):
+            if window.length_m > spacing_m + SLACK_M:
+                where = (min(window.start, window.stop), max(window.start, window.stop))
+                gaps[where] = Gap("spacing", window.start, window.stop, round(window.length_m, 2))
+            if window.stations:
+                rows.add(frozenset(window.stations))
+    turns, turn_gaps = turn_rows(ways, stations, usable, short_m)
+    halls, hall_gaps = hall_rows(ways, stations, usable, spacing_m / 2)
+    ordered = without_wider([*turns, *halls, *sorted(rows, key=sorted)])
+    return Demands(ordered, (*_longest(gaps.values()), *turn_gaps, *hall_gaps))
+
+
+def _longest(gaps: Iterable[Gap]) -> list[Gap]:
+    """Name each stretch once: the longest walk from each place on."""
+    kept: list[Gap] = []
+    for gap in sorted(gaps, key=lambda gap: (-gap.length_m, gap.start, gap.stop)):
+        ends = {gap.start, gap.stop}
+        if all(min(_apart(a, b) for a in ends for b in (one.start, one.stop)) > 2.0 for one in kept):
+            kept.append(gap)
+    return kept
+
+
+def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1]))
+
+
+def turn_rows(ways: Ways, stations: Stations, usable: BoolArray, short_m: float) -> tuple[list[Row], list[Gap]]:
+    """A row for each way between two turns that are not close together; open areas have none inside."""
+    rows, gaps = [], []
+    for way, length in enumerate(ways.length_m.tolist()):
+        if length < short_m or ways.in_hall[way]:
+            continue
+        here = np.flatnonzero((stations.way == way) & usable).tolist()
+        if here:
+            rows.append(frozenset(here))
+        else:
+            (ax, ay), (bx, by) = ways.ends[ways.joined[way]].tolist()
+            gaps.append(Gap("turn", (ax, ay), (bx, by), round(length, 2)))
+    return rows, gaps
+
+
+def hall_rows(ways: Ways, stations: Stations, usable: BoolArray, reach_m: float) -> tuple[list[Row], list[Gap]]:
+    """A row for each place of an open area: the stations within ``reach_m`` of walking, or else the nearest ones."""
+    halls = np.flatnonzero(ways.is_open)
+    rows: list[Row] = []
+    gaps: list[Gap] = []
+    here = np.flatnonzero(usable)
+    if not len(halls) or not len(here):
+        return rows, gaps
+    distance = walking_m(ways, stations, from_ends=halls)[:, here]
+    for end, away in zip(halls.tolist(), distance, strict=True):
+        nearest = float(away.min())
+        if nearest > reach_m:
+            (x, y), (u, v) = ways.ends[end].tolist(), stations.point[here[int(away.argmin())]].tolist()
+            gaps.append(Gap("open", (x, y), (u, v), round(nearest, 2)))
+        if np.isfinite(nearest):
+            rows.append(frozenset(here[away <= max(reach_m, nearest + 1.0)].tolist()))
+    return rows, gaps
+
+
+def walking_m(ways: Ways, stations: Stations, from_ends: IntArray | None = None) -> FloatArray:
+    """Walking distances to the stations (., s): from the ends given, or (s, s) from each station."""
+    ends, count = len(ways.ends), len(stations.way)
+    first, second, length = [], [], []
+    for way, (a, b) in enumerate(ways.joined.tolist()):
+        rows = np.flatnonzero(stations.way == way)
+        chain = np.concatenate(([a], ends + rows, [b]))
+        at = np.concatenate(([0.0], stations.offset_m[rows], [ways.length_m[way]]))
+        first.append(chain[:-1])
+        second.append(chain[1:])
+        length.append(np.maximum(np.diff(at), 1e-6))
+    size = ends + count
+    shape = (np.concatenate(length), (np.concatenate(first), np.concatenate(second)))
+    graph = csr_array(_least(shape, size))
+    start = ends + np.arange(count) if from_ends is None else from_ends
+    return np.asarray(dijkstra(graph, directed=False, indices=start)[:, ends:])
+
+
+def _least(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> csr_array:
+    """Graph with the shortest of parallel ways: a sparse array would add them up."""
+    length, (first, second) = entries
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    order = np.lexsort((length, high, low))
+    low, high, length = low[order], high[order], length[order]
+    new = np.concatenate(([True], (np.diff(low) != 0) | (np.diff(high) != 0)))
+    return csr_array((length[new], (low[new], high[new])), shape=(size, size))
+
+
+def without_wider(rows: list[Row]) -> tuple[Row, ...]:
+    """Leave out rows that hold another one: they say nothing more. Keeps the order."""
+    unique = list(dict.fromkeys(rows))
+    by_station: dict[int, list[int]] = {}
+    kept: set[int] = set()
+    for index in sorted(range(len(unique)), key=lambda i: (len(unique[i]), i)):
+        row = unique[index]
+        candidates = {other for station in row for other in by_station.get(station, ())}
+        if not any(unique[other] <= row for other in candidates):
+            kept.add(index)
+            for station in row:
+                by_station.setdefault(station, []).append(index)
+    return tuple(unique[index] for index in sorted(kept))
+
+
+def broken(
+    ways: Ways, stations: Stations, usable: BoolArray, chosen: BoolArray, spacing_m: float, most: int = 20
+) -> set[Row]:
+    """Rows of walks that are longer than ``spacing_m`` though they pass none of the ``chosen`` (s,) stations.
+
+    Empty for a set that fulfils the spacing wherever it can be fulfilled.
+    """
+    walks = Walks(ways, stations, usable)
+    found: set[Row] = set()
+    for half, offset in walks.after(chosen):
+        for window in walks.windows(half, offset, spacing_m, most, chosen):
+            if window.stations:
+                found.add(frozenset(window.stations))
+    return found

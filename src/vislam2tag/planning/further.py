@@ -1,0 +1,74 @@
+"""What further landmarks would gain: the places where the error to expect falls most, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.evaluation.gain_map import APART_M, GainMap, session_gains
+from vislam2tag.evaluation.landmark_gain import CELL_M, gains, walked_metre_by_metre
+from vislam2tag.evaluation.self_check import expected_error_m
+from vislam2tag.planning.places import Places, Stations
+from vislam2tag.planning.prediction import Expected, Sheets, expected_on, smoothed_walk
+
+MOST_WALKS = 12
+"""Gains are looked for on so many walks, spread evenly over all."""
+
+
+@dataclass(frozen=True)
+class Further:
+    """One more landmark: the ``place``, and by how much the mean error to expect falls with it and those before it."""
+
+    place: int
+    gain_m: float
+
+
+def further_landmarks(
+    paths: Sequence[FloatArray],
+    sheets: Sheets,
+    places: Places,
+    stations: Stations,
+    free: BoolArray,
+    count: int,
+    survey_sigma_m: float,
+) -> list[Further]:
+    """Propose ``count`` more landmarks at ``free`` (p,) places, the best first; each gain is solved for anew."""
+    found: list[Further] = []
+    mean_m = mean_error_m(expected_on(paths, sheets, survey_sigma_m))
+    promised = _promised(paths, sheets, survey_sigma_m)
+    feet = stations.point[places.station]
+    value = np.array([promised.get(cell, 0.0) for cell in map(tuple, np.floor(feet / CELL_M).astype(int).tolist())])
+    value = np.where(free, value, 0.0)
+    for _ in range(count):
+        if not len(value) or value.max() <= 0:
+            break
+        best = int(np.argmax(value))
+        sheets = sheets.with_one(places.position[best], feet[best], float(places.pass_m[best]))
+        after_m = mean_error_m(expected_on(paths, sheets, survey_sigma_m))
+        found.append(Further(best, mean_m - after_m))
+        mean_m = after_m
+        value[np.linalg.norm(feet - feet[best], axis=1) < APART_M] = 0.0
+    return found
+
+
+def mean_error_m(expected: Sequence[Expected]) -> float:
+    """Mean length of the errors to expect on some walks; NaN where there are none."""
+    errors = [expected_error_m(one.covariance) for one in expected]
+    return float(np.concatenate(errors).mean()) if errors else float("nan")
+
+
+def _promised(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: float) -> dict[tuple[int, int], float]:
+    """By how much the mean expected error falls with a landmark in each cell, to first order."""
+    total = GainMap()
+    for number in sorted(set(np.linspace(0, len(paths) - 1, min(MOST_WALKS, len(paths))).astype(int).tolist())):
+        path = paths[number]
+        smoothed = smoothed_walk(path, sheets, survey_sigma_m)
+        if smoothed is None:
+            continue
+        metres = walked_metre_by_metre(smoothed)
+        here = gains(smoothed, metres, np.zeros(len(metres.at), dtype=np.int64))
+        total.add(session_gains(here, 1.0, np.zeros(len(path), dtype=np.int64), np.ones(len(path))))
+    return total.mean_gain_m(0) if total.frames else {}

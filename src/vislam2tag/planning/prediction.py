@@ -1,0 +1,161 @@
+"""The label sigma to expect: typical walks past the planned landmarks, solved by the smoother's own equations.
+
+Nothing is drawn at random about a walk but its way: its passes follow from the landmarks, and the covariance of every
+frame from :mod:`vislam2tag.core` as for a real session, at the usual noise of phones. Only what no equation knows
+before a walk is measured once in the simulator: how much a phone turns in walking and to look at a sheet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.chain import solve
+from vislam2tag.core.equations import Weights, normal_equations
+from vislam2tag.core.known import KnownLandmarks
+from vislam2tag.core.model import Model
+from vislam2tag.core.noise import USUAL, Noise
+from vislam2tag.core.odometry import Odometry
+from vislam2tag.core.passes import Passes
+from vislam2tag.core.reweighting import equivalent_variances
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.core.smoothing import Smoothed, mapped_path
+from vislam2tag.core.walked import Walked
+
+PASSED_M = 0.7
+"""A walk that comes so near to a landmark's station passes it."""
+SPEED_M_S = 0.85
+"""Walking speed, pauses included."""
+SWAY_RAD_M = 0.22
+"""A phone turns to and fro by so much over a metre walked ..."""
+LOOK_RAD = 1.4
+"""... and by so much to a sheet, and back."""
+LOOK_M = 1.5
+"""Over so many metres before a sheet, and after."""
+SPREAD_M = 0.02
+"""Scatter of the sightings of one pass, per axis."""
+LEAST_BETWEEN_M = 4.0
+"""Who stays within this of a landmark passes it once."""
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """Landmarks as the prediction needs them: ``position`` (m, 2) on the walls, ``foot`` (m, 2) the points of the ways
+    at which they are passed, ``pass_m`` (m,) the distance then; BCS metres.
+    """
+
+    position: FloatArray
+    foot: FloatArray
+    pass_m: FloatArray
+
+    def with_one(self, position: FloatArray, foot: FloatArray, pass_m: float) -> Sheets:
+        """The same and one more."""
+        return Sheets(
+            np.vstack((self.position, position[None])),
+            np.vstack((self.foot, foot[None])),
+            np.append(self.pass_m, pass_m),
+        )
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What is expected along one walk: ``path`` (n, 2) BCS metres and the covariances (n, 2, 2) of its labels."""
+
+    path: FloatArray
+    covariance: FloatArray
+
+    @property
+    def variance_m2(self) -> FloatArray:
+        """(n,) per axis."""
+        return np.asarray(np.trace(self.covariance, axis1=1, axis2=2) / 2)
+
+
+def expected_along(path: FloatArray, sheets: Sheets, survey_sigma_m: float, noise: Noise = USUAL) -> Expected | None:
+    """Covariances of the labels of a walk; None where it passes no two landmarks apart, so that nothing is mapped."""
+    smoothed = smoothed_walk(path, sheets, survey_sigma_m, noise)
+    return None if smoothed is None else Expected(path, mapped_path(smoothed)[1])
+
+
+def smoothed_walk(path: FloatArray, sheets: Sheets, survey_sigma_m: float, noise: Noise = USUAL) -> Smoothed | None:
+    """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
+    at, landmark = _passes(path, sheets.foot)
+    if len(np.unique(landmark)) < 2:
+        return None
+    walked = _walked(path, sheets, at, landmark)
+    known = _known(sheets, survey_sigma_m)
+    plane = as_complex(path)
+    model = Model(walked, plane, np.ones_like(plane), rough=False)
+    # A pass tells two numbers, of which the walk itself takes about one: the rest tells the levels of noise.
+    weights = Weights.even(replace(noise, told=float(len(at))), len(at), len(sheets.position))
+    weights = equivalent_variances(model, weights)
+    return Smoothed(model, known, weights, solve(normal_equations(model, known, weights, pinned=False)))
+
+
+def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
+    """Samples (p,) of a path at which it comes nearest to landmarks (p,), in order."""
+    found: list[tuple[int, int]] = []
+    for landmark, place in enumerate(foot):
+        away = np.linalg.norm(path - place, axis=1)
+        near = np.flatnonzero(away < PASSED_M)
+        step = LEAST_BETWEEN_M / max(float(np.linalg.norm(np.diff(path[:2], axis=0))), 0.05)
+        runs = np.split(near, np.flatnonzero(np.diff(near) > step) + 1)
+        found += [(int(run[np.argmin(away[run])]), landmark) for run in runs if len(run)]
+    found.sort()
+    order = np.array(found, dtype=np.int64).reshape(-1, 2)
+    return order[:, 0], order[:, 1]
+
+
+def _walked(path: FloatArray, sheets: Sheets, at: IntArray, landmark: IntArray) -> Walked:
+    """The odometry and the passes that a tracker would have logged on this walk, without any fault."""
+    count = len(path)
+    step = np.diff(path, axis=0)
+    walked_m = np.linalg.norm(step, axis=1)
+    direction = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
+    turned = np.abs(np.diff(direction, append=direction[-1])) + SWAY_RAD_M * walked_m
+    along = np.concatenate(([0.0], np.cumsum(walked_m)))
+    for sample in at.tolist():
+        about = np.abs(along[:-1] - along[sample]) <= LOOK_M
+        turned[about] += LOOK_RAD / LOOK_M * walked_m[about]
+    nothing, zero = np.zeros(count - 1), np.zeros(count)
+    odometry = Odometry(
+        frame=np.arange(count),
+        time_s=along / SPEED_M_S,
+        path=as_complex(path),
+        turn=np.ones(count, dtype=np.complex128),
+        walked_m=walked_m,
+        turned_rad=turned,
+        jump_m2=nothing,
+        jump_rad2=nothing,
+        rewritten=np.zeros(count, dtype=np.bool_),
+        aside_m2=zero,
+        jumped=np.zeros(count - 1, dtype=np.bool_),
+        events=(),
+    )
+    away = as_complex(sheets.position[landmark]) - as_complex(path[at])
+    distance = sheets.pass_m[landmark] + 0.15
+    passes = Passes(
+        at=at,
+        landmark=landmark,
+        offset=away / np.maximum(np.abs(away), 1e-9) * distance,
+        heading=np.ones(len(at), dtype=np.complex128),
+        distance_m=distance,
+        spread_m=np.full(len(at), SPREAD_M),
+        count=np.ones(len(at), dtype=np.int64),
+    )
+    return Walked(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
+
+
+def _known(sheets: Sheets, sigma_m: float) -> KnownLandmarks:
+    known = KnownLandmarks.nothing(len(sheets.position))
+    known.position[:] = as_complex(sheets.position)
+    known.covariance[:] = np.eye(2) * sigma_m**2
+    return known
+
+
+def expected_on(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: float) -> list[Expected]:
+    """What is expected along many walks; those that cannot be mapped are left out."""
+    found = (expected_along(path, sheets, survey_sigma_m) for path in paths)
+    return [one for one in found if one is not None]

@@ -1,0 +1,136 @@
+"""Of all plans with the fewest landmarks a good one: spread evenly, on walls that face well, not on one line.
+
+First each landmark moves along its ways as far as the demands let it, to where the mean square of the walking distance
+to the nearest landmark is least: between two landmarks a tracker's error grows with the way. Then each takes one of the
+walls at its station, so that the landmarks near each other lie well off one line (:func:`width_m`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.planning.cover import row_matrix
+from vislam2tag.planning.demands import Row
+from vislam2tag.planning.places import Places
+
+REACH_M = 20.0
+"""A landmark is tried on stations no farther off than this."""
+ROUNDS = 10
+LEAST_GAIN = 1e-6
+NEIGHBOURS = 3
+"""A landmark's neighbourhood is itself and so many nearest ones, by walking distance."""
+WIDE_M = 1.0
+"""Landmarks that lie so far off one line, root mean square, are spread well enough."""
+NARROW_M = 0.3
+"""... and less than this is next to one line: of the order of a sighting's error."""
+
+
+def evened(
+    chosen: BoolArray, movable: BoolArray, usable: BoolArray, rows: Sequence[Row], distance_m: FloatArray
+) -> BoolArray:
+    """Move the ``movable`` ones of the ``chosen`` (s,) stations to better ``usable`` ones; all rows stay fulfilled.
+
+    ``distance_m`` (s, s) are walking distances between all stations.
+    """
+    now = chosen.copy()
+    matrix = row_matrix(rows, len(chosen))
+    held = csr_array(matrix.T)
+    count = np.asarray(matrix @ now.astype(np.float64))
+    for _ in range(ROUNDS):
+        moved = False
+        for old in np.flatnonzero(now & movable).tolist():
+            best = _best_move(old, now, usable, matrix, held, count, distance_m)
+            if best == old:
+                continue
+            now[old], now[best] = False, True
+            count[_rows_of(held, old)] -= 1
+            count[_rows_of(held, best)] += 1
+            moved = True
+        if not moved:
+            break
+    return now
+
+
+def _rows_of(held: csr_array, station: int) -> IntArray:
+    return np.asarray(held.indices[held.indptr[station] : held.indptr[station + 1]])
+
+
+def _best_move(
+    old: int,
+    now: BoolArray,
+    usable: BoolArray,
+    matrix: csr_array,
+    held: csr_array,
+    count: FloatArray,
+    distance_m: FloatArray,
+) -> int:
+    """Where the landmark of station ``old`` hangs best; ``old`` itself where nowhere is better."""
+    needed = _rows_of(held, old)
+    needed = needed[count[needed] < 1.5]
+    candidates = np.flatnonzero(usable & ~now & (distance_m[old] <= REACH_M))
+    if len(needed):
+        fulfils = np.asarray(matrix[needed][:, candidates].sum(axis=0)).ravel() > len(needed) - 0.5
+        candidates = candidates[fulfils]
+    if not len(candidates):
+        return old
+    others = np.flatnonzero(now & (np.arange(len(now)) != old))
+    ceiling = float(distance_m[np.isfinite(distance_m)].max(initial=0.0)) + 1.0
+    near = distance_m[others].min(axis=0) if len(others) else np.full(len(now), ceiling)
+    near = np.minimum(near, ceiling)
+    tried = np.append(candidates, old)
+    cost = (np.minimum(near, distance_m[tried]) ** 2).sum(axis=1)
+    best = int(np.argmin(cost))
+    return int(tried[best]) if cost[best] < cost[-1] * (1 - LEAST_GAIN) else old
+
+
+def width_m(points: FloatArray) -> float:
+    """How far points (k, 2) lie off their best line, root mean square, metres; 0 for two or fewer."""
+    if len(points) < 3:
+        return 0.0
+    centred = points - points.mean(axis=0)
+    return float(np.linalg.svd(centred, compute_uv=False)[-1] / np.sqrt(len(points)))
+
+
+def neighbourhoods(station: IntArray, distance_m: FloatArray) -> list[IntArray]:
+    """For each of some landmarks, by their stations (m,), itself and its nearest ones: indices among them."""
+    between = distance_m[np.ix_(station, station)]
+    count = min(NEIGHBOURS + 1, len(station))
+    return [np.argsort(row, kind="stable")[:count] for row in between]
+
+
+def choose_walls(
+    station: IntArray, places: Places, held: FloatArray, held_station: IntArray, distance_m: FloatArray
+) -> IntArray:
+    """One place (m,) for each station (m,), so that no neighbourhood lies on one line.
+
+    ``held`` (h, 2) are positions of fixed landmarks at the stations ``held_station`` (h,), which count as neighbours.
+    Of walls that spread alike the one that is longer in view counts, then the smaller sheet.
+    """
+    options = [np.flatnonzero(places.station == one) for one in station.tolist()]
+    fine = [
+        sorted(rows.tolist(), key=lambda row: (places.pass_m[row], -places.visible_m[row], row)) for rows in options
+    ]
+    chosen = np.array([rows[0] for rows in fine], dtype=np.int64)
+    groups = neighbourhoods(np.concatenate((station, held_station)), distance_m)
+    inside = [[g for g, group in enumerate(groups) if i in group] for i in range(len(station))]
+    points = np.vstack((places.position[chosen], held))
+    for _ in range(ROUNDS):
+        moved = False
+        for i, rows in enumerate(fine):
+            spread = []
+            for row in rows:
+                points[i] = places.position[row]
+                spread.append(sum(min(width_m(points[groups[g]]), WIDE_M) for g in inside[i]))
+            best = rows[int(np.argmax(np.round(spread, 3)))]
+            if spread[rows.index(int(chosen[i]))] >= max(spread) - 1e-3:
+                best = int(chosen[i])
+            moved |= best != chosen[i]
+            chosen[i] = best
+            points[i] = places.position[best]
+        if not moved:
+            break
+    return chosen

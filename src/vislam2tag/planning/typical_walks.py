@@ -1,0 +1,85 @@
+"""Walks as surveyors take them, for the prediction: least used ways first, now and then a look into a room."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.walkable.graph import CorridorGraph
+
+STEP_M = 0.1
+"""Sampling of a walk."""
+CORNER_M = 0.4
+"""How much corners are rounded."""
+WALK_M = 150.0
+"""Length of a session's walk: three minutes."""
+TIMES = 4.0
+"""All ways together are walked about so often."""
+ROOM_SHARE = 0.12
+"""Probability of looking into a room when passing its door."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """Half an edge of the graph in walking direction."""
+
+    edge: int
+    stop: int
+    line: FloatArray
+
+
+def typical_walks(graph: CorridorGraph, seed: int = 0) -> list[FloatArray]:
+    """Walks (each (k, 2), BCS metres, a sample every 10 cm or so) that cover a graph; the same for the same graph."""
+    if not len(graph.edges):
+        return []
+    rng = np.random.default_rng(seed)
+    used = np.zeros(len(graph.edges))
+    leaving = _leaving(graph)
+    count = max(4, round(TIMES * float(graph.length_m[~graph.in_room].sum()) / WALK_M))
+    starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[way.edge] for way in out)]
+    return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
+
+
+def _leaving(graph: CorridorGraph) -> list[list[Way]]:
+    leaving: list[list[Way]] = [[] for _ in graph.nodes]
+    for edge, (first, second) in enumerate(graph.edges.tolist()):
+        leaving[first].append(Way(edge, second, graph.polylines[edge]))
+        leaving[second].append(Way(edge, first, graph.polylines[edge][::-1]))
+    return leaving
+
+
+def _walk(
+    graph: CorridorGraph, leaving: list[list[Way]], used: FloatArray, starts: list[int], rng: np.random.Generator
+) -> FloatArray:
+    fresh = np.array([min(used[way.edge] for way in leaving[node]) for node in starts])
+    node = int(rng.choice(np.array(starts)[fresh == fresh.min()]))
+    before, length, parts = -1, 0.0, [graph.nodes[node][None]]
+    while length < WALK_M:
+        way = _next(graph, leaving[node], before, used, rng)
+        used[way.edge] += 1
+        length += float(graph.length_m[way.edge])
+        parts.append(way.line[1:])
+        node, before = way.stop, way.edge
+    return smooth_line(np.vstack(parts))
+
+
+def _next(graph: CorridorGraph, leaving: list[Way], before: int, used: FloatArray, rng: np.random.Generator) -> Way:
+    """Choose a way on: not back unless there is no other."""
+    options = [way for way in leaving if way.edge != before] or leaving
+    if before < 0 or not graph.in_room[before]:
+        rooms = [way for way in options if graph.in_room[way.edge]]
+        others = [way for way in options if not graph.in_room[way.edge]]
+        options = rooms if rooms and (rng.random() < ROOM_SHARE or not others) else others or options
+    weight = np.array([4.0 ** -min(used[way.edge], 60.0) for way in options])
+    return options[int(rng.choice(len(options), p=weight / weight.sum()))]
+
+
+def smooth_line(corners: FloatArray) -> FloatArray:
+    """Sample a line (k, 2) densely and round its corners."""
+    at = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))))
+    along = np.arange(0.0, at[-1] + STEP_M / 2, STEP_M)
+    dense = np.column_stack([np.interp(along, at, corners[:, axis]) for axis in (0, 1)])
+    return np.asarray(gaussian_filter1d(dense, CORNER_M / STEP_M, axis=0, mode="nearest"))

@@ -1,0 +1,148 @@
+"""The ways of a floor as a plan sees them: the corridor graph without rooms, joined from turn to turn.
+
+A way leads between two *ends*: critical turns, junctions, dead ends, places of open areas. Half a way is a direction
+along it: half ``2 e`` leads from the way's first end to its second, ``2 e + 1`` back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.walkable.graph import CorridorGraph, NodeKind
+
+LOOK_AHEAD_M = 1.5
+"""The direction of a way at its end is that to the place so far along it."""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """``e`` ways between ``n`` ends, BCS metres."""
+
+    ends: FloatArray
+    """(n, 2)."""
+    is_open: BoolArray
+    """(n,) ends that are places of an open area."""
+    joined: IntArray
+    """(e, 2) the ends of each way."""
+    lines: tuple[FloatArray, ...]
+    """(e) corners (k, 2) from the first end to the second."""
+    doors: FloatArray
+    """(d, 2) doors."""
+
+    @cached_property
+    def length_m(self) -> FloatArray:
+        """(e,) length of each way."""
+        return np.array([along(line)[-1] for line in self.lines])
+
+    @cached_property
+    def in_hall(self) -> BoolArray:
+        """(e,) ways that lie in an open area."""
+        return np.asarray(np.all(self.is_open[self.joined], axis=1))
+
+    @cached_property
+    def leaving(self) -> tuple[tuple[int, ...], ...]:
+        """(n) halves that lead away from each end."""
+        found: list[list[int]] = [[] for _ in self.ends]
+        for way, (first, second) in enumerate(self.joined.tolist()):
+            found[first].append(2 * way)
+            found[second].append(2 * way + 1)
+        return tuple(tuple(halves) for halves in found)
+
+    def stop(self, half: int) -> int:
+        """End that a half leads to."""
+        return int(self.joined[half // 2, 1 - half % 2])
+
+    def onward(self, half: int) -> tuple[int, ...]:
+        """Halves that go on from where a half stops: never back, but where the way ends."""
+        leaving = self.leaving[self.stop(half)]
+        return tuple(other for other in leaving if other != half ^ 1) or leaving
+
+    def place(self, way: int, offset_m: FloatArray) -> FloatArray:
+        """Points (k, 2) of a way at these distances (k,) from its first end."""
+        line = self.lines[way]
+        at = along(line)
+        return np.column_stack([np.interp(offset_m, at, line[:, axis]) for axis in (0, 1)])
+
+    def direction(self, way: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
+        """Unit vectors (k, 2) along a way at these distances from its first end."""
+        high = np.minimum(offset_m + reach_m, self.length_m[way])
+        step = self.place(way, high) - self.place(way, np.maximum(offset_m - reach_m, 0.0))
+        return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1), 1e-9)[:, None])
+
+
+def along(line: FloatArray) -> FloatArray:
+    """Arc length (k,) of each corner of a line (k, 2)."""
+    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
+
+
+def ways_of(graph: CorridorGraph, turn_rad: float, *, rooms: bool = False) -> Ways:
+    """Take the ways out of a corridor graph; straight joints are joined.
+
+    Shortcuts over open areas are left out, and rooms unless ``rooms``.
+    """
+    kept = np.flatnonzero(~graph.shortcut & (rooms | ~graph.in_room)).tolist()
+    halves: list[list[int]] = [[] for _ in graph.nodes]
+    for edge in kept:
+        first, second = graph.edges[edge].tolist()
+        halves[first].append(2 * edge)
+        halves[second].append(2 * edge + 1)
+    opened = np.array([kind is NodeKind.OPEN for kind in graph.kinds], dtype=np.bool_)
+    is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
+    chains = _chains(graph, halves, is_end)
+    used = sorted({node for first, _, last in chains for node in (first, last)})
+    number = {node: i for i, node in enumerate(used)}
+    doors = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.DOOR]
+    return Ways(
+        ends=graph.nodes[used].reshape(-1, 2),
+        is_open=opened[used],
+        joined=np.array([(number[a], number[b]) for a, _, b in chains], dtype=np.int64).reshape(-1, 2),
+        lines=tuple(line for _, line, _ in chains),
+        doors=graph.nodes[doors].reshape(-1, 2),
+    )
+
+
+def _line(graph: CorridorGraph, half: int) -> FloatArray:
+    line = graph.polylines[half // 2]
+    return line[::-1] if half % 2 else line
+
+
+def _heading(line: FloatArray) -> float:
+    """Direction in which a line leaves its first corner, rad."""
+    at = along(line)
+    reach = min(LOOK_AHEAD_M, float(at[-1]))
+    ahead = [float(np.interp(reach, at, line[:, axis])) - float(line[0, axis]) for axis in (0, 1)]
+    return float(np.arctan2(ahead[1], ahead[0]))
+
+
+def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
+    """Whether the ways part, end or turn at a node that these halves leave."""
+    if len(out) != 2:
+        return True
+    first, second = (_heading(_line(graph, half)) for half in out)
+    return abs((first - second) % (2 * np.pi) - np.pi) > turn_rad
+
+
+def _chains(graph: CorridorGraph, halves: list[list[int]], is_end: list[bool]) -> list[tuple[int, FloatArray, int]]:
+    """Follow the edges from end to end: first end, line, last end of each way; a ring without any end gets one."""
+    chains: list[tuple[int, FloatArray, int]] = []
+    seen: set[int] = set()
+    starts = [node for node, end in enumerate(is_end) if end]
+    for start in [*starts, *(node for node, out in enumerate(halves) if out and not is_end[node])]:
+        for half in halves[start]:
+            if half // 2 in seen:
+                continue
+            parts: list[FloatArray] = []
+            here = half
+            while True:
+                seen.add(here // 2)
+                parts.append(_line(graph, here)[1 if parts else 0 :])
+                node = int(graph.edges[here // 2][1 - here % 2])
+                if is_end[node] or node == start:
+                    break
+                here = next(other for other in halves[node] if other != here ^ 1)
+            chains.append((start, np.vstack(parts), node))
+    return chains
