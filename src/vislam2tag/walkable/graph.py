@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.walkable.halls import lay_nets
+from vislam2tag.walkable.network import Network
+from vislam2tag.walkable.rooms import place_doors, room_nodes
 from vislam2tag.walkable.settings import GraphSettings
+from vislam2tag.walkable.skeleton import skeleton
 from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.walkable.tidying import bend_at, make_whole, mark_turns, merge_near, straighten
 
 
 class NodeKind(StrEnum):
@@ -18,6 +23,8 @@ class NodeKind(StrEnum):
 
     TURN = "turn"
     """A corridor changes its direction."""
+    STRAIGHT = "straight"
+    """A corridor goes on, and the door of a room lies beside it."""
     JUNCTION = "junction"
     """Corridors meet."""
     DEAD_END = "dead end"
@@ -48,6 +55,8 @@ class CorridorGraph:
     """(e,) length of each polyline."""
     in_room: BoolArray
     """(e,) edges that lie in a room or lead through a door into one: planning may treat them as optional."""
+    shortcut: BoolArray
+    """(e,) edges that only shorten ways over open areas: who walks all others has covered the floor."""
 
     @property
     def rooms(self) -> BoolArray:
@@ -67,10 +76,78 @@ class CorridorGraph:
                 length_m=float(self.length_m[edge]),
                 polyline=self.polylines[edge],
                 in_room=bool(self.in_room[edge]),
+                shortcut=bool(self.shortcut[edge]),
             )
         return graph
 
 
 def corridor_graph(space: WalkableSpace, settings: GraphSettings | None = None) -> CorridorGraph:
     """Make the graph of a walkable space: its skeleton, without spurs, and an even net over open areas."""
-    raise NotImplementedError
+    settings = settings or GraphSettings()
+    network = skeleton(space, settings)
+    doors = place_doors(network, space, settings)
+    open_nodes = lay_nets(network, space, doors, settings)
+    merge_near(network, space, doors | open_nodes, settings.merge_m)
+    make_whole(network, space)
+    straighten(network, space)
+    places = _Places(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
+    corridors = [number for number in network.strands if not places.in_room(network, number)]
+    places = replace(places, turns=mark_turns(network, corridors, settings.turn_rad))
+    return _as_arrays(network, space, places, settings)
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Numbers of the nodes in doors, in open areas and in rooms, and of those that mark turns."""
+
+    doors: set[int]
+    open: set[int]
+    rooms: set[int]
+    turns: set[int] = field(default_factory=set)
+
+    def in_room(self, network: Network, number: int) -> bool:
+        """Whether a strand lies in a room or leads through a door into one."""
+        ends = {network.strands[number].first, network.strands[number].last}
+        behind = {after for door in ends & self.doors for after in network.neighbours(door)}
+        return bool((ends | behind) & self.rooms)
+
+
+def _as_arrays(network: Network, space: WalkableSpace, places: _Places, settings: GraphSettings) -> CorridorGraph:
+    index = {node: rank for rank, node in enumerate(network.places)}
+    nodes = np.array(list(network.places.values())).reshape(-1, 2)
+    strands = list(network.strands.values())
+    in_room = {number: places.in_room(network, number) for number in network.strands}
+    kinds = tuple(
+        _kind(node, network, places, [n for n in network.at(node) if not in_room[n]], settings)
+        for node in network.places
+    )
+    return CorridorGraph(
+        nodes=nodes,
+        kinds=kinds,
+        width_m=2 * space.clearance_at(nodes),
+        edges=np.array([(index[strand.first], index[strand.last]) for strand in strands], dtype=np.int64).reshape(
+            -1, 2
+        ),
+        polylines=tuple(strand.line for strand in strands),
+        length_m=np.array([strand.length_m for strand in strands]),
+        in_room=np.array(list(in_room.values()), dtype=np.bool_),
+        shortcut=np.array([number in network.shortcuts for number in network.strands], dtype=np.bool_),
+    )
+
+
+def _kind(node: int, network: Network, places: _Places, corridors: list[int], settings: GraphSettings) -> NodeKind:
+    """Kind of a node, by the strands of corridors (those of rooms left out) that meet there."""
+    known = {
+        NodeKind.DOOR: places.doors,
+        NodeKind.ROOM: places.rooms,
+        NodeKind.OPEN: places.open,
+        NodeKind.TURN: places.turns,
+    }
+    for kind, nodes in known.items():
+        if node in nodes:
+            return kind
+    if len(corridors) > 2:
+        return NodeKind.JUNCTION
+    if len(corridors) < 2:
+        return NodeKind.DEAD_END
+    return NodeKind.TURN if bend_at(network, node, *corridors) >= settings.turn_rad else NodeKind.STRAIGHT

@@ -39,8 +39,9 @@ class WalkableSettings(_Frozen):
 class GraphSettings(_Frozen):
     """How walkable space becomes a graph."""
 
-    spur_factor: float = Field(default=1.5, gt=0)
-    """A dead end shorter than this many times the distance to the wall where it branches off is no corridor."""
+    spur_share: float = Field(default=0.5, gt=0)
+    """A branch into a corner is no dead end where it leaves the largest disc at its foot by less than this share of
+    the disc's radius."""
     merge_m: float = Field(default=1.0, ge=0)
     """Nodes nearer to each other than this (or than the corridor's half width there) become one, metres."""
     turn_rad: float = Field(default=0.6, gt=0, lt=3.14)

@@ -1,0 +1,149 @@
+"""Tidying a network of corridors: nodes merged, lines straightened, turns marked, pieces joined."""
+
+from __future__ import annotations
+
+import networkx as nx
+import numpy as np
+from scipy.spatial.distance import cdist
+from skimage.measure import approximate_polygon
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.walkable.network import Network, Strand, line_length
+from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.walkable.walking import WalkingDistances
+
+_RING_M = 6.0
+"""A ring shorter than this goes round next to nothing."""
+_STRAIGHT_SHARE = 0.3
+"""Lines are straightened within this share of the distance to the walls, metres and at most ``_STRAIGHT_M``."""
+_STRAIGHT_M = (0.1, 0.5)
+_TURN_M = 2.0
+"""Bends nearer to each other than this are one turn, metres."""
+_AHEAD_M = 1.5
+"""So far from a node the direction of its strands is taken."""
+
+
+def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m: float) -> None:
+    """Make one junction of two that are nearer than ``merge_m`` or the walls, the nearest first."""
+    while True:
+        near = [
+            (strand.length_m, number)
+            for number, strand in network.strands.items()
+            if strand.first != strand.last
+            and not {strand.first, strand.last} & fixed
+            and min(len(network.at(strand.first)), len(network.at(strand.last))) > 2
+            and strand.length_m < max(merge_m, _room_for_one(space, strand.line))
+        ]
+        if not near:
+            break
+        strand = network.strands[min(near)[1]]
+        middle = strand.line[len(strand.line) // 2] if len(strand.line) > 2 else strand.line.mean(axis=0)
+        network.merge(strand.last, strand.first, middle)
+        for number in dict.fromkeys(network.at(strand.first)):
+            network.replace_line(number, _pulled(network.strands[number], strand.first, 2 * strand.length_m, space))
+        _clear_rings(network)
+    _clear_rings(network)
+    network.join_through(fixed)
+
+
+def _pulled(strand: Strand, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
+    """A strand's line, straight for as long as it stays near one of its nodes and no wall is in the way."""
+    line = strand.away_from(node)
+    beyond = np.flatnonzero(np.linalg.norm(line - line[0], axis=1) > reach_m)
+    corner = int(beyond[0]) if len(beyond) else len(line) - 1
+    if strand.first == strand.last or not space.clear_line(line[0], line[corner]).all():
+        return strand.line
+    pulled = np.vstack((line[:1], line[corner:]))
+    return pulled if strand.first == node else pulled[::-1]
+
+
+def _room_for_one(space: WalkableSpace, line: FloatArray) -> float:
+    """Distance from a line to the walls at its narrowest, metres."""
+    return float(space.clearance_at(line).min())
+
+
+def _clear_rings(network: Network) -> None:
+    for number, strand in list(network.strands.items()):
+        if strand.first == strand.last and strand.length_m < _RING_M and len(network.at(strand.first)) > 2:
+            network.remove(number)
+
+
+def make_whole(network: Network, space: WalkableSpace) -> None:
+    """Join the pieces of a network, each with the nearest, by shortest ways."""
+    graph = nx.Graph()
+    graph.add_nodes_from(network.places)
+    graph.add_edges_from((strand.first, strand.last) for strand in network.strands.values())
+    first, *others = sorted(
+        (sorted(part) for part in nx.connected_components(graph)), key=lambda part: (-len(part), part)
+    )
+    walking = WalkingDistances(space)
+    while others:
+        whole = np.array([network.places[node] for node in first])
+        gaps = [cdist(whole, np.array([network.places[node] for node in part])) for part in others]
+        nearest = min(range(len(others)), key=lambda part: float(gaps[part].min()))
+        one, other = np.unravel_index(int(gaps[nearest].argmin()), gaps[nearest].shape)
+        part = others.pop(nearest)
+        way = walking.path(network.places[first[one]], network.places[part[other]])
+        network.add(first[one], part[other], way)
+        first += part
+
+
+def straighten(network: Network, space: WalkableSpace) -> None:
+    """Take roughness off all lines; none comes to cross a wall."""
+    for number, strand in list(network.strands.items()):
+        line = _straight(strand.line, space)
+        network.replace_line(number, line)
+
+
+def _straight(line: FloatArray, space: WalkableSpace) -> FloatArray:
+    if len(line) < 3:
+        return line
+    tolerance = float(np.clip(_STRAIGHT_SHARE * np.median(space.clearance_at(line)), *_STRAIGHT_M))
+    while tolerance > space.area.cell_m / 4:
+        straight = np.asarray(approximate_polygon(line, tolerance))
+        if len(straight) > 1 and space.clear_line(straight[:-1], straight[1:]).all():
+            return straight
+        tolerance /= 2
+    return line
+
+
+def mark_turns(network: Network, numbers: list[int], least_rad: float) -> set[int]:
+    """Split these strands where they turn by more than a limit within two metres; returns the new nodes."""
+    turns: set[int] = set()
+    for number in numbers:
+        if corners := _turns(network.strands[number].line, least_rad):
+            turns.update(network.split(number, corners))
+    return turns
+
+
+def _turns(line: FloatArray, least_rad: float) -> list[int]:
+    """Corners of a line (k, 2) at which it turns."""
+    legs = np.diff(line, axis=0)
+    heading = np.arctan2(legs[:, 1], legs[:, 0])
+    bend = (np.diff(heading) + np.pi) % (2 * np.pi) - np.pi
+    along = np.cumsum(np.linalg.norm(legs, axis=1))[:-1]
+    turns: list[int] = []
+    start = 0
+    while start < len(bend):
+        stop = int(np.searchsorted(along, along[start] + _TURN_M))
+        if abs(float(bend[start:stop].sum())) >= least_rad:
+            turns.append(start + int(np.abs(bend[start:stop]).argmax()) + 1)
+            start = stop
+        else:
+            start += 1
+    return turns
+
+
+def bend_at(network: Network, node: int, first: int, second: int) -> float:
+    """Angle by which who goes from one strand into another one turns at a node, rad."""
+    into, out = (_direction(network.strands[number].away_from(node)) for number in (first, second))
+    return float(np.abs(np.angle(-into.conjugate() * out)))
+
+
+def _direction(line: FloatArray) -> complex:
+    """Direction of a line's first metre and a half as x + iy."""
+    legs = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along = np.concatenate(([0.0], np.cumsum(legs)))
+    ahead = min(_AHEAD_M, line_length(line))
+    x, y = (float(np.interp(ahead, along, line[:, axis])) - float(line[0, axis]) for axis in (0, 1))
+    return complex(x, y)

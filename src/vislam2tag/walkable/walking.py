@@ -1,0 +1,113 @@
+"""How far it is to walk from place to place, around walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.walkable.space import WalkableSpace
+
+_STEP_M = 0.2
+"""Distance of the places between which walks step; a multiple of the cells."""
+_MOVES = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
+"""Steps as the queen's and the knight's: ways are at most 2.8 % too long, 1.4 % in the mean over all directions."""
+
+
+@dataclass(frozen=True)
+class WalkingDistances:
+    """Shortest ways over a walkable space; the first question takes longest, the rest is kept."""
+
+    space: WalkableSpace
+
+    def between(self, starts_m: FloatArray, stops_m: FloatArray) -> FloatArray:
+        """Lengths (a, b) of the shortest ways from points (a, 2) to points (b, 2), metres; one row at a time."""
+        first, first_off = self._nearest(starts_m)
+        last, last_off = self._nearest(stops_m)
+        rows = [np.asarray(dijkstra(self._steps, indices=one))[last] for one in first]
+        lengths: FloatArray = np.array(rows).reshape(len(first), len(last)) + first_off[:, None] + last_off
+        straight = np.linalg.norm(np.asarray(starts_m)[:, None] - np.asarray(stops_m), axis=2)
+        return np.asarray(np.maximum(lengths, straight))
+
+    def to_nearest(self, points_m: FloatArray, targets_m: FloatArray) -> FloatArray:
+        """Length (n,) of the shortest way from each point (n, 2) to the nearest of the targets (t, 2), metres."""
+        goals, _ = self._nearest(targets_m)
+        lengths = np.asarray(dijkstra(self._steps, indices=np.unique(goals), min_only=True))
+        nearest, off = self._nearest(points_m)
+        return np.asarray(lengths[nearest] + off)
+
+    def path(self, start_m: FloatArray, stop_m: FloatArray) -> FloatArray:
+        """Corners (k, 2) of the shortest way from one point (2,) to another, both included, taut between walls."""
+        (first, last), _ = self._nearest(np.array((start_m, stop_m)))
+        _, before = dijkstra(self._steps, indices=first, return_predecessors=True)
+        steps = [int(last)]
+        while steps[-1] != first:
+            steps.append(int(before[steps[-1]]))
+        way = np.vstack((start_m, self._places[steps[::-1]], stop_m))
+        return self._taut(way)
+
+    def _taut(self, way: FloatArray) -> FloatArray:
+        """Leave out every corner of a way (k, 2) that lies between two that see each other."""
+        corners = [0]
+        while corners[-1] < len(way) - 1:
+            here = corners[-1]
+            seen = np.flatnonzero(self.space.clear_line(way[here], way[here + 2 :]))
+            corners.append(here + 2 + int(seen[-1]) if len(seen) else here + 1)
+        return np.asarray(way[corners])
+
+    @cached_property
+    def _stride(self) -> int:
+        return max(1, round(_STEP_M / self.space.area.cell_m))
+
+    @cached_property
+    def _cells(self) -> IntArray:
+        """Cells (n, 2) from which walks step."""
+        return np.argwhere(self.space.area.mask[:: self._stride, :: self._stride]) * self._stride
+
+    @cached_property
+    def _places(self) -> FloatArray:
+        return self.space.area.grid.centres_m(self._cells)
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree(self._places)
+
+    @cached_property
+    def _steps(self) -> csr_array:
+        """Lengths of the steps between places (n, n), metres."""
+        stride, mask = self._stride, self.space.area.mask
+        number = np.full(mask.shape, -1, dtype=np.int64)
+        number[self._cells[:, 0], self._cells[:, 1]] = np.arange(len(self._cells))
+        first, last, length = [], [], []
+        for move in _MOVES:
+            ends = self._cells + np.array(move) * stride
+            on = (ends >= 0).all(axis=1) & (ends < mask.shape).all(axis=1)
+            start = np.flatnonzero(on)
+            stop = number[ends[on, 0], ends[on, 1]]
+            free = (stop >= 0) & _free_between(mask, self._cells[start], move, stride)
+            first.append(start[free])
+            last.append(stop[free])
+            length.append(np.full(int(free.sum()), float(np.hypot(*move)) * stride * self.space.area.cell_m))
+        one, other, metres = np.concatenate(first), np.concatenate(last), np.concatenate(length)
+        both = (np.concatenate((one, other)), np.concatenate((other, one)))
+        return csr_array((np.tile(metres, 2), both), shape=(len(self._cells), len(self._cells)))
+
+    def _nearest(self, points_m: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Number of the place nearest to each point (n, 2), and how far off it is, metres."""
+        off, place = self._tree.query(np.asarray(points_m, dtype=np.float64).reshape(-1, 2))
+        return np.asarray(place, dtype=np.int64), np.asarray(off)
+
+
+def _free_between(mask: BoolArray, cells: IntArray, move: tuple[int, int], stride: int) -> BoolArray:
+    """Tell (n,) for which cells the way to the one a move further crosses no wall."""
+    free = np.ones(len(cells), dtype=np.bool_)
+    checks = 2 * stride * max(abs(part) for part in move)
+    for share in np.arange(1, checks) / checks:
+        row, column = (cells + np.round(np.array(move) * stride * share + 1e-9).astype(np.int64)).T
+        free &= mask[row, column]
+    return free
