@@ -31,8 +31,10 @@ def read_mask(path: Path) -> Bytes:
     return np.asarray(image)
 
 
-def corrected_cells(mask: Bytes, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
+def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
     """Tell which cells are painted walkable and which not; the mask covers the grid's extent, row 0 at the top."""
+    if mask is None:
+        return np.zeros(grid.shape, dtype=np.bool_), np.zeros(grid.shape, dtype=np.bool_)
     colour = mask[::-1, :, :3].astype(np.int16)
     opaque = mask[::-1, :, 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
     red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]

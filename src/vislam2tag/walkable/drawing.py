@@ -17,8 +17,8 @@ from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.strokes import only_walls
 
 _FRACTION_BITS = 4
-_SILL_M = 0.3
-"""Openings are widened by this, so that they reach through the wall between two polygons, metres."""
+_LAP_M = 0.02
+"""Openings reach this far over the walls that they open, metres."""
 
 
 def plan_grid(plan: FloorPlan, settings: WalkableSettings) -> CellGrid:
@@ -63,12 +63,18 @@ def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: W
     neighbours.
     """
     by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
-    openings = shapely.union_all([shapely.buffer(shape, _SILL_M) for shape in by_use[Use.OPENING]])
+    lap_m = settings.wall_m / 2 + _LAP_M
+    openings = shapely.union_all([shapely.buffer(shape, lap_m, join_style="mitre") for shape in by_use[Use.OPENING]])
     floors = by_use[Use.WALKABLE] or by_use[Use.OUTLINE]
     if by_use[Use.OPENING]:
         floors = [_walled(shape, openings, settings.wall_m / 2) for shape in floors]
     floor = shapely.union_all([*floors, *([openings] if by_use[Use.WALKABLE] else [])])
     return cells_in(shapely.difference(floor, shapely.union_all(by_use[Use.OBSTACLE])), grid)
+
+
+def use_cells(polygons: tuple[PlanPolygon, ...], use: Use, grid: CellGrid) -> BoolArray:
+    """Tell which cells lie in a plan's polygons of this use."""
+    return cells_in(shapely.union_all([_shape(polygon) for polygon in polygons if polygon.use is use]), grid)
 
 
 def _shape(polygon: PlanPolygon) -> BaseGeometry:

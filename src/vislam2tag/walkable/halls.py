@@ -70,8 +70,8 @@ def _cut(network: Network, space: WalkableSpace, cells: BoolArray, doors: set[in
             gates += _keep(
                 network, strand.line[start:stop], _end(start, 0, strand.first), _end(stop, len(outside), strand.last)
             )
-    ends = [(number, node) for number, node in network.leaves() if node not in {*gates, *doors}]
-    for number, node in ends:
+    tips = [(number, node) for number, node in network.leaves() if node not in {*gates, *doors}]
+    for number, node in tips:
         gate = network.strands[number].other(node)
         if gate in gates and network.strands[number].length_m < _STUB_M:
             gates.remove(gate)

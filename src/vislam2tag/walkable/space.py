@@ -11,12 +11,12 @@ import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.cell_grid import WalkableArea
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding
 from vislam2tag.survey.plans.model import FloorPlan, Use
 from vislam2tag.walkable.correction import corrected_cells
-from vislam2tag.walkable.drawing import image_walls, line_walls, plan_grid, polygon_floor
+from vislam2tag.walkable.drawing import image_walls, line_walls, plan_grid, polygon_floor, use_cells
 from vislam2tag.walkable.outline import wall_segments
 from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
@@ -93,12 +93,11 @@ def walkable_space(
     settings = settings or WalkableSettings()
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
-    nothing = np.zeros(grid.shape, dtype=np.bool_)
-    green, red = (nothing, nothing) if mask is None else corrected_cells(mask, grid)
+    green, red = corrected_cells(mask, grid)
+    walls = _walls(plan, grid, settings)
     if any(polygon.use in (Use.WALKABLE, Use.OUTLINE) for polygon in plan.polygons):
-        free = polygon_floor(plan.polygons, grid, settings)
+        free = polygon_floor(plan.polygons, grid, settings) & ~walls
     else:
-        walls = line_walls(plan.walls, grid, settings.wall_m) if len(plan.walls) else image_walls(plan, grid, settings)
         free, findings = inside_of((walls & ~green) | red, grid.cell_m, settings)
     region, closed_off = largest_region((free | green) & ~red, grid, settings)
     if not region.any():
@@ -108,3 +107,11 @@ def walkable_space(
         )
     area = WalkableArea(region, grid.origin_m, grid.cell_m)
     return WalkableSpace(area, wall_segments(area), findings + closed_off)
+
+
+def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Cells in a plan's walls and obstacles: from its lines and polygons where it has any, else from its image."""
+    if not len(plan.walls) and not plan.polygons:
+        return image_walls(plan, grid, settings)
+    walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)
+    return walls & ~use_cells(plan.polygons, Use.OPENING, grid)
