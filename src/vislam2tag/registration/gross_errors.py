@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,9 +104,8 @@ def mistyped(value: float, decimals: int) -> list[tuple[float, str]]:
     return [(other, what) for other, what in found.items() if abs(other - value) >= LEAST_TYPED_M]
 
 
-def noted(measurements: Sequence[int], labels: Callable[[int], str]) -> str:
-    """Name measurements in a sentence."""
-    names = [labels(i) for i in measurements]
+def noted(names: Sequence[str]) -> str:
+    """Name things in a sentence."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 

@@ -60,8 +60,10 @@ def adjust_heights(measured: Sequence[Height], settings: RegistrationSettings) -
         sigmas = np.array([one.sigma_m for one in good])
         found = explanations(adjusted, groups, sigmas, adjusted.noise, suspects, ())
         wrong = sorted(i for one in found for i in one.measurements)
-        names = noted(wrong, lambda i, rows=tuple(good): rows[i].label)
-        errors.append(f"{names} {'is off' if len(wrong) == 1 else 'contradict each other (nothing tells which is off)'}")
+        names = noted([good[i].label for i in wrong])
+        errors.append(
+            f"{names} {'is off' if len(wrong) == 1 else 'contradict each other (nothing tells which is off)'}"
+        )
         good, further = _tied([one for i, one in enumerate(good) if i not in wrong])
         untied += further
     return HeightFit({}, tuple(errors), untied, None)

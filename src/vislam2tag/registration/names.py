@@ -23,11 +23,13 @@ class Role(StrEnum):
 
 _EDGES = {"_L": Role.LEFT, "_R": Role.RIGHT}
 """Endings of shots of a sheet's left and right edge, as one looks at it."""
+_CONTROL, _TIE = "control point ", "tie "
+"""How the keys of such points begin."""
 
 
 @dataclass(frozen=True)
 class NameRules:
-    """Patterns with one ``*``, which stands for the id."""
+    """Patterns with one ``*``, which stands for the id; ties and control points come before landmarks."""
 
     landmarks: str = "*"
     control_points: str = "CP*"
@@ -42,20 +44,38 @@ class NameRules:
             if pattern.count("*") != 1:
                 raise UsageError(f"--{option} '{pattern}': one * must stand for the id, such as LM*")
 
-    def role(self, name: str) -> tuple[Role, str]:
-        """Role and id of a name; ties and control points come first, and what is no landmark either is a tie."""
+    def key(self, name: str) -> str:
+        """The one name of a point however a file spells it: ``7``, ``7_L``, ``control point 3``, ``tie TP1``.
+
+        What matches no pattern is a tie.
+        """
         if _matched(self.ties, name) is not None:
-            return Role.TIE, name
+            return _TIE + name
         number = _matched(self.control_points, name)
         if number is not None and re.fullmatch(r"\d{1,6}", number):
-            return Role.CONTROL, str(int(number))
+            return control_key(str(int(number)))
         landmark = _matched(self.landmarks, name)
         if landmark is None:
-            return Role.TIE, name
-        for ending, role in _EDGES.items():
-            if landmark.upper().endswith(ending) and len(landmark) > len(ending):
-                return role, landmark_id(landmark[: -len(ending)])
-        return Role.LANDMARK, landmark_id(landmark)
+            return _TIE + name
+        ending = landmark[-2:].upper()
+        if ending in _EDGES and len(landmark) > len(ending):
+            return landmark_id(landmark[:-2]) + ending
+        return landmark_id(landmark)
+
+
+def control_key(number: str) -> str:
+    """Key of a control point by its number."""
+    return _CONTROL + number
+
+
+def role_of(key: str) -> tuple[Role, str]:
+    """Role and id of a point by its key."""
+    if key.startswith(_TIE):
+        return Role.TIE, key.removeprefix(_TIE)
+    if key.startswith(_CONTROL):
+        return Role.CONTROL, key.removeprefix(_CONTROL)
+    role = _EDGES.get(key[-2:])
+    return (Role.LANDMARK, key) if role is None else (role, key[:-2])
 
 
 def _matched(pattern: str, name: str) -> str | None:

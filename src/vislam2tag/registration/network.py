@@ -95,11 +95,11 @@ class PlaneFit:
         """Rows of each measurement."""
         return [np.array((2 * i, 2 * i + 1)) for i in range(len(self.measurements))]
 
-    def covariance(self, point: str) -> FloatArray:
-        """Covariance (2, 2) of a point's place, m^2, by the stated standard deviations and sigma0."""
-        start = self._first_point + 2 * list(self.places).index(point)
-        block = self.adjusted.cofactor[start : start + 2, start : start + 2]
-        return np.asarray(block * self.adjusted.variance_factor)
+    def covariance(self, *points: str) -> FloatArray:
+        """Joint covariance (2k, 2k) of points' places, m^2, by the stated standard deviations and sigma0."""
+        order = list(self.places)
+        rows = [self._first_point + 2 * order.index(point) + axis for point in points for axis in (0, 1)]
+        return np.asarray(self.adjusted.cofactor[np.ix_(rows, rows)] * self.adjusted.variance_factor)
 
     def residual_m(self, measurement: int) -> complex:
         """What a measurement is off by in the building: measured minus adjusted, metres."""

@@ -25,6 +25,7 @@ TOLERANCE_SIGMAS = 6.0
 MOST_SUSPECTS = 40
 """Measurements for which swaps and typing errors are tried."""
 
+
 @dataclass(frozen=True)
 class GrossError:
     """Something wrong that was named and left out."""
@@ -173,7 +174,7 @@ def _named(fit: PlaneFit, found: Sequence[Explanation]) -> GrossError:
     """Put the best explanation, and those that are as good, into one sentence."""
     measurements: list[int] = list(dict.fromkeys(i for one in found for i in one.measurements))
     labels = tuple(fit.measurements[i].label for i in measurements)
-    texts = [one.text or f"{noted(one.measurements, lambda i: fit.measurements[i].label)} is off" for one in found]
+    texts = [one.text or f"{noted([fit.measurements[i].label for i in one.measurements])} is off" for one in found]
     best = found[0]
     text = texts[0]
     if not best.text and len(found) == 1:

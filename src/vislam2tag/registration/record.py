@@ -1,0 +1,110 @@
+"""What a registration found: the result that is printed, drawn and written as JSON."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.findings import Finding
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class Source(StrEnum):
+    """How a position was found, the best first."""
+
+    STATION = "station"
+    TAPE = "tape"
+    CLICK = "click"
+
+
+class RegisteredPoint(_Frozen):
+    """A landmark or control point of the floor, BCS metres; None where something is not known."""
+
+    point: str
+    x_m: float
+    y_m: float
+    z_m: float | None = None
+    """Above the floor."""
+    sigma_m: float
+    """Standard deviation per axis, sqrt(trace / 2)."""
+    covariance_m2: tuple[tuple[float, float], tuple[float, float]]
+    z_sigma_m: float | None = None
+    heading_rad: float | None = None
+    heading_sigma_rad: float | None = None
+    source: Source
+    measurements: int
+    checked: float
+    """How much of its measurements others check: 0 nothing would show an error, 1 everything."""
+    note: str = ""
+
+
+class Residual(_Frozen):
+    """What one measurement is off by: measured minus adjusted, metres, in the BCS where it has a direction."""
+
+    measurement: str
+    x_m: float | None = None
+    y_m: float | None = None
+    off_m: float
+    sigmas: float
+    """In standard deviations of the residual; 0 where nothing checks the measurement."""
+    checked: float
+
+
+class StationRow(_Frozen):
+    """One station: where its frame's origin lies, BCS metres, and how it is turned."""
+
+    station: str
+    x_m: float
+    y_m: float
+    turn_rad: float
+    shots: int
+
+
+class Repeat(_Frozen):
+    """A point shot more than once from one station: the spread of the shots about their mean."""
+
+    point: str
+    station: str
+    shots: int
+    spread_m: float
+    """Root of the mean squared distance from the mean, per axis."""
+
+
+class ScaleTest(_Frozen):
+    """Distances in the building over those of the stations, were the scale free."""
+
+    value: float
+    sigma: float
+    off: bool
+    """Whether it differs from 1 for certain."""
+
+
+class Registration(_Frozen):
+    """Everything that was found of one floor."""
+
+    version: str
+    floor: int
+    landmarks: tuple[RegisteredPoint, ...] = ()
+    control_points: tuple[RegisteredPoint, ...] = ()
+    stations: tuple[StationRow, ...] = ()
+    sigma0: float | None = None
+    redundancy: int = 0
+    plausible: bool = True
+    scale: ScaleTest | None = None
+    residuals: tuple[Residual, ...] = ()
+    tape_residuals: tuple[Residual, ...] = ()
+    repeats: tuple[Repeat, ...] = ()
+    errors: tuple[str, ...] = ()
+    """What looked wrong and was left out, a sentence each."""
+    unplaced: dict[str, str] = {}
+    """Landmarks without a position, and why."""
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing was left out and every landmark has a position."""
+        return not self.errors and not self.unplaced

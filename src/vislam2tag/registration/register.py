@@ -1,0 +1,131 @@
+"""Positions of a floor's landmarks and control points from all that was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vislam2tag import __version__
+from vislam2tag.findings import Finding
+from vislam2tag.registration.clicks import Click
+from vislam2tag.registration.expected import expected_findings
+from vislam2tag.registration.heights import Height, adjust_heights
+from vislam2tag.registration.inputs import repeats
+from vislam2tag.registration.names import Role, role_of
+from vislam2tag.registration.network import Known, Shot
+from vislam2tag.registration.plane_search import Searched, search_plane
+from vislam2tag.registration.record import RegisteredPoint, Registration
+from vislam2tag.registration.reductions import (
+    clicked_point,
+    network_findings,
+    plane_residuals,
+    scale_test,
+    station_points,
+    station_rows,
+    tape_residuals,
+    taped_point,
+)
+from vislam2tag.registration.settings import RegistrationSettings
+from vislam2tag.registration.tape_file import Distance, Target
+from vislam2tag.registration.trilateration import Extent, TapeResult, trilaterate
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All measurements of one floor."""
+
+    shots: Sequence[Shot] = ()
+    known: Sequence[Known] = ()
+    heights: Sequence[Height] = ()
+    """Of shots and known points."""
+    distances: Sequence[Distance] = ()
+    targets: Mapping[str, Target] = field(default_factory=dict)
+    clicks: Mapping[str, Click] = field(default_factory=dict)
+    expected: Mapping[str, complex] = field(default_factory=dict)
+    """Where the site has landmarks already, surveyed or planned."""
+    extent_m: Extent | None = None
+    """Of the plan: left, right, lower, upper, BCS."""
+
+
+def register_floor(
+    floor: int,
+    measured: Measured,
+    settings: RegistrationSettings,
+    *,
+    free_scale: bool = False,
+    findings: Sequence[Finding] = (),
+) -> Registration:
+    """Adjust everything; a landmark's position is of the best source that has one: station, tape, click.
+
+    Raises SurveyError where the stations' frames are not determined.
+    """
+    start = Registration(version=__version__, floor=floor, findings=tuple(findings))
+    points: dict[str, RegisteredPoint] = {}
+    if measured.shots:
+        start, points = _by_stations(start, measured, settings, free_scale)
+    taped = _by_tape(measured, points, settings)
+    landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK}
+    landmarks |= {name: taped_point(name, one, settings) for name, one in taped.placed.items()}
+    known = {one.point for one in measured.known}
+    for name, click in measured.clicks.items():
+        if name not in landmarks and name not in known:
+            landmarks[name] = clicked_point(click, settings)
+    placed = {name: complex(one.x_m, one.y_m) for name, one in landmarks.items()}
+    unplaced = {name: why for name, why in (start.unplaced | taped.unplaced).items() if name not in landmarks}
+    return start.model_copy(
+        update={
+            "landmarks": tuple(landmarks.values()),
+            "control_points": tuple(one for key, one in points.items() if role_of(key)[0] is Role.CONTROL),
+            "tape_residuals": tape_residuals(taped),
+            "errors": (*start.errors, *taped.errors),
+            "unplaced": dict(sorted(unplaced.items())),
+            "findings": (*start.findings, *expected_findings(placed, measured.expected, measured.clicks)),
+        }
+    )
+
+
+def _by_stations(
+    start: Registration, measured: Measured, settings: RegistrationSettings, free_scale: bool
+) -> tuple[Registration, dict[str, RegisteredPoint]]:
+    """Adjust the shots; the points found, by key."""
+    searched = search_plane(measured.shots, measured.known, settings, free_scale=free_scale)
+    heights = adjust_heights(measured.heights, settings)
+    fit, scale = searched.fit, scale_test(searched.fit, settings)
+    points = station_points(fit, measured.known, heights, settings)
+    sigma0 = fit.adjusted.sigma0
+    further = network_findings(fit, heights, scale, measured.shots, measured.known)
+    found = {
+        "stations": station_rows(fit),
+        "sigma0": None if sigma0 is None else round(sigma0, 3),
+        "redundancy": fit.adjusted.redundancy,
+        "plausible": fit.adjusted.plausible,
+        "scale": scale,
+        "residuals": plane_residuals(fit),
+        "repeats": repeats(measured.shots),
+        "errors": (*(error.text for error in searched.errors), *heights.errors),
+        "unplaced": _lost(searched, points, measured),
+        "findings": (*start.findings, *further),
+    }
+    return start.model_copy(update=found), points
+
+
+def _lost(searched: Searched, points: Mapping[str, RegisteredPoint], measured: Measured) -> dict[str, str]:
+    """Landmarks that were shot and have no position."""
+    known, found = {one.point for one in measured.known}, {}
+    for shot in measured.shots:
+        role, name = role_of(shot.point)
+        if role in (Role.LANDMARK, Role.LEFT, Role.RIGHT) and name not in points and name not in known:
+            wrong = any(shot.point in error.points for error in searched.errors)
+            found[name] = "its shots contradict others" if wrong else "only one edge of its sheet was shot"
+    return found
+
+
+def _by_tape(measured: Measured, points: Mapping[str, RegisteredPoint], settings: RegistrationSettings) -> TapeResult:
+    """Tape distances; they may lead to walls and corners, known points, and what the stations gave."""
+    targets = dict(measured.targets)
+    for one in measured.known:
+        targets.setdefault(one.point, Target(one.point, one.place, None, one.sigma_m))
+    for name, point in points.items():
+        targets.setdefault(name, Target(name, complex(point.x_m, point.y_m), None, point.sigma_m))
+    expected = dict(measured.expected) | {name: click.place for name, click in measured.clicks.items()}
+    return trilaterate(measured.distances, targets, settings, extent_m=measured.extent_m, expected=expected)
