@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.core.faults import EventKind
 from vislam2tag.findings import Finding
+from vislam2tag.survey.georeference import Georeference
 
 RUN_FILE = "run.json"
 """Marks an output folder as ours and says what the run follows from; written first."""
@@ -34,6 +35,8 @@ class FloorRecord(_Model):
     elevation_m: float | None
     width_m: float | None
     height_m: float | None
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+    georeference: Georeference | None = None
 
 
 class FileAccount(_Model):

@@ -15,7 +15,7 @@ def sources(folder: Path, *floors: dict[str, object], buildings: tuple[str, ...]
     """One source for each floor record given."""
     usual = {"number": 1, "name": "One", "elevation_m": None, "width_m": 60.0, "height_m": 30.0}
     outs = [write_out(folder / str(n), RUN | {"floors": [usual | floor]}) for n, floor in enumerate(floors)]
-    return open_sources(outs, buildings, [None] * len(outs), outs)
+    return open_sources(outs, buildings, [None] * len(outs), outs, folder / "scratch")
 
 
 def test_floors_that_agree_are_one(tmp_path: Path) -> None:

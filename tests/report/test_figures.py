@@ -42,10 +42,10 @@ def test_axes_span_what_was_surveyed_outside_the_plan(tmp_path: Path) -> None:
     points = ControlPoints(("far",), np.array([(2.0, 70.0)]))
     survey.site.landmarks.position_bcs[0] = (-38.0, 5.0)
     floor = replace(survey.site.floors[0], control_points=points)
-    for size, right in ((WIDTH_M, WIDTH_M), (None, 75.0)):
+    for size, right, low in ((WIDTH_M, WIDTH_M, -1), (None, 75.0, 4)):
         layout = parsed(survey, replace(floor, width_m=size))["layout"]
         assert layout["xaxis"]["range"] == [-39, right + 1]
-        assert layout["yaxis"]["range"] == [-1, 71]
+        assert layout["yaxis"]["range"] == [low, 71]
 
 
 def test_axes_of_an_unknown_floor_are_open(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from vislam2tag.simulation.devices import Locale, device_names
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.site_files import SiteColumn
-from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
 from vislam2tag.simulation.tour import Climb
 from vislam2tag.simulation.traps import TRAP_FINDINGS, check_traps
 
@@ -44,7 +44,7 @@ class Likeness(StrEnum):
 
 
 HELP = """
-Simulate a raw survey in the published layout, with the truth beside it (truth.csv in each session).
+Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each session).
 
 The pipeline never reads the truth. The same options give the same bytes.
 
@@ -59,6 +59,8 @@ Examples:
     vislam2tag simulate paper --like paper
 
     vislam2tag simulate faulty --severity none --trap stale_wifi --trap frame_gap
+
+    vislam2tag simulate app --format phone --pressure
 
     vislam2tag simulate storeys --floors 3 --climb mixed --pressure --column elevation --column z
 """
@@ -91,12 +93,22 @@ def _simulate(
         typer.Option(help="An optional column of the site's files; may be given again."),
     ] = None,
     names: Annotated[FileNames, typer.Option(help="File names as published or as in the paper.")] = FileNames.PUBLISHED,
+    layout: Annotated[
+        Layout, typer.Option("--format", help="Sessions as published, or as the phone app writes them.")
+    ] = Layout.PUBLISHED,
+    scripts: Annotated[
+        bool, typer.Option("--scripts", help="With --format phone: script.txt, what the phone saw, in each session.")
+    ] = False,
     like: Annotated[
         Likeness | None,
         typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
     ] = None,
 ) -> None:
-    options = WritingOptions(locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()))
+    if scripts and layout is not Layout.PHONE:
+        raise UsageError("--scripts: needs --format phone")
+    options = WritingOptions(
+        locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()), layout, scripts
+    )
     if climb is not None and (like is not None or floors < 2):
         raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like")
     if like is Likeness.PAPER:

@@ -49,7 +49,7 @@ class Related(_Model):
 
 
 class FloorInfo(_Model):
-    """One floor; positions on it are in its BCS (origin at the lower left of the plan)."""
+    """One floor; positions on it are in its BCS."""
 
     building: str = ""
     number: int
@@ -59,6 +59,8 @@ class FloorInfo(_Model):
     height_m: float | None = None
     plan: str | None = None
     """File in the data set's folder that shows exactly width x height."""
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+    """Lower left corner of what the plan shows, BCS."""
     georeference: Georeference | None = None
 
 

@@ -76,9 +76,7 @@ def _on(changes: Changes, floor: ChangedFloor) -> pl.DataFrame:
 def _extent(floor: ChangedFloor, changes: Changes) -> tuple[FloatArray, FloatArray]:
     centres = _on(changes, floor).select("x", "y").to_numpy()
     corners = [centres - changes.cell_m / 2, centres + changes.cell_m / 2]
-    if floor.floor.width_m is not None and floor.floor.height_m is not None:
-        corners.append(np.array([(0.0, 0.0), (floor.floor.width_m, floor.floor.height_m)]))
-    every = np.concatenate(corners)
+    every = np.concatenate((*corners, floor.floor.corners_m))
     return every.min(axis=0), every.max(axis=0)
 
 

@@ -66,8 +66,7 @@ def _extent(floors: Sequence[CoveredFloor]) -> Extent:
     for floor in floors:
         left, right, low, high = floor.coverage.grid.extent_m
         corners += [(left, low), (right, high)]
-        if floor.floor.width_m is not None and floor.floor.height_m is not None:
-            corners += [(0.0, 0.0), (floor.floor.width_m, floor.floor.height_m)]
+        corners += floor.floor.corners_m.tolist()
     return np.min(corners, axis=0), np.max(corners, axis=0)
 
 

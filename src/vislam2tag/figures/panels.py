@@ -16,7 +16,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.figures.style import LANDMARK, QUIET
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plan_image import load_plan, on_paper
+from vislam2tag.survey.plans.load import plan_picture
 
 PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""
@@ -71,8 +71,8 @@ def log_metres(axis: Axis) -> None:
 
 def extent_of(floor: Floor, landmarks: Landmarks) -> tuple[FloatArray, FloatArray]:
     """Lower left and upper right corner (2,) of what is shown of a floor: the plan's, else around its landmarks."""
-    if floor.width_m is not None and floor.height_m is not None:
-        return np.zeros(2), np.array([floor.width_m, floor.height_m])
+    if floor.extent_m is not None:
+        return floor.corners_m[0], floor.corners_m[1]
     here = landmarks.on_floor(floor.number)
     points = np.concatenate((here.position_bcs[here.surveyed], floor.control_points.position_bcs, np.zeros((0, 2))))
     return extent_around(points) if len(points) else (np.zeros(2), np.ones(2))
@@ -109,13 +109,13 @@ def draw_floor(axes: Axes, floor: Floor, landmarks: Landmarks, *, ids: bool = Fa
 
 def draw_plan(axes: Axes, floor: Floor) -> None:
     """Draw the plan over the floor's extent where it is known and the image can be read (findings say why not)."""
-    if floor.plan is None or floor.width_m is None or floor.height_m is None:
+    if floor.plan is None or floor.extent_m is None:
         return
     try:
-        image = load_plan(floor.plan, PLAN_PIXELS)
+        image = plan_picture(floor, PLAN_PIXELS)
     except OSError:
         return
-    axes.imshow(on_paper(image, PLAN_PIXELS), extent=(0, floor.width_m, 0, floor.height_m), alpha=0.4, zorder=0)
+    axes.imshow(image, extent=floor.extent_m, alpha=0.4, zorder=0)
 
 
 def draw_control_points(axes: Axes, floor: Floor) -> None:

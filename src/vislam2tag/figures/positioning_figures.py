@@ -101,8 +101,7 @@ def error_map(floors: Sequence[ErrorFloor]) -> Figure:
 
 def _shared_extent(floors: Sequence[ErrorFloor], points: pl.DataFrame) -> tuple[FloatArray, FloatArray]:
     """Around the plans and the true places of all floors."""
-    corners = [(f.floor.width_m, f.floor.height_m) for f in floors if f.floor.width_m and f.floor.height_m]
-    plans = np.array([(0.0, 0.0), *corners] if corners else np.empty((0, 2)), dtype=np.float64)
+    plans = [corner for floor in floors for corner in floor.floor.corners_m]
     low, high = extent_around(points.select("x", "y").to_numpy())
     return np.min([low, *plans], axis=0), np.max([high, *plans], axis=0)
 

@@ -89,8 +89,8 @@ def build_dataset(
         )
         info = described(info, options.description) if options.description else info
         info = _add_tables(folder, scratch / "parts", info, options)
-        shutil.rmtree(scratch)
         folder.add_files(plans)
+        shutil.rmtree(scratch)
         finish_dataset(folder, info, options.field_work)
     return open_dataset(out)
 
@@ -118,7 +118,7 @@ def _labelled(
         outs.append(keep or scratch / names[folder])
         surveys.append(folder)
         process(folder, outs[-1], jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
-    return open_sources(outs, options.buildings, surveys, folders)
+    return open_sources(outs, options.buildings, surveys, folders, scratch.parent / "plans")
 
 
 def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:

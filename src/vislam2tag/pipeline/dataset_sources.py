@@ -13,6 +13,7 @@ from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.results import RUN_FILE, FloorRecord
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.plans.load import plan_file
 from vislam2tag.survey.slugs import unique_slugs
 
 PLANS = "plans"
@@ -41,11 +42,16 @@ class LabelledSource:
 
 
 def open_sources(
-    outs: Sequence[Path], buildings: Sequence[str], surveys: Sequence[Path | None], named: Sequence[Path]
+    outs: Sequence[Path],
+    buildings: Sequence[str],
+    surveys: Sequence[Path | None],
+    named: Sequence[Path],
+    scratch: Path,
 ) -> tuple[LabelledSource, ...]:
     """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
 
-    ``named`` are the folders that messages name: those that were asked for.
+    ``named`` are the folders that messages name: those that were asked for. Plans that are no images are drawn into
+    ``scratch``.
 
     Raises DatasetError where a folder is none, UsageError where there is not one building's name for each, or a survey
     is another's.
@@ -57,22 +63,30 @@ def open_sources(
     names = list(buildings) or [""] * len(outs)
     opened = [open_labelled(out) for out in outs]
     return tuple(
-        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled), folder)
-        for labelled, building, survey, folder in zip(opened, names, surveys, named, strict=True)
+        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled, scratch / str(i)), folder)
+        for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True))
     )
 
 
-def _plans(survey: Path, labelled: LabelledSurvey) -> dict[int, Path]:
+def _plans(survey: Path, labelled: LabelledSurvey, scratch: Path) -> dict[int, Path]:
     """Find the plans of a survey; raises UsageError where its floors are not those that were labelled."""
     site, _ = read_site(survey)
     for record in labelled.floors:
         floors = [floor for floor in site.floors if floor.number == record.number]
-        if [(floor.width_m, floor.height_m) for floor in floors] != [(record.width_m, record.height_m)]:
+        if [floor.extent_m for floor in floors] != [_extent(record)]:
             raise UsageError(
                 f"--survey {survey}: floor {record.number} is not the one that {labelled.root} was made of; "
                 "give that survey, or process this one anew"
             )
-    return {floor.number: floor.plan for floor in site.floors if floor.plan is not None}
+    drawn = {floor.number: plan_file(floor, scratch) for floor in site.floors}
+    return {number: plan for number, plan in drawn.items() if plan is not None}
+
+
+def _extent(record: FloorRecord) -> tuple[float, float, float, float] | None:
+    if record.width_m is None or record.height_m is None:
+        return None
+    left, low = record.lower_left_m
+    return left, left + record.width_m, low, low + record.height_m
 
 
 def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, ...], dict[str, Path]]:

@@ -111,6 +111,8 @@ def site_record(survey: Survey) -> dict[str, object]:
             elevation_m=floor.elevation_m,
             width_m=floor.width_m,
             height_m=floor.height_m,
+            lower_left_m=floor.lower_left_m,
+            georeference=floor.georeference,
         )
         for floor in survey.site.floors
     )

@@ -82,9 +82,8 @@ def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colour
     figure = go.Figure(data=traces, layout_template="none")
     figure.update_layout(page_layout(), coloraxis={"colorscale": "Viridis", "showscale": False, "colorbar": _bar("")})
     left, right, low, high = coverage.grid.extent_m
-    width, height = (floor.width_m, floor.height_m) if plan else (None, None)
-    across = [min(left, 0.0 if plan else left) - _MARGIN_M, max(right, width or right) + _MARGIN_M]
-    up = [min(low, 0.0 if plan else low) - _MARGIN_M, max(high, height or high) + _MARGIN_M]
+    shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
+    across, up = np.stack((shown.min(axis=0) - _MARGIN_M, shown.max(axis=0) + _MARGIN_M), axis=1).tolist()
     figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
     figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
     if plan:

@@ -54,7 +54,7 @@ def site_figure(
     figure = go.Figure(data=[*below, *_site_traces(floor, landmarks), *above], layout_template="none")
     figure.update_layout(page_layout())
     x, y = np.vstack((landmarks.position_bcs[surveyed_on(floor, landmarks)], floor.control_points.position_bcs)).T
-    across, up = _span(floor.width_m, x), _span(floor.height_m, y)
+    across, up = (_span(np.append(*each)) for each in zip(floor.corners_m.T, (x, y), strict=True))
     figure.update_xaxes(axis("x / m", across, grid=plan is None), constrain="domain")
     figure.update_yaxes(axis("y / m", up, grid=plan is None), scaleanchor="x", constrain="domain")
     if plan:
@@ -167,9 +167,8 @@ def page_layout() -> dict[str, Any]:
     }
 
 
-def _span(extent_m: float | None, values: FloatArray) -> list[float] | None:
-    """Return the range of an axis: the plan's extent and the surveyed values; None where nothing is known."""
-    known = np.append(values, [] if extent_m is None else [0.0, extent_m])
+def _span(known: FloatArray) -> list[float] | None:
+    """Return the range of an axis around the plan's edges and the surveyed values; None where nothing is known."""
     return [float(known.min()) - _MARGIN_M, float(known.max()) + _MARGIN_M] if len(known) else None
 
 
@@ -193,8 +192,8 @@ def placed_plan(image: str, floor: Floor) -> dict[str, Any]:
         "source": image,
         "xref": "x",
         "yref": "y",
-        "x": 0,
-        "y": floor.height_m,
+        "x": floor.lower_left_m[0],
+        "y": None if floor.height_m is None else floor.lower_left_m[1] + floor.height_m,
         "sizex": floor.width_m,
         "sizey": floor.height_m,
         "sizing": "stretch",

@@ -61,13 +61,13 @@ class FloorView:
 
     def _outside(self) -> str:
         """Name the surveyed landmarks beside the plan; empty where there is none."""
-        width_m, height_m = self.floor.width_m, self.floor.height_m
-        if width_m is None or height_m is None:
+        if self.floor.extent_m is None:
             return ""
-        beside = np.maximum(-self.landmarks.position_bcs, self.landmarks.position_bcs - (width_m, height_m))
+        low, high = self.floor.corners_m
+        beside = np.maximum(low - self.landmarks.position_bcs, self.landmarks.position_bcs - high)
         wanted = surveyed_on(self.floor, self.landmarks) & (beside > _TOLERANCE_M).any(axis=1)
         ids = list(compress(self.landmarks.ids, wanted))
         if not ids:
             return ""
-        size = f"{width_m:g} m x {height_m:g} m"
+        size = f"{self.floor.width_m:g} m x {self.floor.height_m:g} m"
         return f"Surveyed landmarks outside the plan of {size}: {', '.join(ids)}. Check their positions or its size."

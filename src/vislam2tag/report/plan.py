@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import base64
 import io
-from pathlib import Path
 
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plan_image import load_plan, on_paper
+from vislam2tag.survey.plans.load import plan_picture
 
 MAX_PIXELS = 1400
 """Longer side of the embedded plan, pixels."""
@@ -15,13 +14,13 @@ MAX_PIXELS = 1400
 _JPEG_QUALITY = 80
 
 
-def plan_data_uri(path: Path) -> str:
-    """Return the plan image, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
+def plan_data_uri(floor: Floor) -> str:
+    """Return a floor's plan over its extent, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
 
-    Raises OSError where it is unreadable, as :func:`vislam2tag.survey.plan_image.load_plan` does.
+    Raises OSError where it is unreadable, as :func:`vislam2tag.survey.plans.load.plan_picture` does.
     """
     buffer = io.BytesIO()
-    on_paper(load_plan(path, MAX_PIXELS), MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
+    plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
@@ -30,9 +29,9 @@ def drawn_plan(floor: Floor) -> tuple[str | None, str]:
     plan = floor.plan
     if plan is None:
         return None, "There is no plan of this floor: a grid is drawn instead."
-    if floor.width_m is None or floor.height_m is None:
+    if floor.extent_m is None:
         return None, f"{plan.name} is not drawn, as no file gives the floor's size: a grid is drawn instead."
     try:
-        return plan_data_uri(plan), ""
+        return plan_data_uri(floor), ""
     except OSError as error:
         return None, f"{plan.name} {error}: a grid is drawn instead."

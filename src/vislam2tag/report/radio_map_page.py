@@ -58,10 +58,11 @@ class MapFloor:
         plan, _ = drawn_plan(floor)
         across, up = 100 / (right - left), 100 / (high - low)
         style = ""
-        if plan is not None and floor.width_m is not None and floor.height_m is not None:
+        if plan is not None and floor.extent_m is not None:
+            x0, x1, y0, y1 = floor.extent_m
             style = (
-                f"left:{-left * across:.3f}%;top:{(high - floor.height_m) * up:.3f}%;"
-                f"width:{floor.width_m * across:.3f}%;height:{floor.height_m * up:.3f}%"
+                f"left:{(x0 - left) * across:.3f}%;top:{(high - y1) * up:.3f}%;"
+                f"width:{(x1 - x0) * across:.3f}%;height:{(y1 - y0) * up:.3f}%"
             )
         return cls(
             title=" ".join(part for part in (maps.place.building, floor.name) if part),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
@@ -76,6 +78,14 @@ class Floor:
             return None
         left, low = self.lower_left_m
         return left, left + self.width_m, low, low + self.height_m
+
+    @property
+    def corners_m(self) -> FloatArray:
+        """Lower left and upper right corner (2, 2) of the plan, BCS; (0, 2) where no file gives them."""
+        if self.extent_m is None:
+            return np.empty((0, 2))
+        left, right, low, high = self.extent_m
+        return np.array([(left, low), (right, high)])
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ SAME_SESSIONS = "sessions_in_both"
 SPLITS_LEFT_OUT = "splits_left_out"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
+_CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")
 _MUST_AGREE = {
     "frame": "positions mean different things",
     "clock": "times count from different moments",
@@ -87,8 +88,7 @@ def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[Floo
     for floor in later:
         key = (floor.building, floor.number)
         known = found.setdefault(key, floor)
-        for name in _FLOOR_FIELDS:
-            one, other = getattr(known, name), getattr(floor, name)
+        for name, one, other in _extents(known, floor):
             if one is not None and other is not None and abs(one - other) > _AGREE_M:
                 building = f" of {floor.building}" if floor.building else ""
                 raise DatasetError(
@@ -98,6 +98,14 @@ def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[Floo
         if known.plan is None:
             found[key] = known.model_copy(update={"plan": floor.plan})
     return tuple(found[key] for key in sorted(found))
+
+
+def _extents(known: FloorInfo, floor: FloorInfo) -> Iterator[tuple[str, float | None, float | None]]:
+    """What must agree of a floor in both: name and both values."""
+    for name in _FLOOR_FIELDS:
+        yield name, getattr(known, name), getattr(floor, name)
+    if known.width_m is not None and floor.width_m is not None:
+        yield from zip(_CORNER, known.lower_left_m, floor.lower_left_m, strict=True)
 
 
 def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Grouping, ...]:

@@ -28,6 +28,7 @@ from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.plans.load import plan_file
 from vislam2tag.survey.slugs import session_slugs
 
 TECHNOLOGY = "wifi"
@@ -74,7 +75,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     tables = {name: _scanned(context.scratch / name) for name in SCHEMAS if (context.scratch / name).is_dir()}
     names = _scanned(context.scratch / _NAMES).collect(engine="streaming")
     heard = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)
-    floors, plans, about_site = _site(root)
+    floors, plans, about_site = _site(root, context.scratch / "plans")
     info = DatasetInfo(
         name=path.stem,
         floors=floors,
@@ -160,14 +161,15 @@ def _scanned(folder: Path) -> pl.LazyFrame:
     return table.select(*SCHEMAS[folder.name]) if folder.name in SCHEMAS else table
 
 
-def _site(root: Path) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
+def _site(root: Path, scratch: Path) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
     """Floors with their extents and plans, where the layout's site files are beside."""
     site, findings = read_site(root)
     floors, plans = [], {}
     for floor in site.floors:
-        plan = f"plans/floor_{floor.number}{floor.plan.suffix}" if floor.plan else None
-        if plan and floor.plan:
-            plans[plan] = floor.plan
+        drawn = plan_file(floor, scratch)
+        plan = f"plans/floor_{floor.number}{drawn.suffix}" if drawn else None
+        if plan and drawn:
+            plans[plan] = drawn
         floors.append(
             FloorInfo(
                 number=floor.number,
@@ -176,6 +178,8 @@ def _site(root: Path) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Fin
                 width_m=floor.width_m,
                 height_m=floor.height_m,
                 plan=plan,
+                lower_left_m=floor.lower_left_m,
+                georeference=floor.georeference,
             )
         )
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)

@@ -15,5 +15,6 @@ def floor_of(dataset: Dataset, building: str, number: int) -> Floor:
         if (floor.building, floor.number) == (building, number):
             plan = dataset.files.get(floor.plan) if floor.plan else None
             name = floor.name or f"floor {number}"
-            return Floor(number, name, floor.width_m, floor.height_m, floor.elevation_m, plan, points)
+            extent = floor.width_m, floor.height_m, floor.elevation_m, plan
+            return Floor(number, name, *extent, points, floor.lower_left_m, georeference=floor.georeference)
     return Floor(number, f"floor {number}", None, None, None, None, points)

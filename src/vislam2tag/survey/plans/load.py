@@ -16,6 +16,7 @@ from vislam2tag.survey.plans.draw import GREATEST_PX, drawn, turned_bounds, upri
 from vislam2tag.survey.plans.drawing import Bounds, mapped
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
+from vislam2tag.survey.plans.raster import IMAGES
 from vislam2tag.survey.plans.registry import read_drawing
 from vislam2tag.survey.plans.source import Extent, PlanSource
 
@@ -51,6 +52,27 @@ def plan_picture(floor: Floor, side_px: int) -> Image.Image:
     image = Image.fromarray(_load(floor, floor.plan, side_px).image)
     image.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
     return image
+
+
+def plan_file(floor: Floor, folder: Path) -> Path | None:
+    """Return an image file that shows exactly the floor's extent: the plan's own, or one drawn into ``folder``.
+
+    None where the floor has no plan, or one that cannot be drawn.
+    """
+    if floor.plan is None or floor.source is None or _is_upright_image(floor.plan, floor.source):
+        return floor.plan
+    drawn_file = folder / f"floor_{floor.number}.png"
+    try:
+        picture = plan_picture(floor, GREATEST_PX)
+    except OSError:
+        return None
+    folder.mkdir(parents=True, exist_ok=True)
+    picture.save(drawn_file)
+    return drawn_file
+
+
+def _is_upright_image(path: Path, source: PlanSource) -> bool:
+    return source.points is None and path.suffix.lower() in IMAGES
 
 
 def plan_extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import io
+import warnings
 from pathlib import Path
 
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from vislam2tag.survey.plan_image import load_plan, on_paper
 from vislam2tag.survey.plans.drawing import Drawing, file_bytes
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
+IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
+
 
 class RasterFormat:
     """Images; coordinates are pixels from the upper left corner of the image downwards."""
 
     name = "raster"
-    suffixes: tuple[str, ...] = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
+    suffixes: tuple[str, ...] = IMAGES
 
     def recognises(self, path: Path) -> bool:
         """The suffix tells."""
@@ -26,10 +29,15 @@ class RasterFormat:
     def read(self, path: Path, source: PlanSource) -> Drawing:
         """Read the size; pixels are decoded when they are asked for."""
         del source
+        data = file_bytes(path)
         try:
-            with Image.open(io.BytesIO(file_bytes(path))) as image:
-                width, height = image.size
-        except (Image.DecompressionBombError, SyntaxError, ValueError, UnidentifiedImageError) as error:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # as where the pixels are loaded
+                with Image.open(io.BytesIO(data)) as image:
+                    width, height = image.size
+        except Image.DecompressionBombError as error:
+            raise OSError("has too many pixels") from error
+        except (OSError, SyntaxError, ValueError) as error:
             raise OSError("cannot be read as an image") from error
 
         def picture(side_px: int) -> Image.Image:
