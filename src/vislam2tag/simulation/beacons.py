@@ -61,7 +61,8 @@ def make_beacons(building: SimulatedBuilding, seed: int) -> Beacons:
     for floor in building.floors:
         rng = stream(seed, "beacons", floor.number)
         near = floor.nodes[rng.choice(len(floor.nodes), BEACONS, replace=len(floor.nodes) < BEACONS)]
-        place = (near + rng.normal(0, 0.8, (BEACONS, 2))).clip(0.3, [floor.width_m - 0.3, floor.height_m - 0.3])
+        low, high = floor.corners_m
+        place = (near + rng.normal(0, 0.8, (BEACONS, 2))).clip(low + 0.3, high - 0.3)
         positions.append(np.column_stack((place, np.full(BEACONS, HEIGHT_M))))
         floors.append(np.full(BEACONS, floor.number, dtype=np.int64))
         octets = rng.integers(0, 256, (BEACONS, 5)).tolist()

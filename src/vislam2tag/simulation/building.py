@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,10 +27,19 @@ def make_building(settings: BuildingSettings, seed: int) -> SimulatedBuilding:
     floors = tuple(_make_floor(settings, number, stream(seed, "floor", number)) for number in settings.floors)
     if settings.distinct_ids:
         floors = tuple(_with_own_ids(floor, rank) for rank, floor in enumerate(floors))
-    parts = [_access_points(settings, floor, stream(seed, "access-points", floor.number)) for floor in floors]
+    return furnished(floors, [settings.access_points] * len(floors), seed)
+
+
+def furnished(floors: tuple[SimulatedFloor, ...], access_points: Sequence[int], seed: int) -> SimulatedBuilding:
+    """Hang so many access points on each floor."""
+    parts = [
+        _access_points(count, floor, stream(seed, "access-points", floor.number))
+        for floor, count in zip(floors, access_points, strict=True)
+    ]
+    numbers = np.array([floor.number for floor in floors], dtype=np.int64)
     return SimulatedBuilding(
         floors=floors,
-        ap_floor=np.repeat(np.array(settings.floors, dtype=np.int64), [len(part[0]) for part in parts]),
+        ap_floor=np.repeat(numbers, [len(part[0]) for part in parts]),
         ap_position=np.vstack([part[0] for part in parts]),
         ap_bssid=tuple(bssid for part in parts for bssid in part[1]),
         ap_ssid=tuple(ssid for part in parts for ssid in part[2]),
@@ -158,12 +168,12 @@ def _control_points(corridors: FloatArray, spacing_m: float, rng: np.random.Gene
 
 
 def _access_points(
-    settings: BuildingSettings, floor: SimulatedFloor, rng: np.random.Generator
+    count: int, floor: SimulatedFloor, rng: np.random.Generator
 ) -> tuple[FloatArray, tuple[str, ...], tuple[str, ...], FloatArray, FloatArray]:
     """Position (a, 3), BSSID, SSID, frequency and power at one metre of each access point of a floor."""
-    count = settings.access_points
     near = floor.nodes[rng.choice(len(floor.nodes), count, replace=count > len(floor.nodes))]
-    xy = (near + rng.normal(0, 0.8, (count, 2))).clip(0.3, [floor.width_m - 0.3, floor.height_m - 0.3])
+    low, high = floor.corners_m
+    xy = (near + rng.normal(0, 0.8, (count, 2))).clip(low + 0.3, high - 0.3)
     position = np.column_stack((xy, rng.uniform(2.4, 3.0, count)))
     octets = rng.integers(0, 256, (count, 5))
     bssid = tuple("02:" + ":".join(f"{octet:02x}" for octet in row) for row in octets.tolist())

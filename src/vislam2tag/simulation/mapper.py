@@ -15,7 +15,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.simulation.faults import Break, FaultPlan
-from vislam2tag.simulation.model import TrackerEvent
+from vislam2tag.simulation.model import Carry, TrackerEvent
 from vislam2tag.simulation.odometry import Odometry
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.sightings import Sightings
@@ -39,6 +39,7 @@ class MapLog:
     heading: FloatArray
     height: FloatArray
     events: tuple[TrackerEvent, ...]
+    carries: tuple[Carry, ...] = ()
 
 
 class Mapper:
@@ -57,6 +58,7 @@ class Mapper:
         self._last_seen = np.full(landmarks, -1)
         self._seen_turn = np.zeros(landmarks)
         self._events: list[TrackerEvent] = []
+        self._carries: list[Carry] = []
 
     def run(self, faults: FaultPlan) -> MapLog:
         """Make the log of the whole walk."""
@@ -86,7 +88,9 @@ class Mapper:
             for landmark in passes[start]:
                 self._revisit(start, landmark)
             self._fill(log, start, stop)
-        return MapLog(log.camera, log.turn, log.anchor, log.heading, log.height, tuple(self._events))
+        return MapLog(
+            log.camera, log.turn, log.anchor, log.heading, log.height, tuple(self._events), tuple(self._carries)
+        )
 
     def _fill(self, log: MapLog, start: int, stop: int) -> None:
         """Log the frames up to the next event; landmarks in view follow their sightings."""
@@ -136,7 +140,9 @@ class Mapper:
         here = slice(frame, frame + 1)
         before = self._camera(here)[0]
         (self._turn, self._shift), self._undisturbed = self._undisturbed, None
-        self._carry_anchors(self._last_seen > self._broken_at, complex(self._camera(here)[0] - before))
+        back = complex(self._camera(here)[0] - before)
+        self._carry_anchors(self._last_seen > self._broken_at, back)
+        self._carries.append(Carry(frame, self._broken_at, back, even=True))
         self._note(frame, "relocalise", float(abs(self._camera(here)[0] - before)))
 
     def _resume(self, frame: int) -> None:
@@ -160,10 +166,12 @@ class Mapper:
         self._displace(seen_at, -share * turned, -share * drift)
         if relocalised:
             self._undisturbed = None
-            self._carry_anchors(self._last_seen > max(since, self._broken_at), -drift)
+            since = max(since, self._broken_at)
+            self._carry_anchors(self._last_seen > since, -drift)
         else:
             age = ((self._last_seen - since) / (frame - since)).clip(0, 1)
             self._carry_anchors(age * self._rng.uniform(0.6, 1.2, len(age)), -share * drift)
+        self._carries.append(Carry(frame, since, -share * drift, even=relocalised))
         self._note(frame, "relocalise" if relocalised else "loop_correction", abs(share * drift))
 
     def _carry_anchors(self, weight: FloatArray | BoolArray, move: complex) -> None:

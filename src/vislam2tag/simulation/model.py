@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.tracks import LandmarkLog
+from vislam2tag.walkable.space import WalkableSpace
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,20 @@ class SimulatedFloor:
     """(m,) direction of the sheet's X axis (to the right for who looks at it), from the BCS x axis."""
     control_points: FloatArray
     """(p, 2) points on the walkable graph."""
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+    """Lower left corner of the floor's extent, BCS."""
+    rooms: frozenset[int] | None = None
+    """Nodes in rooms and their doors; None where the graph's shape tells (generated floors)."""
+    space: WalkableSpace | None = None
+    """Where a floor that comes from a plan can be walked; None on generated floors, whose graphs keep off walls."""
+    sheet_reach: FloatArray = field(default_factory=lambda: np.empty(0))
+    """(m,) how many times farther than an A4 sheet each landmark is recognised; empty where all are A4."""
+
+    @property
+    def corners_m(self) -> FloatArray:
+        """Lower left and upper right corner (2, 2) of the floor's extent, BCS."""
+        left, low = self.lower_left_m
+        return np.array([(left, low), (left + self.width_m, low + self.height_m)])
 
 
 @dataclass(frozen=True)
@@ -85,6 +100,36 @@ class TrueWalk:
 
 
 @dataclass(frozen=True)
+class Carry:
+    """At ``frame`` what came into the map after frame ``since`` moves by ``move`` (complex metres).
+
+    Wholly where ``even``; otherwise the more the younger it is, and unevenly (a loop correction).
+    """
+
+    frame: int
+    since: int
+    move: complex
+    even: bool
+
+
+@dataclass(frozen=True)
+class MapMotion:
+    """How the map moved under the ``f`` frames, and what the tracker knows of itself.
+
+    A point of the mapper's plane, carried, appears at ``factor * point + shift`` (f,), ``rise`` (f,) metres higher.
+    """
+
+    carries: tuple[Carry, ...]
+    factor: ComplexArray
+    shift: ComplexArray
+    rise: FloatArray
+    lost: BoolArray
+    """(f,) frames without tracking."""
+    seen: BoolArray
+    """(k,) mask of the landmark rows in which the sheet was seen."""
+
+
+@dataclass(frozen=True)
 class TrackerLog:
     """What the AR tracker logs on a walk: camera frames and the landmark rows of each frame (ACS)."""
 
@@ -97,6 +142,8 @@ class TrackerLog:
     """(f, 4) quaternion (x, y, z, w), camera to ACS."""
     landmarks: LandmarkLog
     events: tuple[TrackerEvent, ...]
+    motion: MapMotion | None = None
+    """None where traps have changed the log: only the phone app's format tells of it."""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
+from vislam2tag.walkable.space import WalkableSpace
 
 STEP_M = 0.02
 """Sampling of a path."""
@@ -17,6 +18,9 @@ CORNER_M = 0.4
 """How much corners are rounded."""
 PASS_M = (0.5, 0.75)
 """Range of the distance between camera and sheet when a landmark is passed, in the plane."""
+ELBOW_M = 0.3
+"""Nobody walks nearer to a wall than this where a plan tells of walls."""
+SHARES_ACROSS = (0.2, 0.4, 0.6, 0.8, 1.0)
 KEEP_RIGHT_M = (0.05, 0.45)
 """How far right of the corridor's middle people keep; each has a habit."""
 
@@ -64,7 +68,7 @@ class Course:
 def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
     """Lay a path of at least ``length_m`` over the floor's graph, past landmarks and control points."""
     route = _shuttle(floor, length_m) if settings.straight_corridor else wander(floor, length_m, settings, rng)
-    return lay_path(course_on(floor, route), floor.landmark_position[:, :2], settings, rng)
+    return lay_path(course_on(floor, route), floor.landmark_position[:, :2], settings, rng, floor.space)
 
 
 def course_on(floor: SimulatedFloor, route: IntArray) -> Course:
@@ -77,8 +81,17 @@ def course_on(floor: SimulatedFloor, route: IntArray) -> Course:
     return Course(corners, landmarks, landmark_s, points, point_s, entered)
 
 
-def lay_path(course: Course, sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
-    """Lay the smooth path that a person takes along a course; ``sheets`` (m, 2) are the landmarks it may pass."""
+def lay_path(
+    course: Course,
+    sheets: FloatArray,
+    settings: WalkSettings,
+    rng: np.random.Generator,
+    space: WalkableSpace | None = None,
+) -> Path:
+    """Lay the smooth path that a person takes along a course; ``sheets`` (m, 2) are the landmarks it may pass.
+
+    Where there is a ``space`` the path keeps within it, an elbow's length off its walls.
+    """
     centre_s = np.arange(0.0, course.along[-1], STEP_M)
     centre = np.column_stack([np.interp(centre_s, course.along, course.corners[:, k]) for k in (0, 1)])
     centre = gaussian_filter1d(centre, CORNER_M / STEP_M, axis=0, mode="nearest")
@@ -86,8 +99,19 @@ def lay_path(course: Course, sheets: FloatArray, settings: WalkSettings, rng: np
     normal = _normals(centre)
     offset = _sway(centre_s, settings, rng) * _door_squeeze(course.room_s, centre_s)
     offset = _approach(offset, sheets[course.landmark], centre, normal, landmark_sample, rng)
+    if space is not None:
+        offset = _kept_inside(offset, centre, normal, space)
     path = gaussian_filter1d(centre + offset[:, None] * normal, 0.2 / STEP_M, axis=0, mode="nearest")
     return Path(path, course.landmark, landmark_sample, course.point, sample_at(course.point_s, len(centre)))
+
+
+def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, space: WalkableSpace) -> FloatArray:
+    """Shrink the way across (p,) until each point keeps off the walls, or lies on the course's own line."""
+    kept = np.zeros_like(offset)
+    for share in SHARES_ACROSS:
+        aside = centre + (share * offset)[:, None] * normal
+        kept[space.clearance_at(aside) >= ELBOW_M] = share
+    return np.asarray(gaussian_filter1d(offset * kept, 0.2 / STEP_M, mode="nearest"))
 
 
 def sample_at(arc_m: FloatArray, samples: int) -> IntArray:
@@ -158,7 +182,9 @@ def _neighbours(floor: SimulatedFloor) -> list[list[int]]:
 
 
 def room_nodes(floor: SimulatedFloor) -> set[int]:
-    """Nodes inside rooms: they hang off a corridor node at right angles to all its other edges."""
+    """Nodes inside rooms: as the floor says, else what hangs off a corridor node at right angles to its other edges."""
+    if floor.rooms is not None:
+        return set(floor.rooms)
     neighbours = _neighbours(floor)
     rooms = set()
     for node, joined in enumerate(neighbours):
@@ -184,6 +210,10 @@ def _met(
     leg, thing = np.nonzero(
         (across < reach_m) & (forward >= 0) & (forward < length[:, None]) & ~(spur[:-1] | spur[1:])[:, None]
     )
+    if floor.space is not None:
+        feet = start[leg] + forward[leg, thing, None] * unit[leg]
+        seen = floor.space.clear_line(feet, things[thing])
+        leg, thing = leg[seen], thing[seen]
     arc = along[leg] + forward[leg, thing]
     order = np.argsort(arc, kind="stable")
     return thing[order].astype(np.int64), arc[order]

@@ -40,9 +40,13 @@ def sight(
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
     up = sheets[:, 2] - frames.height[:, None]
     distance = np.sqrt(np.abs(offset) ** 2 + up**2)
-    seen = _in_view(frames, floor, offset, up, distance, settings) & ~(frames.blocked | lost)[:, None]
+    reach = floor.sheet_reach if len(floor.sheet_reach) else np.ones(len(sheets))
+    seen = _in_view(frames, floor, offset, up, distance / reach, settings) & ~(frames.blocked | lost)[:, None]
     seen[: round(START_UP_S * settings.frame_rate_hz)] = False
-    found = np.logical_or.accumulate(seen & (distance < DETECTION_M), axis=0)
+    if floor.space is not None:
+        frame, landmark = np.nonzero(seen)
+        seen[frame, landmark] = floor.space.clear_line(frames.plane_m[frame], sheets[landmark, :2])
+    found = np.logical_or.accumulate(seen & (distance < DETECTION_M * reach), axis=0)
     seen &= found
     passes = _runs(seen)
     heading = np.broadcast_to(floor.landmark_heading_rad, seen.shape).copy()

@@ -5,19 +5,23 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.errors import OutputError
+from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.simulation.barometer import with_pressure
 from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
 from vislam2tag.simulation.building import STATION_LANDMARKS
 from vislam2tag.simulation.devices import Locale, make_device
 from vislam2tag.simulation.imu import ImuSettings, simulate_imu
 from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.phone_log import phone_log
+from vislam2tag.simulation.phone_script import phone_script
+from vislam2tag.simulation.phone_writer import phone_text, session_name
 from vislam2tag.simulation.plan import draw_plan
 from vislam2tag.simulation.presses import simulate_presses
 from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
@@ -32,7 +36,7 @@ from vislam2tag.simulation.station import (
     shoot_points,
     simulate_station,
 )
-from vislam2tag.simulation.traps import check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
 from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
 from vislam2tag.survey.model import SessionKey
@@ -40,8 +44,19 @@ from vislam2tag.survey.model import SessionKey
 STALE_SHARE = 0.04
 """Share of lost access points whose row is repeated at severity 1."""
 STATION_FILE = "tachymeter/20220214_Tracking.csv"
+SCRIPT_FILE = "script.txt"
+BESIDE = ("truth", "station")
+"""Roles of files that no phone writes."""
 STATION_DAY_NS = 1_644_796_800_000_000_000
 """2022-02-14 00:00, the date in that file's name."""
+
+
+class Layout(StrEnum):
+    """How sessions are laid out."""
+
+    PUBLISHED = "published"
+    PHONE = "phone"
+    """As the phone app writes them (docs/phone-format.md)."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +70,9 @@ class WritingOptions:
     """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
+    layout: Layout = Layout.PUBLISHED
+    scripts: bool = False
+    """Whether ``script.txt`` beside each session in the phone app's format tells what the phone saw."""
 
 
 def simulate(
@@ -66,10 +84,13 @@ def simulate(
     """Write a survey of the scenario into ``out``, which must be new or empty.
 
     ``on_session`` is called after each session. The same scenario and options give the same bytes. Raises
-    OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap.
+    OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap, or one that the
+    phone app's layout cannot hold.
     """
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
+    if chosen.layout is Layout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
+        raise UsageError("sessions in the phone app's format have no traps, only the site's files do")
     try:
         _check_empty(out)
         _write_site(scenario, out, chosen)
@@ -78,7 +99,10 @@ def simulate(
         beacons = make_beacons(scenario.building, scenario.seed) if scenario.ble else None
         for planned in scenario.sessions:
             session = simulate_session(scenario, planned, environment, chosen.locale, beacons)
-            _write_session(session, planned.key, out, chosen)
+            if chosen.layout is Layout.PHONE:
+                _write_phone_session(session, planned, scenario.seed, out, chosen)
+            else:
+                _write_session(session, planned.key, out, chosen)
             if on_session is not None:
                 on_session(planned.key)
     except OSError as error:
@@ -169,6 +193,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         "severity": scenario.severity,
         "locale": options.locale,
         "names": "paper" if options.paper_names else "published",
+        **({"layout": options.layout} if options.layout is not Layout.PUBLISHED else {}),
         "traps": sorted(options.traps),
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),
@@ -192,6 +217,18 @@ def _write_session(session: SimulatedSession, key: SessionKey, out: Path, option
     text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
     folder = out / f"floor_{key.floor}" / key.device / key.session
     _write_files(folder, {names[role]: content for role, content in text.items()})
+
+
+def _write_phone_session(
+    session: SimulatedSession, planned: PlannedSession, seed: int, out: Path, options: WritingOptions
+) -> None:
+    key = planned.key
+    log = phone_log(session, key, seed)
+    files = phone_text(log, key, planned.boot_unix_ns)
+    beside = {PUBLISHED_NAMES[role]: text for role, text in session_text(session).items() if role in BESIDE}
+    if options.scripts:
+        beside[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
+    _write_files(out / f"floor_{key.floor}" / key.device / session_name(key), files | beside)
 
 
 def _write_files(folder: Path, files: dict[str, bytes]) -> None:

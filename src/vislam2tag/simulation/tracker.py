@@ -17,7 +17,7 @@ from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.simulation.climbing_faults import vertical_errors, with_rides
 from vislam2tag.simulation.faults import FaultPlan, plan_faults
 from vislam2tag.simulation.mapper import MapLog, Mapper
-from vislam2tag.simulation.model import SimulatedFloor, TrackerEvent, TrackerLog, TrueWalk
+from vislam2tag.simulation.model import MapMotion, SimulatedFloor, TrackerEvent, TrackerLog, TrueWalk
 from vislam2tag.simulation.odometry import Frames, Odometry, dead_reckon, expose
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.sightings import sight
@@ -49,19 +49,21 @@ def track(
     if len(walk.floor_at):
         errors = vertical_errors(faults, frames, settings, rng)
         odometry, together = replace(odometry, height=odometry.height + errors.camera_m), errors.map_m
-    mapped = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), odometry, faults)
+    mapped, factor, shift = _reexpress(Mapper(odometry, sightings, settings, rng).run(faults), odometry, faults)
     mapped = replace(mapped, height=mapped.height + together[:, None])
     odometry = replace(odometry, height=odometry.height + together)
     position, orientation = _camera_poses(frames, odometry, mapped, settings, rng)
     held = _last_tracked(lost)
     position, orientation = position[held], orientation[held]
+    landmarks, column = _landmark_log(floor.landmark_ids, mapped, position, orientation, lost)
     return TrackerLog(
         time_ns=frames.stamp_ns,
         exposure_ns=frames.exposure_ns,
         position_acs=position,
         orientation_acs=orientation,
-        landmarks=_landmark_log(floor.landmark_ids, mapped, position, orientation, lost),
+        landmarks=landmarks,
         events=_events(mapped, faults),
+        motion=MapMotion(mapped.carries, factor, shift, together, lost, sightings.seen[landmarks.frame, column]),
     )
 
 
@@ -72,8 +74,9 @@ def _of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
     return settings.model_copy(update={name: factor * getattr(settings, name) for name in drifting})
 
 
-def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> MapLog:
-    """Apply the map updates: camera and landmarks are moved together."""
+def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> tuple[MapLog, ComplexArray, ComplexArray]:
+    """Apply the map updates: camera and landmarks are moved together; also returns the factor and shift (f,) of it."""
+    whole, moved = np.ones_like(mapped.camera), np.zeros_like(mapped.camera)
     camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
     heading = mapped.heading.copy()
     for update in faults.updates:
@@ -82,9 +85,12 @@ def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> MapLog:
         shift = camera[update.frame] * (1 - update.factor) + update.shift * axis / abs(axis)
         camera[later] = update.factor * camera[later] + shift
         anchor[later] = update.factor * anchor[later] + shift
+        whole[later] *= update.factor
+        moved[later] = update.factor * moved[later] + shift
         turn[later] *= update.factor
         heading[later] += np.angle(update.factor)
-    return MapLog(camera, turn, anchor, heading, mapped.height, mapped.events)
+    reexpressed = replace(mapped, camera=camera, turn=turn, anchor=anchor, heading=heading)
+    return reexpressed, whole, moved
 
 
 def _camera_poses(
@@ -127,8 +133,11 @@ def _last_tracked(lost: BoolArray) -> IntArray:
 
 def _landmark_log(
     ids: tuple[str, ...], mapped: MapLog, position: FloatArray, orientation: FloatArray, lost: BoolArray
-) -> LandmarkLog:
-    """Rows of every known landmark at every frame; the camera's own pose while tracking is lost."""
+) -> tuple[LandmarkLog, IntArray]:
+    """Rows of every known landmark at every frame; the camera's own pose while tracking is lost.
+
+    Also returns the column (k,) of the map that each row is of.
+    """
     known = ~np.isnan(mapped.height)
     first = np.where(known.any(axis=0), known.argmax(axis=0), len(known))
     order = np.argsort(first, kind="stable")[: int(known.any(axis=0).sum())]
@@ -137,7 +146,7 @@ def _landmark_log(
     gone = lost[frame]
     sheet = _to_acs(mapped.anchor[frame, column], mapped.height[frame, column])
     facing = _sheet_orientation(mapped.heading[frame, column])
-    return LandmarkLog(
+    log = LandmarkLog(
         ids=tuple(ids[i] for i in order.tolist()),
         landmark=landmark.astype(np.int64),
         frame=frame.astype(np.int64),
@@ -145,6 +154,7 @@ def _landmark_log(
         orientation_acs=np.where(gone[:, None], orientation[frame], facing),
         lost=gone,
     )
+    return log, column
 
 
 def _events(mapped: MapLog, faults: FaultPlan) -> tuple[TrackerEvent, ...]:
