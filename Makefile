@@ -6,7 +6,7 @@ TORCH ?= torch==2.13.0
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types examples benchmark lock clean
+.PHONY: demo test lint types examples benchmark android lock clean
 
 demo: $(VENV)/.installed
 	$(BIN)/vislam2tag demo demo-out
@@ -26,6 +26,11 @@ examples: $(VENV)/.installed
 
 benchmark: $(VENV)/.installed
 	$(BIN)/python benchmarks/process_speed.py
+
+# The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/android.md).
+android:
+	android/fetch.sh
+	android/build.sh
 
 $(VENV)/.installed: pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)

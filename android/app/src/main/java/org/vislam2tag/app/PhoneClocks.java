@@ -1,0 +1,17 @@
+package org.vislam2tag.app;
+
+import android.os.SystemClock;
+import java.time.ZoneId;
+import org.vislam2tag.core.clock.ClockReading;
+import org.vislam2tag.core.clock.Clocks;
+
+/** The phone's own clocks. */
+final class PhoneClocks implements Clocks {
+  @Override public ClockReading read() {
+    return new ClockReading(SystemClock.elapsedRealtimeNanos(), System.nanoTime(), System.currentTimeMillis());
+  }
+
+  @Override public ZoneId zone() {
+    return ZoneId.systemDefault();
+  }
+}

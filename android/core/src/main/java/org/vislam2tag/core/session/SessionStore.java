@@ -1,0 +1,66 @@
+package org.vislam2tag.core.session;
+
+import java.io.File;
+import java.io.IOException;
+import java.nio.file.Files;
+import java.util.ArrayList;
+import java.util.Arrays;
+import java.util.Collections;
+import java.util.List;
+import java.util.regex.Pattern;
+
+/** All sessions on the phone. */
+public final class SessionStore {
+  private static final Pattern NAME = Pattern.compile("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{6}(-[0-9]+)?");
+
+  private final File sessions;
+
+  /** In a folder of the app, which need not be there yet. */
+  public SessionStore(File sessions) {
+    this.sessions = sessions;
+  }
+
+  /** Newest first, without the one being recorded in {@code open} (null: none). */
+  public List<StoredSession> list(File open) {
+    List<StoredSession> found = new ArrayList<>();
+    for (File folder : folders(open)) {
+      found.add(StoredSession.of(folder));
+    }
+    return found;
+  }
+
+  /**
+   * Finishes the sessions whose recording was killed; to be called when the app starts.
+   *
+   * @return their folders
+   */
+  public List<File> recover(File open) throws IOException {
+    List<File> killed = new ArrayList<>();
+    for (File folder : folders(open)) {
+      if (StoredSession.isOpen(folder)) {
+        StoredSession.recover(folder);
+        killed.add(folder);
+      }
+    }
+    return killed;
+  }
+
+  /** Deletes a session for good, session.json last, so that a half-deleted one is still seen. */
+  public void delete(StoredSession session) throws IOException {
+    File[] files = session.folder.listFiles();
+    for (File file : files == null ? new File[0] : files) {
+      if (!file.getName().equals(SessionFiles.JSON)) {
+        Files.delete(file.toPath());
+      }
+    }
+    Files.deleteIfExists(new File(session.folder, SessionFiles.JSON).toPath());
+    Files.delete(session.folder.toPath());
+  }
+
+  private List<File> folders(File open) {
+    File[] found = sessions.listFiles(file -> file.isDirectory() && NAME.matcher(file.getName()).matches() && !file.equals(open));
+    List<File> folders = new ArrayList<>(Arrays.asList(found == null ? new File[0] : found));
+    Collections.sort(folders, Collections.reverseOrder());
+    return folders;
+  }
+}
