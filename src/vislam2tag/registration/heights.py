@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.registration.gross_errors import explanations, noted
 from vislam2tag.registration.least_squares import Adjusted, adjust, suspicious
+from vislam2tag.registration.names import called
 from vislam2tag.registration.settings import RegistrationSettings
 
 KNOWN = ""
@@ -30,7 +31,8 @@ class Height:
     @property
     def label(self) -> str:
         """How messages call it."""
-        what = f"height of {self.point} from {self.station}" if self.station else f"known height of {self.point}"
+        what = f"height of {called(self.point)} from {self.station}"
+        what = what if self.station else f"known height of {called(self.point)}"
         return f"{what} ({self.source})" if self.source else what
 
 

@@ -70,10 +70,10 @@ def read_stations(
 
 
 def read_known(
-    path: Path, columns: Sequence[Column | None] | None, rules: NameRules, settings: RegistrationSettings
+    path: Path, rules: NameRules, settings: RegistrationSettings
 ) -> tuple[list[Known], list[Height], list[Finding]]:
     """Read known points (BCS metres; H above the floor); raises SurveyError where a name comes twice."""
-    rows, findings = read_points(path, columns)
+    rows, findings = read_points(path)
     first: dict[str, PointRow] = {}
     for row in rows:
         key = rules.key(row.name)

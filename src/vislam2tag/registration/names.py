@@ -68,6 +68,11 @@ def control_key(number: str) -> str:
     return _CONTROL + number
 
 
+def called(key: str) -> str:
+    """How messages call a point: a tie by its name alone."""
+    return key.removeprefix(_TIE)
+
+
 def role_of(key: str) -> tuple[Role, str]:
     """Role and id of a point by its key."""
     if key.startswith(_TIE):

@@ -18,6 +18,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.registration.least_squares import Adjusted, SingularError, adjust
+from vislam2tag.registration.names import called
 
 ROUNDS = 15
 SMALL_M = 1e-7
@@ -39,7 +40,7 @@ class Measurement:
     @property
     def label(self) -> str:
         """How messages call it."""
-        return f"known point {self.point}{self._source}"
+        return f"known point {called(self.point)}{self._source}"
 
     @property
     def _source(self) -> str:
@@ -59,7 +60,7 @@ class Shot(Measurement):
     @property
     def label(self) -> str:
         """How messages call it."""
-        return f"shot of {self.point} from {self.station}{self._source}"
+        return f"shot of {called(self.point)} from {self.station}{self._source}"
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ class PlaneFit:
 
     def reliability(self, measurement: int) -> float:
         """How much of a measurement the others check: 0 not at all, 1 wholly."""
-        return float(np.trace(self.adjusted.kernel(self.groups[measurement]))) / 2
+        return max(float(np.trace(self.adjusted.kernel(self.groups[measurement]))) / 2, 0.0)
 
 
 def adjust_plane(

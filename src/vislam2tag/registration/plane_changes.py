@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vislam2tag.registration.gross_errors import Change, mistyped, whitened
+from vislam2tag.registration.names import called
 from vislam2tag.registration.network import PlaneFit
 
 
@@ -36,7 +37,7 @@ def _swapped_shots(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
         places = {name: np.mean([fit.shots[i].place for i in rows_of[station][name]]) for name in (one, other)}
         way = complex(places[other] - places[one])
         members = [(i, way) for i in rows_of[station][one]] + [(i, -way) for i in rows_of[station][other]]
-        text = f"{one} and {other} look interchanged in the shots from {station}"
+        text = f"{called(one)} and {called(other)} look interchanged in the shots from {station}"
         found.append(_change(fit, members, text, len(pairs)))
     return found
 
@@ -52,7 +53,7 @@ def _swapped_known(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
     found = []
     for i, j in pairs:
         way = fit.known[j].place - fit.known[i].place
-        text = f"the known points {fit.known[i].point} and {fit.known[j].point} look interchanged"
+        text = f"the known points {called(fit.known[i].point)} and {called(fit.known[j].point)} look interchanged"
         found.append(_change(fit, [(first + i, way), (first + j, -way)], text, len(pairs)))
     return found
 

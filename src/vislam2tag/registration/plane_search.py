@@ -14,6 +14,7 @@ from vislam2tag.errors import SurveyError
 from vislam2tag.registration.consensus import rough_frames
 from vislam2tag.registration.gross_errors import Explanation, explanations, noted
 from vislam2tag.registration.least_squares import Noise, SingularError, suspicious
+from vislam2tag.registration.names import called
 from vislam2tag.registration.network import Known, Measurement, PlaneFit, Shot, adjust_plane
 from vislam2tag.registration.plane_changes import plane_changes
 from vislam2tag.registration.settings import RegistrationSettings
@@ -196,5 +197,5 @@ def _how_far(fit: PlaneFit, measurement: int) -> str:
         place = fit.maps[one.station].a * one.place + fit.maps[one.station].b
         near = [name for name, other in fit.places.items() if name != one.point and abs(other - place) < TOLERANCE_M]
         if near:
-            text += f"; it is where {near[0]} is: misnamed?"
+            text += f"; it is where {called(near[0])} is: misnamed?"
     return text

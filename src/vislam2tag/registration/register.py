@@ -65,6 +65,7 @@ def register_floor(
         start, points = _by_stations(start, measured, settings, free_scale)
     taped = _by_tape(measured, points, settings)
     landmarks = {key: one for key, one in points.items() if role_of(key)[0] is Role.LANDMARK}
+    control = [one for key, one in points.items() if role_of(key)[0] is Role.CONTROL]
     landmarks |= {name: taped_point(name, one, settings) for name, one in taped.placed.items()}
     known = {one.point for one in measured.known}
     for name, click in measured.clicks.items():
@@ -74,8 +75,8 @@ def register_floor(
     unplaced = {name: why for name, why in (start.unplaced | taped.unplaced).items() if name not in landmarks}
     return start.model_copy(
         update={
-            "landmarks": tuple(landmarks.values()),
-            "control_points": tuple(one for key, one in points.items() if role_of(key)[0] is Role.CONTROL),
+            "landmarks": tuple(sorted(landmarks.values(), key=_natural)),
+            "control_points": tuple(sorted(control, key=_natural)),
             "tape_residuals": tape_residuals(taped),
             "errors": (*start.errors, *taped.errors),
             "unplaced": dict(sorted(unplaced.items())),
@@ -129,3 +130,9 @@ def _by_tape(measured: Measured, points: Mapping[str, RegisteredPoint], settings
         targets.setdefault(name, Target(name, complex(point.x_m, point.y_m), None, point.sigma_m))
     expected = dict(measured.expected) | {name: click.place for name, click in measured.clicks.items()}
     return trilaterate(measured.distances, targets, settings, extent_m=measured.extent_m, expected=expected)
+
+
+def _natural(point: RegisteredPoint) -> tuple[int, int, str]:
+    """Numbers by their value, then names."""
+    number = point.point.isdecimal()
+    return (0, int(point.point), "") if number else (1, 0, point.point)
