@@ -96,7 +96,7 @@ def plan_floor(
     """
     _check_inside(space, given)
     on_step(STEPS[0])
-    ways = ways_of(graph, settings.turn_rad, rooms=settings.rooms)
+    ways = ways_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
     if not len(ways.lines):
         raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
     stations = stations_along(ways, settings.step_m)

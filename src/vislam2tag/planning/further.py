@@ -12,7 +12,7 @@ from vislam2tag.evaluation.gain_map import APART_M, GainMap, session_gains
 from vislam2tag.evaluation.landmark_gain import CELL_M, gains, walked_metre_by_metre
 from vislam2tag.evaluation.self_check import expected_error_m
 from vislam2tag.planning.places import Places, Stations
-from vislam2tag.planning.prediction import Expected, Sheets, expected_on, smoothed_walk
+from vislam2tag.planning.prediction import Sheets, comes_by, expected_along, smoothed_walk
 
 MOST_WALKS = 12
 """Gains are looked for on so many walks, spread evenly over all."""
@@ -37,7 +37,7 @@ def further_landmarks(
 ) -> list[Further]:
     """Propose ``count`` more landmarks at ``free`` (p,) places, the best first; each gain is solved for anew."""
     found: list[Further] = []
-    mean_m = mean_error_m(expected_on(paths, sheets, survey_sigma_m))
+    errors = [_errors_m(path, sheets, survey_sigma_m) for path in paths]
     promised = _promised(paths, sheets, survey_sigma_m)
     feet = stations.point[places.station]
     value = np.array([promised.get(cell, 0.0) for cell in map(tuple, np.floor(feet / CELL_M).astype(int).tolist())])
@@ -47,17 +47,24 @@ def further_landmarks(
             break
         best = int(np.argmax(value))
         sheets = sheets.with_one(places.position[best], feet[best], float(places.pass_m[best]))
-        after_m = mean_error_m(expected_on(paths, sheets, survey_sigma_m))
-        found.append(Further(best, mean_m - after_m))
-        mean_m = after_m
+        after = [
+            _errors_m(path, sheets, survey_sigma_m) if comes_by(path, feet[best]) else error
+            for path, error in zip(paths, errors, strict=True)
+        ]
+        found.append(Further(best, _mean(errors) - _mean(after)))
+        errors = after
         value[np.linalg.norm(feet - feet[best], axis=1) < APART_M] = 0.0
     return found
 
 
-def mean_error_m(expected: Sequence[Expected]) -> float:
-    """Mean length of the errors to expect on some walks; NaN where there are none."""
-    errors = [expected_error_m(one.covariance) for one in expected]
-    return float(np.concatenate(errors).mean()) if errors else float("nan")
+def _errors_m(path: FloatArray, sheets: Sheets, survey_sigma_m: float) -> FloatArray:
+    """Mean lengths (n,) of the errors to expect along a walk; empty where it cannot be mapped."""
+    expected = expected_along(path, sheets, survey_sigma_m)
+    return np.zeros(0) if expected is None else expected_error_m(expected.covariance)
+
+
+def _mean(errors: Sequence[FloatArray]) -> float:
+    return float(np.concatenate([*errors, np.zeros(0)]).mean())
 
 
 def _promised(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: float) -> dict[tuple[int, int], float]:

@@ -117,24 +117,24 @@ def find_places(
     camera = settings.camera
     largest = max(camera.fill_distance_m(SHEET_SIZES[name]) for name in settings.sheets)
     in_hall = ways.in_hall[stations.way[cast.station]]
-    reach = np.where(in_hall, HALL_REACH_M, camera.aside_m + max(largest, camera.nearest_m))
-    position, normal, line_m, fine = _flat_walls(space, cast, reach, settings)
+    detour = np.where(in_hall, HALL_REACH_M, max(camera.detour_m, camera.aside_m))
+    position, normal, line_m, fine = _flat_walls(space, cast, detour + largest, settings)
     rows = np.flatnonzero(fine & _off_turns(ways, stations, cast, settings.off_turn_m))
     rows = rows[_allowed(position[rows], ways.doors, forbidden)]
-    aside = np.where(in_hall[rows], HALL_REACH_M, camera.aside_m)
-    pass_m = np.maximum(line_m[rows] - aside, camera.nearest_m)
-    sheets = [camera.sheet_for(distance, settings.sheets) for distance in pass_m.tolist()]
+    found = [
+        camera.sheet_for(line, settings.sheets, reach)
+        for line, reach in zip(line_m[rows].tolist(), detour[rows].tolist(), strict=True)
+    ]
     places = Places(
         cast.station[rows],
         position[rows],
         normal[rows],
         line_m[rows],
         _visible(space, ways, stations, cast.station[rows], position[rows], normal[rows], camera),
-        pass_m,
-        tuple("" if size is None else size.name for size in sheets),
+        np.array([np.inf if one is None else one[1] for one in found]),
+        tuple("" if one is None else one[0].name for one in found),
     )
-    long_enough = places.visible_m >= settings.visible_m
-    return places.take(np.flatnonzero(long_enough & np.array([bool(name) for name in places.sheet], dtype=np.bool_)))
+    return places.take(np.flatnonzero((places.visible_m >= settings.visible_m) & np.isfinite(places.pass_m)))
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,8 @@ def smoothed_walk(path: FloatArray, sheets: Sheets, survey_sigma_m: float, noise
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
         return None
+    passed, landmark = np.unique(landmark, return_inverse=True)
+    sheets = Sheets(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
     walked = _walked(path, sheets, at, landmark)
     known = _known(sheets, survey_sigma_m)
     plane = as_complex(path)
@@ -106,6 +108,11 @@ def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
     found.sort()
     order = np.array(found, dtype=np.int64).reshape(-1, 2)
     return order[:, 0], order[:, 1]
+
+
+def comes_by(path: FloatArray, foot: FloatArray) -> bool:
+    """Whether a walk passes a landmark whose station is at ``foot`` (2,)."""
+    return bool((np.linalg.norm(path - foot, axis=1) < PASSED_M).any())
 
 
 def _walked(path: FloatArray, sheets: Sheets, at: IntArray, landmark: IntArray) -> Walked:

@@ -20,10 +20,12 @@ class CameraSettings(_Frozen):
     """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
     filled: float = Field(default=0.25, gt=0, le=1)
     """A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
-    nearest_m: float = Field(default=0.45, gt=0)
+    nearest_m: float = Field(default=0.3, gt=0)
     """Nobody holds the phone nearer to a wall than this in passing, metres."""
-    aside_m: float = Field(default=1.5, ge=0)
-    """Who passes a sheet leaves the middle of the way for it by at most this, metres."""
+    aside_m: float = Field(default=0.75, ge=0)
+    """Who passes a sheet holds the phone this far aside of the middle of the way without a detour, metres ..."""
+    detour_m: float = Field(default=3.6, ge=0)
+    """... and this far at most, where the largest sheet asks for it: that is half of the widest corridor, metres."""
     range_m: float = Field(default=3.0, gt=0)
     """Farther off a sheet is not seen while one walks, metres."""
     angle_rad: float = Field(default=1.05, gt=0, lt=1.57)
@@ -34,10 +36,19 @@ class CameraSettings(_Frozen):
         long, short = (tan(angle / 2) for angle in self.field_of_view_rad)
         return size.image_m / (2 * sqrt(self.filled * long * short))
 
-    def sheet_for(self, distance_m: float, sheets: tuple[str, ...]) -> SheetSize | None:
-        """The smallest of some sheets that is recognised from this distance; None where none is."""
-        fitting = [SHEET_SIZES[name] for name in sheets if self.fill_distance_m(SHEET_SIZES[name]) >= distance_m]
-        return min(fitting, key=lambda size: size.image_m, default=None)
+    def sheet_for(self, line_m: float, sheets: tuple[str, ...], detour_m: float) -> tuple[SheetSize, float] | None:
+        """The smallest of some sheets that is recognised in passing a wall ``line_m`` from the middle of the way.
+
+        Without a detour where one is large enough for that, else the largest, with a detour of at most ``detour_m``.
+        Also the distance in passing, metres; None where the wall is too far off.
+        """
+        sizes = sorted((SHEET_SIZES[name] for name in sheets), key=lambda size: size.image_m)
+        easy_m = max(line_m - self.aside_m, self.nearest_m)
+        for size in sizes:
+            if self.fill_distance_m(size) >= easy_m:
+                return size, easy_m
+        reach_m = self.fill_distance_m(sizes[-1])
+        return (sizes[-1], reach_m) if self.nearest_m <= reach_m and line_m - detour_m <= reach_m else None
 
 
 class PlanSettings(_Frozen):
@@ -51,7 +62,9 @@ class PlanSettings(_Frozen):
     """A way that changes its direction by more than this makes a critical turn, rad."""
     rooms: bool = False
     """Whether rooms are ways like others; else they are looked into and left again."""
-    sheets: tuple[str, ...] = ("A4", "A3", "A2")
+    niche_m: float = Field(default=5.0, ge=0)
+    """Dead ends shorter than this are looked into and left again, like rooms, metres."""
+    sheets: tuple[str, ...] = Field(default=("A4", "A3"), min_length=1)
     """Sizes of paper to choose from."""
     camera: CameraSettings = CameraSettings()
     step_m: float = Field(default=1.0, gt=0)

@@ -79,28 +79,36 @@ def along(line: FloatArray) -> FloatArray:
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
 
 
-def ways_of(graph: CorridorGraph, turn_rad: float, *, rooms: bool = False) -> Ways:
+Chain = tuple[int, FloatArray, int, tuple[int, ...]]
+"""First node, line, last node and edges of a way."""
+
+
+def ways_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Ways:
     """Take the ways out of a corridor graph; straight joints are joined.
 
-    Shortcuts over open areas are left out, and rooms unless ``rooms``.
+    Shortcuts over open areas are left out, and rooms unless ``rooms``, and dead ends shorter than ``niche_m``.
     """
-    kept = np.flatnonzero(~graph.shortcut & (rooms | ~graph.in_room)).tolist()
-    halves: list[list[int]] = [[] for _ in graph.nodes]
-    for edge in kept:
-        first, second = graph.edges[edge].tolist()
-        halves[first].append(2 * edge)
-        halves[second].append(2 * edge + 1)
     opened = np.array([kind is NodeKind.OPEN for kind in graph.kinds], dtype=np.bool_)
-    is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
-    chains = _chains(graph, halves, is_end)
-    used = sorted({node for first, _, last in chains for node in (first, last)})
+    kept = np.flatnonzero(~graph.shortcut & (rooms | ~graph.in_room)).tolist()
+    chains = _chains_of(graph, kept, opened, turn_rad)
+    count = np.bincount([node for chain in chains for node in (chain[0], chain[2])], minlength=len(graph.nodes))
+    dead = (count == 1) & ~opened
+    niches = {
+        edge
+        for first, line, last, edges in chains
+        if dead[[first, last]].sum() == 1 and along(line)[-1] < niche_m
+        for edge in edges
+    }
+    if niches:
+        chains = _chains_of(graph, [edge for edge in kept if edge not in niches], opened, turn_rad)
+    used = sorted({node for first, _, last, _ in chains for node in (first, last)})
     number = {node: i for i, node in enumerate(used)}
     doors = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.DOOR]
     return Ways(
         ends=graph.nodes[used].reshape(-1, 2),
         is_open=opened[used],
-        joined=np.array([(number[a], number[b]) for a, _, b in chains], dtype=np.int64).reshape(-1, 2),
-        lines=tuple(line for _, line, _ in chains),
+        joined=np.array([(number[a], number[b]) for a, _, b, _ in chains], dtype=np.int64).reshape(-1, 2),
+        lines=tuple(line for _, line, _, _ in chains),
         doors=graph.nodes[doors].reshape(-1, 2),
     )
 
@@ -126,9 +134,15 @@ def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
     return abs((first - second) % (2 * np.pi) - np.pi) > turn_rad
 
 
-def _chains(graph: CorridorGraph, halves: list[list[int]], is_end: list[bool]) -> list[tuple[int, FloatArray, int]]:
-    """Follow the edges from end to end: first end, line, last end of each way; a ring without any end gets one."""
-    chains: list[tuple[int, FloatArray, int]] = []
+def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_rad: float) -> list[Chain]:
+    """Follow the ``kept`` edges from end to end; a ring without any end gets one."""
+    halves: list[list[int]] = [[] for _ in graph.nodes]
+    for edge in kept:
+        first, second = graph.edges[edge].tolist()
+        halves[first].append(2 * edge)
+        halves[second].append(2 * edge + 1)
+    is_end = [bool(out) and (bool(opened[n]) or _is_end(graph, out, turn_rad)) for n, out in enumerate(halves)]
+    chains: list[Chain] = []
     seen: set[int] = set()
     starts = [node for node, end in enumerate(is_end) if end]
     for start in [*starts, *(node for node, out in enumerate(halves) if out and not is_end[node])]:
@@ -136,13 +150,15 @@ def _chains(graph: CorridorGraph, halves: list[list[int]], is_end: list[bool]) -
             if half // 2 in seen:
                 continue
             parts: list[FloatArray] = []
+            edges: list[int] = []
             here = half
             while True:
                 seen.add(here // 2)
+                edges.append(here // 2)
                 parts.append(_line(graph, here)[1 if parts else 0 :])
                 node = int(graph.edges[here // 2][1 - here % 2])
                 if is_end[node] or node == start:
                     break
                 here = next(other for other in halves[node] if other != here ^ 1)
-            chains.append((start, np.vstack(parts), node))
+            chains.append((start, np.vstack(parts), node, tuple(edges)))
     return chains
