@@ -1,0 +1,103 @@
+"""``vislam2tag sheets``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.sheets.making import SheetOptions, make_sheets
+from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, SheetsRecord
+from vislam2tag.survey.sheet_size import SHEET_SIZES
+
+HELP = f"""
+Make landmarks to print: one sheet each, in true size, with an image that phones recognise.
+
+SITE is a site's folder (its landmarks), or a file such as landmarks.csv of `plan` (columns id, floor, x, y, z, sheet,
+width_m; all but the id optional); without it, --ids names them. Images are generated from seed and id alone: the same
+seed gives the same image, whatever else is printed. Each is measured, and none is made that could be taken for another.
+With --images they are your own (ID.png or .jpg); those too plain or too like another are refused by name.
+
+Writes OUT/{PDF_FILE} (print at 100 %), OUT/{IMAGE_FOLDER} with manifest.csv (id,file,width_m), which the phone app
+loads, and OUT/sheets.json (what was measured of each). docs/sheets.md tells more, docs/field-guide.md how to hang them.
+
+Exit code: 0 written, 2 wrong usage, an image that cannot be used, or OUT cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag sheets survey --out sheets
+
+    vislam2tag sheets plan/landmarks.csv --out sheets --paper A3
+
+    vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
+
+    vislam2tag sheets --images photos --width 0.2 --out sheets
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("sheets", help=HELP)(_sheets)
+
+
+def _sheets(
+    out: Annotated[Path, typer.Option(help="Folder to write: new, empty or with sheets.")],
+    site: Annotated[Path | None, typer.Argument(metavar="[SITE]", help="Site's folder or file of landmarks.")] = None,
+    ids: Annotated[
+        str | None, typer.Option(metavar="LIST", help="Only these landmarks, or all of them without SITE: 1-40,lobby.")
+    ] = None,
+    paper: Annotated[str, typer.Option(help=f"Where SITE names no sheet; one of: {', '.join(SHEET_SIZES)}.")] = "A4",
+    width: Annotated[
+        float | None,
+        typer.Option(
+            metavar="METRES",
+            min=0.01,
+            help="Width of the image where SITE names none; else as wide as the paper holds.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Another seed, another set of images.")] = 0,
+    images: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Your own images, ID.png or ID.jpg, in place of generated ones."),
+    ] = None,
+) -> None:
+    options = SheetOptions(source=site, ids=ids, images=images, paper=paper, width_m=width, seed=seed)
+    try:
+        with session_bar("images and pages") as bar:
+            found = make_sheets(options, out, lambda total: bar.advance(total, error=None))
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted: {out} holds no new sheets", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    console = table_console()
+    console.print(_table(found))
+    for finding in found.findings:
+        where = f"{finding.file}: " if finding.file else ""
+        console.print(f"{finding.severity}: {escape(where + finding.message)}", soft_wrap=True)
+    typer.echo(f"print at 100 %: {out / PDF_FILE}")
+    typer.echo(f"for the phone: {out / IMAGE_FOLDER}")
+
+
+def _table(found: SheetsRecord) -> Table:
+    """One line for each size of paper and image."""
+    numbers = ("image width", "sheets", "fewest features", "fewest of a hard view", "most of another image")
+    rows = table("Sheets", ("paper",), numbers)
+    images = {image.landmark: image for image in found.images}
+    for (paper, width), count in Counter((page.sheet, page.width_m) for page in found.pages).items():
+        there = {page.landmark for page in found.pages if (page.sheet, page.width_m) == (paper, width)}
+        shown = [images[name] for name in there]
+        rows.add_row(
+            paper,
+            f"{width:.3f} m",
+            str(count),
+            str(min(image.quality.features for image in shown)),
+            str(min(image.quality.inliers for image in shown)),
+            str(max(image.most_like_inliers for image in shown)),
+        )
+    return rows

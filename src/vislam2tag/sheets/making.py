@@ -1,0 +1,76 @@
+"""All steps of ``vislam2tag sheets``: landmarks, their images, whether these can be told apart, the folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.findings import Finding
+from vislam2tag.sheets.asked import MOST_SHEETS, Asked, asked_of
+from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
+from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, laid_out, write_sheets
+from vislam2tag.survey.sheet_size import sheet_size
+
+Progress = Callable[[int], None]
+"""Called after each of so many steps."""
+_NAMED = 10
+"""Landmarks that a message names."""
+
+
+@dataclass(frozen=True)
+class SheetOptions:
+    """What is asked for."""
+
+    source: Path | None = None
+    """Site's folder, or file of landmarks."""
+    ids: str | None = None
+    images: Path | None = None
+    """Folder of users' own images; None: they are generated."""
+    paper: str = "A4"
+    """For landmarks whose file names no sheet."""
+    width_m: float | None = None
+    """Of images whose file names no width; None: as wide as the paper holds."""
+    seed: int = 0
+
+
+def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _total: None) -> SheetsRecord:
+    """Make the sheets into ``out``; raises UsageError, SurveyError and OutputError as the steps do."""
+    paper = sheet_size(options.paper)
+    files = {} if options.images is None else own_files(options.images)
+    asked, findings = _asked(options, files)
+    names = tuple(dict.fromkeys(one.landmark for one in asked))
+    if len(names) > MOST_SHEETS:
+        raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
+    total = 2 * len(names) + len(asked)
+    step = lambda: progress(total)
+    images = _images(options, files, names, step)
+    sheets = laid_out(asked, images, paper, options.width_m)
+    seed = options.seed if options.images is None else None
+    likeness = apart(images, seed, step)
+    return write_sheets(out, sheets, images, likeness, seed, findings, step)
+
+
+def _asked(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[Asked, ...], tuple[Finding, ...]]:
+    if options.images is not None and options.source is None and options.ids is None:
+        return tuple(Asked(name) for name in files), ()
+    asked, findings = asked_of(options.source, options.ids)
+    missing = [] if options.images is None else [one.landmark for one in asked if one.landmark not in files]
+    if missing:
+        raise SurveyError(
+            f"{options.images}: holds no image of landmark {', '.join(missing[:_NAMED])}; add it as ID.png"
+        )
+    return asked, findings
+
+
+def _images(
+    options: SheetOptions, files: Mapping[str, Path], names: Sequence[str], step: Callable[[], None]
+) -> tuple[LandmarkImage, ...]:
+    if options.images is not None:
+        return own_images(options.images, {name: files[name] for name in names}, step)
+    images = []
+    for name in names:
+        images.append(generated_image(options.seed, name))
+        step()
+    return tuple(images)

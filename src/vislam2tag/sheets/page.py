@@ -1,0 +1,138 @@
+"""One page of the PDF: the image, and around it what people need to hang and survey it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import segno
+from reportlab.lib.utils import ImageReader
+from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfgen.canvas import Canvas
+
+from vislam2tag.sheets.asked import Asked
+from vislam2tag.sheets.fonts import BOLD, PLAIN, printable
+from vislam2tag.sheets.layout import SCALE_BAR_M, Box, Layout
+from vislam2tag.survey.sheet_size import QUIET_M
+
+POINTS_A_METRE = 72 / 0.0254
+USUAL_HEIGHT_M = 1.4
+"""Where the middle of a sheet hangs if nothing else is planned: where a walker holds the phone."""
+_QR_UNITS = 26
+_ID_UNITS = 26
+"""Height of the id's line."""
+_NOTE = "Position mark: please do not remove, move or cover."
+_RULER = "100 mm: measure it. Longer or shorter? Print again at 100 % (actual size)."
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A page to draw."""
+
+    asked: Asked
+    layout: Layout
+
+    @property
+    def place(self) -> str:
+        """Where it belongs, ``Main building, floor 1 (Ground)``; empty where nobody said."""
+        number = "" if self.asked.floor is None else f"floor {self.asked.floor}"
+        name = self.asked.floor_name
+        floor = f"{number} ({name})" if number and name and name.lower() != number else number or name
+        return ", ".join(filter(None, (self.asked.building, floor)))
+
+    @property
+    def code(self) -> str:
+        """Text of its QR code: building, floor and landmark between slashes, as far as known."""
+        floor = "" if self.asked.floor is None else str(self.asked.floor)
+        return "/".join(filter(None, (self.asked.building, floor, self.asked.landmark)))
+
+    @property
+    def hanging(self) -> str:
+        """How it is to hang."""
+        height = USUAL_HEIGHT_M if self.asked.height_m is None else self.asked.height_m
+        parts = [
+            f"Image {self.layout.image.width_m:.3f} m wide.",
+            f"Hang its centre {height:.2f} m above the floor.",
+        ]
+        if self.asked.position_m is not None:
+            parts.append("Place: x {:.2f} m, y {:.2f} m.".format(*self.asked.position_m))
+        return " ".join(parts)
+
+
+def draw_page(canvas: Canvas, sheet: Sheet, image: ImageReader) -> None:
+    """Draw a sheet on a new page of the PDF."""
+    paper = sheet.layout.paper
+    canvas.setPageSize((paper.width_m * POINTS_A_METRE, paper.height_m * POINTS_A_METRE))
+    canvas.scale(POINTS_A_METRE, POINTS_A_METRE)
+    box = sheet.layout.image
+    canvas.drawImage(image, box.left_m, box.low_m, box.width_m, box.height_m)
+    _marks(canvas, sheet.layout)
+    _head(canvas, sheet)
+    _foot(canvas, sheet)
+    canvas.showPage()
+
+
+def _marks(canvas: Canvas, layout: Layout) -> None:
+    canvas.setLineWidth(0.00025)
+    for mark in layout.marks_m:
+        canvas.line(*mark)
+
+
+def _head(canvas: Canvas, sheet: Sheet) -> None:
+    """Place to the left, the arrow that points up to the right, above the image."""
+    unit = sheet.layout.unit_m
+    low = sheet.layout.head_m + 7 * unit
+    right = sheet.layout.paper.width_m - QUIET_M
+    arrow = canvas.beginPath()
+    arrow.moveTo(right - 6 * unit, low)
+    arrow.lineTo(right, low)
+    arrow.lineTo(right - 3 * unit, low + 6 * unit)
+    arrow.close()
+    canvas.drawPath(arrow, stroke=0, fill=1)
+    _text(canvas, "UP", right - 14 * unit, low, BOLD, 4 * unit, 7 * unit)
+    _text(canvas, sheet.place, QUIET_M, low, BOLD, 5 * unit, right - QUIET_M - 20 * unit)
+
+
+def _foot(canvas: Canvas, sheet: Sheet) -> None:
+    """Id, QR code, notes and scale bar, below the image."""
+    unit, top = sheet.layout.unit_m, sheet.layout.foot_m - 8 * sheet.layout.unit_m
+    width = sheet.layout.paper.width_m - 2 * QUIET_M
+    _code(canvas, sheet.code, Box(QUIET_M + width - _QR_UNITS * unit, top - _QR_UNITS * unit, _QR_UNITS * unit, 0))
+    text_width = width - (_QR_UNITS + 6) * unit
+    _text(canvas, sheet.asked.landmark, QUIET_M, top - 20 * unit, BOLD, _ID_UNITS * unit, text_width)
+    _text(canvas, sheet.hanging, QUIET_M, top - 28 * unit, PLAIN, 3.6 * unit, text_width)
+    _text(canvas, _NOTE, QUIET_M, top - 34 * unit, BOLD, 3.6 * unit, text_width)
+    _scale_bar(canvas, QUIET_M, top - 43 * unit, unit)
+
+
+def _scale_bar(canvas: Canvas, left_m: float, low_m: float, unit_m: float) -> None:
+    """A bar of 100 mm with a tick every 10 mm, and what it is for."""
+    canvas.setLineWidth(0.0003)
+    canvas.line(left_m, low_m, left_m + SCALE_BAR_M, low_m)
+    for tick in range(11):
+        x = left_m + SCALE_BAR_M * tick / 10
+        canvas.line(x, low_m, x, low_m + (0.003 if tick % 5 else 0.0045))
+    _text(canvas, _RULER, left_m, low_m - 4 * unit_m, PLAIN, 3 * unit_m, 1.0)
+
+
+def _code(canvas: Canvas, text: str, box: Box) -> None:
+    """A QR code as black runs, without its own white border: the paper is white."""
+    rows = segno.make_qr(text, error="m").matrix
+    side = box.width_m / len(rows)
+    for index, row in enumerate(rows):
+        low = box.low_m + (len(rows) - 1 - index) * side
+        for start, stop in _runs(row):
+            canvas.rect(box.left_m + start * side, low, (stop - start) * side, side, stroke=0, fill=1)
+
+
+def _runs(row: bytes | bytearray) -> list[tuple[int, int]]:
+    """Start and stop of each run of dark modules."""
+    edges = [i for i in range(len(row) + 1) if bool(row[i - 1] if i else 0) != bool(row[i] if i < len(row) else 0)]
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _text(canvas: Canvas, text: str, left_m: float, low_m: float, font: str, size_m: float, width_m: float) -> None:
+    """Write a line in a size of at most ``size_m``, smaller where it would be wider than ``width_m``."""
+    shown = printable(text)
+    wide = pdfmetrics.stringWidth(shown, font, size_m)
+    canvas.setFont(font, size_m * min(1.0, width_m / wide) if wide else size_m)
+    canvas.drawString(left_m, low_m, shown)

@@ -1,0 +1,202 @@
+"""From landmarks to the folder that ``vislam2tag sheets`` writes: PDF, images, manifest and a record of it all."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PIL import Image
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from vislam2tag import __version__
+from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.findings import Finding, Severity
+from vislam2tag.sheets.asked import Asked
+from vislam2tag.sheets.file_names import image_names
+from vislam2tag.sheets.fonts import printable
+from vislam2tag.sheets.images import LandmarkImage, Likeness, confused, likenesses
+from vislam2tag.sheets.layout import largest_width_m, layout
+from vislam2tag.sheets.page import Sheet
+from vislam2tag.sheets.pdf import write_pdf
+from vislam2tag.sheets.quality import ImageQuality
+from vislam2tag.survey.sheet_size import SheetSize
+from vislam2tag.whole_folder import whole_folder
+
+PDF_FILE, RECORD_FILE, IMAGE_FOLDER, MANIFEST_FILE = "sheets.pdf", "sheets.json", "images", "manifest.csv"
+_PAIRS_NAMED = 10
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class ImageRecord(_Model):
+    """One image: what the phone loads, and what was measured of it."""
+
+    landmark: str
+    file: str
+    width_m: float
+    height_m: float
+    attempt: int
+    """Pictures of this id that were thrown away before."""
+    quality: ImageQuality
+    most_like: str
+    """The other image of the set that it is most like; empty where none comes near."""
+    most_like_inliers: int
+
+
+class PageRecord(_Model):
+    """One page of the PDF."""
+
+    page: int
+    landmark: str
+    floor: int | None
+    sheet: str
+    width_m: float
+    code: str
+    """Text of its QR code."""
+
+
+class SheetsRecord(_Model):
+    """``sheets.json``."""
+
+    version: str
+    seed: int | None
+    """None: the images are the user's own."""
+    images: tuple[ImageRecord, ...]
+    pages: tuple[PageRecord, ...]
+    findings: tuple[Finding, ...]
+
+
+def is_sheets(folder: Path) -> bool:
+    """Whether a folder was written by :func:`write_sheets`."""
+    try:
+        SheetsRecord.model_validate_json((folder / RECORD_FILE).read_bytes())
+    except (OSError, ValidationError):
+        return False
+    return True
+
+
+def laid_out(
+    asked: Sequence[Asked], images: Sequence[LandmarkImage], paper: SheetSize, width_m: float | None
+) -> tuple[Sheet, ...]:
+    """Lay out a sheet for each landmark; ``paper`` and ``width_m`` are for those that name none themselves.
+
+    Raises UsageError where an image does not fit, or one id would have images of two widths.
+    """
+    aspects = {image.landmark: image.pixels.shape[0] / image.pixels.shape[1] for image in images}
+    widths: dict[str, float] = {}
+    sheets = []
+    for one in asked:
+        aspect, size = aspects[one.landmark], one.sheet or paper
+        width = one.width_m or width_m or largest_width_m(size, aspect)
+        if widths.setdefault(one.landmark, width) != width:
+            raise UsageError(
+                f"landmark {one.landmark}: its image is {widths[one.landmark]:g} m wide on one floor, {width:g} m on "
+                "another; a phone knows an image by one width: use one, or give each its own id"
+            )
+        sheets.append(Sheet(one, layout(size, width, aspect, one.landmark)))
+    return tuple(sheets)
+
+
+def apart(images: Sequence[LandmarkImage], seed: int | None, progress: Callable[[], None]) -> tuple[Likeness, ...]:
+    """Measure how like the images of a set are; raises UsageError or SurveyError where two would be confused."""
+    found = tuple(likenesses(images, progress))
+    pairs = confused(found)
+    if pairs:
+        more = ", ..." if len(pairs) > _PAIRS_NAMED else ""
+        message = f"these would be taken for each other: {', '.join(pairs[:_PAIRS_NAMED])}{more}"
+        raise (
+            SurveyError(f"{message}; replace one of each")
+            if seed is None
+            else UsageError(f"--seed {seed}: {message}; choose another seed")
+        )
+    return found
+
+
+def write_sheets(
+    out: Path,
+    sheets: Sequence[Sheet],
+    images: Sequence[LandmarkImage],
+    likeness: Sequence[Likeness],
+    seed: int | None,
+    findings: Sequence[Finding] = (),
+    progress: Callable[[], None] = lambda: None,
+) -> SheetsRecord:
+    """Write PDF, images, manifest and record into ``out``, which appears whole or not at all.
+
+    Raises OutputError where ``out`` holds something else or cannot be written.
+    """
+    files = dict(zip((image.landmark for image in images), image_names([i.landmark for i in images]), strict=True))
+    boxes = {sheet.asked.landmark: sheet.layout.image for sheet in sheets}
+    record = SheetsRecord(
+        version=__version__,
+        seed=seed,
+        images=tuple(
+            ImageRecord(
+                landmark=image.landmark,
+                file=f"{IMAGE_FOLDER}/{files[image.landmark]}",
+                width_m=boxes[image.landmark].width_m,
+                height_m=round(boxes[image.landmark].height_m, 6),
+                attempt=image.attempt,
+                quality=image.quality,
+                most_like=like.other,
+                most_like_inliers=like.inliers,
+            )
+            for image, like in zip(images, likeness, strict=True)
+        ),
+        pages=tuple(_page(number, sheet) for number, sheet in enumerate(sheets, start=1)),
+        findings=(*findings, *_notes(sheets, images)),
+    )
+    with whole_folder(out, is_sheets) as folder:
+        (folder / IMAGE_FOLDER).mkdir()
+        for image in images:
+            Image.fromarray(image.pixels).save(folder / IMAGE_FOLDER / files[image.landmark], optimize=True)
+        _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
+        write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
+        (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return record
+
+
+def _page(number: int, sheet: Sheet) -> PageRecord:
+    return PageRecord(
+        page=number,
+        landmark=sheet.asked.landmark,
+        floor=sheet.asked.floor,
+        sheet=sheet.layout.paper.name,
+        width_m=sheet.layout.image.width_m,
+        code=sheet.code,
+    )
+
+
+def _write_manifest(path: Path, images: Sequence[ImageRecord]) -> None:
+    """Write what a phone loads: ``id,file,width_m``, one row an image, UTF-8, quoted as RFC 4180 says."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(("id", "file", "width_m"))
+        rows.writerows((image.landmark, Path(image.file).name, f"{image.width_m:g}") for image in images)
+
+
+def _notes(sheets: Sequence[Sheet], images: Sequence[LandmarkImage]) -> list[Finding]:
+    """What is worth knowing of the sheets that were made."""
+    floors = Counter(sheet.asked.landmark for sheet in sheets)
+    twice = [name for name, count in floors.items() if count > 1]
+    odd = [name for name in floors if printable(name) != name]
+    again = [image.landmark for image in images if image.attempt]
+    notes = (
+        ("same_image", twice, "hang on several floors with one image: a walk over these floors cannot tell them apart"),
+        ("unprintable_id", odd, "have letters that the sheets' typeface lacks; the QR code holds them"),
+        ("generated_anew", again, "have a later picture, as the first was not fit"),
+    )
+    return [
+        Finding(kind=kind, file="", count=len(names), message=f"{_listed(names)} {text}", severity=severity)
+        for (kind, names, text), severity in zip(notes, (Severity.WARNING, Severity.INFO, Severity.INFO), strict=True)
+        if names
+    ]
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = ", ..." if len(names) > _PAIRS_NAMED else ""
+    return f"landmarks {', '.join(names[:_PAIRS_NAMED])}{more}"
