@@ -13,9 +13,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from vislam2tag.errors import UsageError
 from vislam2tag.simulation.devices import Locale, device_names
-from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
+from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey, site_survey
 from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.site_building import site_building
 from vislam2tag.simulation.site_files import SiteColumn
+from vislam2tag.simulation.site_survey import site_floors
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
 from vislam2tag.simulation.tour import Climb
 from vislam2tag.simulation.traps import TRAP_FINDINGS, check_traps
@@ -63,6 +65,8 @@ Examples:
     vislam2tag simulate app --format phone --pressure
 
     vislam2tag simulate storeys --floors 3 --climb mixed --pressure --column elevation --column z
+
+    vislam2tag simulate trial --site building --floor 4 --landmark-file plan/landmarks.csv
 """
 
 
@@ -103,15 +107,39 @@ def _simulate(
         Likeness | None,
         typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
     ] = None,
+    site: Annotated[
+        Path | None,
+        typer.Option(metavar="SITE", help="Walk on the plans of this site, past its landmarks, instead of a made one."),
+    ] = None,
+    floor: Annotated[list[int] | None, typer.Option(help="With --site: only this floor; repeatable.")] = None,
+    landmark_file: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="With --site: its landmarks.csv or the like instead of its own landmarks."),
+    ] = None,
+    mask: Annotated[
+        Path | None,
+        typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
+    ] = None,
 ) -> None:
     if scripts and layout is not Layout.PHONE:
         raise UsageError("--scripts: needs --format phone")
     options = WritingOptions(
         locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()), layout, scripts
     )
-    if climb is not None and (like is not None or floors < 2):
-        raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like")
-    if like is Likeness.PAPER:
+    if climb is not None and (like is not None or site is not None or floors < 2):
+        raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")
+    if site is not None and like is not None:
+        raise UsageError("--site and --like: give one of the two")
+    if site is None and (floor or landmark_file or mask):
+        raise UsageError("--floor, --landmark-file and --mask: need --site")
+    if mask is not None and len(floor or ()) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
+    if site is not None:
+        masks = {} if mask is None else dict.fromkeys(floor or (), mask)
+        building = site_building(site_floors(site, floor or (), landmark_file, masks), seed)
+        walks = site_survey(building, site, seed, severity.value, device_names(devices), sessions, minutes * 60)
+        scenario = replace(walks, pressure=pressure, ble=ble)
+    elif like is Likeness.PAPER:
         scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
     else:
         scenario = regular_survey(

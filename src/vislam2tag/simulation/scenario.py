@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 
@@ -80,6 +81,8 @@ class Scenario:
     """Whether the phones log air pressure."""
     ble: bool = False
     """Whether there are BLE beacons, and the phones log them."""
+    site: Path | None = None
+    """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
 
 
 def regular_survey(
@@ -104,6 +107,41 @@ def regular_survey(
     level = severity_level(severity)
     if climb is not None and len(floors) < 2:
         raise ValueError("walks that change floors need two floors at least")
+    planned = [
+        replace(session, climb=climb) for session in _walks(seed, level, floors, devices, sessions, duration_s, walk)
+    ]
+    furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
+    if climb is not None:
+        furnished = furnished.model_copy(update={"distinct_ids": True})
+    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure, ble)
+
+
+def site_survey(
+    building: SimulatedBuilding,
+    site: Path,
+    seed: int,
+    severity: str | float = "default",
+    devices: tuple[str, ...] = ("LG", "OnePlus"),
+    sessions: int = 2,
+    duration_s: float = 180.0,
+    walk: WalkSettings | None = None,
+) -> Scenario:
+    """Plan walks as :func:`regular_survey` does, on all floors of a building made from the site in this folder."""
+    level = severity_level(severity)
+    floors = tuple(floor.number for floor in building.floors)
+    planned = _walks(seed, level, floors, devices, sessions, duration_s, walk)
+    return Scenario(seed, level, building, tuple(planned), site=site)
+
+
+def _walks(
+    seed: int,
+    level: float,
+    floors: tuple[int, ...],
+    devices: tuple[str, ...],
+    sessions: int,
+    duration_s: float,
+    walk: WalkSettings | None,
+) -> list[PlannedSession]:
     planned = []
     for floor in floors:
         for device in devices:
@@ -113,12 +151,8 @@ def regular_survey(
                 walker = walk if walk is not None else _provoked(WalkStyle.SURVEY, quantile * min(level, 1.0))
                 start = datetime(2021, 12, 20, 9) + timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
                 key = SessionKey(floor, device, start.isoformat())
-                session = _planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY)
-                planned.append(replace(session, climb=climb))
-    furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
-    if climb is not None:
-        furnished = furnished.model_copy(update={"distinct_ids": True})
-    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure, ble)
+                planned.append(_planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY))
+    return planned
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:

@@ -40,13 +40,13 @@ def sight(
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
     up = sheets[:, 2] - frames.height[:, None]
     distance = np.sqrt(np.abs(offset) ** 2 + up**2)
-    reach = floor.sheet_reach if len(floor.sheet_reach) else np.ones(len(sheets))
-    seen = _in_view(frames, floor, offset, up, distance / reach, settings) & ~(frames.blocked | lost)[:, None]
+    seen = _in_view(frames, floor, offset, up, distance, settings) & ~(frames.blocked | lost)[:, None]
     seen[: round(START_UP_S * settings.frame_rate_hz)] = False
     if floor.space is not None:
         frame, landmark = np.nonzero(seen)
-        seen[frame, landmark] = floor.space.clear_line(frames.plane_m[frame], sheets[landmark, :2])
-    found = np.logical_or.accumulate(seen & (distance < DETECTION_M * reach), axis=0)
+        here = np.column_stack((frames.plane.real, frames.plane.imag))
+        seen[frame, landmark] = floor.space.clear_line(here[frame], sheets[landmark, :2])
+    found = np.logical_or.accumulate(seen & (distance < DETECTION_M * _reach(floor)), axis=0)
     seen &= found
     passes = _runs(seen)
     heading = np.broadcast_to(floor.landmark_heading_rad, seen.shape).copy()
@@ -78,11 +78,16 @@ def _in_view(
     normal = np.exp(1j * (floor.landmark_heading_rad - np.pi / 2))
     facing = -(offset * normal.conj()).real / distance
     visible: BoolArray = (
-        (distance < settings.sighting_range_m)
+        (distance < settings.sighting_range_m * _reach(floor))
         & (ahead > np.cos(settings.field_of_view_rad / 2))
         & (facing > np.cos(settings.sighting_angle_rad))
     )
     return visible
+
+
+def _reach(floor: SimulatedFloor) -> FloatArray:
+    """How many times farther than an A4 sheet each landmark (m,) is recognised."""
+    return floor.sheet_reach if len(floor.sheet_reach) else np.ones(len(floor.landmark_ids))
 
 
 def _runs(seen: BoolArray) -> IntArray:

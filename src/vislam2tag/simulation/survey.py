@@ -29,6 +29,7 @@ from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.session import SimulatedSession
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.site_files import SiteColumn, site_text
+from vislam2tag.simulation.site_survey import taken_over
 from vislam2tag.simulation.station import (
     StationSettings,
     StationSetup,
@@ -166,6 +167,8 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     building = scenario.building
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.seed)
+    if scenario.site is not None:
+        files = taken_over(scenario.site, building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
         files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
@@ -173,7 +176,7 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     for floor in building.floors:
         plan = out / f"floor_{floor.number}" / "floorplan.jpg"
         plan.parent.mkdir(exist_ok=True)
-        if not left_out(plan.name, options.traps):
+        if scenario.site is None and not left_out(plan.name, options.traps):
             draw_plan(floor, plan)
 
 
@@ -198,6 +201,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),
         **({"ble": True} if scenario.ble else {}),
+        **({"site": scenario.site.name} if scenario.site else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }
     return (json.dumps(content, indent=2) + "\n").encode()
