@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -14,6 +15,8 @@ FRAME_PX = (640, 480)
 """The frame in which ARCore looks for images, width and height."""
 _FOCAL_PX = 500.0
 """65 degrees across the frame, as phones' main cameras have."""
+Rectangle: TypeAlias = tuple[int, int, int, int]
+"""Left, top, width and height, pixels."""
 _BORDER = 0.05
 """White paper around the image, as a share of its width."""
 
@@ -46,15 +49,23 @@ class Frame:
     corners: FloatArray
 
 
-def seen(image: GreyImage, view: View, wall: GreyImage, seed: int = 0) -> Frame:
-    """Look at an image on a wall; ``wall`` has the frame's size and is what stands behind the sheet."""
+def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
+    """Put a white border around an image, as the paper that it is printed on."""
     height, width = image.shape
     edge = round(_BORDER * width)
-    sheet = np.pad(image, edge, constant_values=255)
+    return np.pad(image, edge, constant_values=255), (edge, edge, width, height)
+
+
+def seen(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0) -> Frame:
+    """Look at a sheet of paper on a wall; ``image`` is where on the paper the image stands.
+
+    ``wall`` has the frame's size and is what stands behind the sheet.
+    """
+    left, top, width, height = image
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float64)
     frame_T_image = _projection(view, width, height)
-    whole = frame_T_image @ np.array([(1, 0, -edge), (0, 1, -edge), (0, 0, 1)], np.float64)
-    shrunk, frame_T_shrunk = _without_aliasing(sheet, whole, view)
+    frame_T_paper = frame_T_image @ np.array([(1, 0, -left), (0, 1, -top), (0, 0, 1)], np.float64)
+    shrunk, frame_T_shrunk = _without_aliasing(paper, frame_T_paper, view, width * height)
     frame = cv2.warpPerspective(
         shrunk, frame_T_shrunk, FRAME_PX, dst=wall.copy(), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_TRANSPARENT
     )
@@ -86,11 +97,13 @@ def _about(axis: int, angle: float) -> FloatArray:
     return rotation
 
 
-def _without_aliasing(sheet: GreyImage, frame_T_sheet: FloatArray, view: View) -> tuple[GreyImage, FloatArray]:
+def _without_aliasing(
+    paper: GreyImage, frame_T_paper: FloatArray, view: View, image_px: int
+) -> tuple[GreyImage, FloatArray]:
     """Shrink a sheet to about its size in the frame by areas, as a lens does, before it is warped."""
-    scale = float(np.sqrt(view.share * FRAME_PX[0] * FRAME_PX[1] / (sheet.shape[0] * sheet.shape[1])))
+    scale = float(np.sqrt(view.share * FRAME_PX[0] * FRAME_PX[1] / image_px))
     if scale >= 1:
-        return sheet, frame_T_sheet
-    size = (max(1, round(sheet.shape[1] * scale)), max(1, round(sheet.shape[0] * scale)))
-    back = np.diag((sheet.shape[1] / size[0], sheet.shape[0] / size[1], 1.0))
-    return resized(sheet, size), frame_T_sheet @ back
+        return paper, frame_T_paper
+    size = (max(1, round(paper.shape[1] * scale)), max(1, round(paper.shape[0] * scale)))
+    back = np.diag((paper.shape[1] / size[0], paper.shape[0] / size[1], 1.0))
+    return resized(paper, size), frame_T_paper @ back
