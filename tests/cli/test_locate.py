@@ -58,6 +58,20 @@ def test_faults_are_one_line_and_leave_nothing(place: Path, tmp_path: Path) -> N
     assert not list(tmp_path.iterdir())
 
 
+def test_walks_are_filtered_and_smoothed(place: Path, tmp_path: Path) -> None:
+    (tmp_path / "track.csv").write_text("session,time_ns,x,y\nanother,1,2,3\n")
+    model, out = place / "model.v2t", tmp_path / "positions.csv"
+    done = vislam2tag("locate", model, place / "set", "--track", tmp_path / "track.csv", "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert "scans of walks that helped each other: 48, 0 of them on a track" in done.stdout
+    smooth = out.read_bytes()
+    assert vislam2tag("locate", model, place / "set", "--sequence", "filter", "--out", out).returncode == 0
+    assert out.read_bytes() != smooth
+    refused = vislam2tag("locate", model, place / "scans.csv", "--sequence", "smoother", "--out", tmp_path / "none.csv")
+    assert "no scan tells its session and time_ns" in the_error(refused)
+    assert not (tmp_path / "none.csv").exists()
+
+
 def test_help_has_examples() -> None:
     done = vislam2tag("locate", "--help")
     assert done.returncode == 0

@@ -11,13 +11,16 @@ import polars as pl
 import pytest
 
 from tests.dataset.factory import bssid, small_dataset
-from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed, key_name, with_privacy
 from vislam2tag.errors import DatasetError, ModelError, UsageError
 from vislam2tag.pipeline import locate as module
-from vislam2tag.pipeline.locate import Located, locate
+from vislam2tag.pipeline.locate import Located, WalkPlan, locate
 from vislam2tag.pipeline.train import TrainPlan, train
+from vislam2tag.positioning import scan_file
+from vislam2tag.positioning.sequences import Sequence
+from vislam2tag.positioning.track_file import Tracks
 
 KEY = b"0123456789abcdef-secret"
 
@@ -36,10 +39,10 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def located(
-    model: Path, scans: Path, *, as_json: bool = False, key: bytes | None = None
+    model: Path, scans: Path, *, as_json: bool = False, key: bytes | None = None, walks: WalkPlan | None = None
 ) -> tuple[pl.DataFrame, Located]:
     text = io.StringIO()
-    found = locate(model, scans, text.write, as_json=as_json, key=key)
+    found = locate(model, scans, text.write, as_json=as_json, key=key, walks=walks)
     if as_json:
         return pl.DataFrame(
             [json.loads(line) for line in text.getvalue().splitlines()], infer_schema_length=None
@@ -126,3 +129,43 @@ def test_what_is_no_model_and_no_scans_is_told(places: Path, tmp_path: Path) -> 
         located(places / "scans.csv", places / "scans.csv")
     with pytest.raises(DatasetError, match="cannot be read"):
         located(places / "plain.v2t", tmp_path)
+
+
+def written_walks(rows: pl.DataFrame, path: Path) -> Path:
+    """The scans of a data set's walk as a file that tells session and time."""
+    rows.select("scan_id", "bssid", "rssi_dbm", "session", time_ns="start_ns").write_csv(path)
+    return path
+
+
+def test_scans_of_a_walk_help_each_other(places: Path, tmp_path: Path) -> None:
+    dataset = open_dataset(places / "plain")
+    readings = dataset.readings.join(dataset.fingerprints, on="scan_id", maintain_order="left").collect()
+    file = written_walks(readings, tmp_path / "walks.csv")
+    track = readings.select("session", "x", "y", time_ns="start_ns").unique().with_columns(pl.col("x", "y").round(1))
+    track.write_csv(tmp_path / "track.csv")
+    model = places / "plain.v2t"
+    alone, none = located(model, file)
+    assert (none.in_walks, none.tracked) == (0, 0)
+    smooth, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER))
+    assert (found.in_walks, found.tracked) == (found.scans, 0)
+    assert smooth["scan_id"].equals(alone["scan_id"])
+    assert not smooth["x"].equals(alone["x"])
+    causal, _ = located(model, file, walks=WalkPlan(Sequence.FILTER))
+    assert not causal["x"].equals(smooth["x"])
+    tracked, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER, Tracks(tmp_path / "track.csv")))
+    assert found.tracked > found.scans / 2
+    assert not tracked["x"].equals(smooth["x"])
+    of_set, _ = located(model, places / "plain", walks=WalkPlan(Sequence.SMOOTHER))
+    assert of_set.filter(pl.col("scan_id").is_in(smooth["scan_id"].implode())).height == smooth.height
+
+
+def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = WalkPlan(Sequence.FILTER)
+    with pytest.raises(UsageError, match="no scan tells its session and time_ns"):
+        located(places / "plain.v2t", places / "scans.csv", walks=plan)
+    monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 1)
+    head = "scan_id,bssid,rssi_dbm,session,time_ns\n"
+    rows = [f"{scan},{bssid(0, 2)},-50,{walk},{time_ns}\n" for scan, walk, time_ns in (("a", "w", 1), ("b", "v", 2))]
+    (tmp_path / "scans.csv").write_text(head + "".join(rows) + rows[0].replace("a,", "c,", 1))
+    with pytest.raises(DatasetError, match="session w comes again after others"):
+        located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)

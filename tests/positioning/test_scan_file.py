@@ -118,3 +118,27 @@ def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
 def test_no_line_is_no_scan(tmp_path: Path) -> None:
     assert read(written(tmp_path / "scans.csv", HEAD)) == ({}, {})
     assert read(written(tmp_path / "scans.jsonl", "")) == ({}, {})
+
+
+def test_walks_and_times_are_read_and_walks_stay_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 2)
+    walks = ["w"] * 3 + ["v", "", ""]
+    table = "scan_id,bssid,rssi_dbm,time_ns,session\n" + "".join(
+        f"{number},x,-50,{number * 10},{walk}\n" for number, walk in enumerate(walks)
+    )
+    lines = "".join(
+        json.dumps({"scan_id": number, "bssid": "x", "rssi_dbm": -50, "time_ns": number * 10, "session": walk}) + "\n"
+        for number, walk in enumerate(walks)
+    )
+    for path in (written(tmp_path / "a.csv", table), written(tmp_path / "a.jsonl", lines)):
+        blocks = list(scan_blocks(path, BadLines(path.name), str))
+        assert [block.scans.session.tolist() for block in blocks] == [["w"] * 3, ["v", ""], [""]]
+        assert [block.scans.time_ns.tolist() for block in blocks] == [[0, 10, 20], [30, 0], [0]]
+
+
+def test_scans_whose_time_is_none_stand_alone(tmp_path: Path) -> None:
+    text = "scan_id,bssid,rssi_dbm,time_ns,session\na,x,-50,soon,w\nb,x,-50,,w\nc,x,-50,1e9,w\nd,x,-50,-5,w\n"
+    bad = BadLines("scans.csv")
+    (block,) = scan_blocks(written(tmp_path / "scans.csv", text), bad, str)
+    assert block.scans.session.tolist() == ["", "", "", "w"]
+    assert {finding.kind: finding.lines for finding in bad.findings()} == {scan_file.UNTIMED: (2, 4)}

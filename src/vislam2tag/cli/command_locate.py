@@ -14,8 +14,10 @@ from rich.console import Console
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.dataset.transmitters.privacy import read_key
 from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.locate import Located, locate
+from vislam2tag.pipeline.locate import Located, WalkPlan, locate
 from vislam2tag.positioning.scan_file import JSON_SUFFIXES
+from vislam2tag.positioning.sequences import Sequence
+from vislam2tag.positioning.track_file import Tracks
 from vislam2tag.whole_file import whole_file
 
 HELP = """
@@ -25,6 +27,12 @@ SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a sc
 names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building, floor, x,
 y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE (or, without
 --out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed.
+
+Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
+must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins them:
+CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans that hear
+nothing known then get their place from their neighbours.
+
 Lines that cannot be used are counted and left out. docs/positioning.md describes both formats.
 
 Exit code: 0 all right, 2 wrong usage, no model, scans that cannot be read, or FILE cannot be written, 130 interrupted.
@@ -36,6 +44,10 @@ Examples:
     vislam2tag locate building.v2t scans.jsonl
 
     vislam2tag locate building.v2t fingerprints --out positions.jsonl
+
+    vislam2tag locate building.v2t walks.csv --sequence filter --out positions.csv
+
+    vislam2tag locate building.v2t walks.csv --track tracker.csv --out positions.csv
 
     vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt --out positions.csv
 """
@@ -56,14 +68,23 @@ def _locate(
         Path | None,
         typer.Option(metavar="KEYFILE", help="Hash the scans' BSSIDs with this key, as the model's data set was."),
     ] = None,
+    sequence: Annotated[
+        Sequence | None, typer.Option(help="Let the scans of a walk help each other; with --track: smoother.")
+    ] = None,
+    track: Annotated[
+        Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
+    ] = None,
 ) -> None:
     key = None if hash_bssid is None else read_key(hash_bssid)
     if out is not None and out.resolve() in (model.resolve(), scans.resolve()):
         raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
+    walks = None
+    if sequence is not None or track is not None:
+        walks = WalkPlan(sequence or Sequence.SMOOTHER, None if track is None else Tracks(track))
     as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
     try:
         with _written(out) as write, Console(stderr=True).status("locating"):
-            found = locate(model, scans, write, as_json=as_json, key=key)
+            found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
     except KeyboardInterrupt:
         typer.echo("interrupted: not all scans are located", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -88,6 +109,10 @@ def _print(found: Located, out: Path | None) -> None:
         f"(they hear none of the model's {found.access_points} access points)",
         err=err,
     )
+    if found.in_walks:
+        typer.echo(
+            f"scans of walks that helped each other: {found.in_walks}, {found.tracked} of them on a track", err=err
+        )
     for finding in found.findings:
         lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
         typer.echo(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)

@@ -13,12 +13,15 @@ import polars as pl
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.transmitters.privacy import hashed, key_name
-from vislam2tag.errors import UsageError
+from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.positioning.located_table import LOCATED, located_table
 from vislam2tag.positioning.model_file import SavedModel, load
+from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, scan_blocks
 from vislam2tag.positioning.scans import scans_of
+from vislam2tag.positioning.sequences import Sequence, filtered, smoothed
+from vislam2tag.positioning.track_file import Tracks
 
 Write = Callable[[str], object]
 _NAMES_KEPT = 100_000
@@ -36,29 +39,80 @@ class Located:
     findings: tuple[Finding, ...]
     advice: str | None
     """What must be known of hashed identifiers, where it matters."""
+    in_walks: int = 0
+    """Scans that others of their walk helped to locate."""
+    tracked: int = 0
+    """Of those, scans that a track tells the motion of."""
 
 
-def locate(model: Path, scans: Path, write: Write, *, as_json: bool, key: bytes | None = None) -> Located:
+@dataclass(frozen=True)
+class WalkPlan:
+    """How the scans of a walk help each other."""
+
+    sequence: Sequence
+    tracks: Tracks | None = None
+
+
+class _Walks:
+    """Filters or smooths block after block; every walk lies in one of them."""
+
+    def __init__(self, plan: WalkPlan | None) -> None:
+        self.plan = plan
+        self.scans = self.tracked = 0
+        self._ended: set[str] = set()
+
+    def helped(self, found: Positions, block: ScanBlock) -> Positions:
+        """Return positions with the help of the walk; as they are where nothing was planned."""
+        if self.plan is None:
+            return found
+        scans = block.scans
+        walks = {str(name) for name in np.unique(scans.session)} - {""}
+        if not walks and not self._ended:
+            raise UsageError("--sequence and --track: no scan tells its session and time_ns; add both columns")
+        if again := walks & self._ended:
+            raise DatasetError(f"session {min(again)} comes again after others; sort the scans by session and time_ns")
+        self._ended |= walks
+        track_m = None if self.plan.tracks is None else self.plan.tracks.at(scans)
+        self.scans += int((scans.session != "").sum())
+        self.tracked += 0 if track_m is None else int(np.isfinite(track_m).all(axis=1).sum())
+        return (smoothed if self.plan.sequence is Sequence.SMOOTHER else filtered)(found, scans, track_m)
+
+
+def locate(
+    model: Path,
+    scans: Path,
+    write: Write,
+    *,
+    as_json: bool,
+    key: bytes | None = None,
+    walks: WalkPlan | None = None,
+) -> Located:
     """Locate the scans of a file or of a data set's folder; ``write`` gets CSV or JSON lines, block by block.
 
-    ``key`` hashes identifiers as those of the model's data set were. Raises ModelError for the model's file,
-    DatasetError for the scans, UsageError where one is hashed in another way than the other.
+    ``key`` hashes identifiers as those of the model's data set were. With ``walks`` scans of a session help each other.
+    Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError where one is hashed in another
+    way than the other, or where scans tell no session though ``walks`` need it.
     """
     saved = load(model)
     _check_key(saved, key)
     bad = BadLines(scans.name)
     name = _namer(saved, key)
-    blocks = _dataset_blocks(scans, saved, key, name) if is_dataset(scans) else scan_blocks(scans, bad, name)
+    if is_dataset(scans):
+        blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
+    else:
+        blocks = scan_blocks(scans, bad, name)
+    helping = _Walks(walks)
     if not as_json:
         write(",".join(LOCATED) + "\n")
     count = unknown = 0
     for block in blocks:
-        found = saved.model.predict(block.scans)
+        found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
         rows = located_table(block.ids, found)
         write(rows.write_ndjson() if as_json else rows.write_csv(include_header=False))
     advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
-    return Located(count, unknown, len(saved.model.access_points_), bad.findings(), advice)
+    points = len(saved.model.access_points_)
+    return Located(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)
 
 
 def hashing_advice(saved: SavedModel) -> str | None:
@@ -98,9 +152,9 @@ def _namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
 
 
 def _dataset_blocks(
-    folder: Path, saved: SavedModel, key: bytes | None, name: Callable[[str], str]
+    folder: Path, saved: SavedModel, key: bytes | None, name: Callable[[str], str], *, whole: bool
 ) -> Iterator[ScanBlock]:
-    """Read a data set's fingerprints of the model's technology, walk after walk, whether labelled or not."""
+    """Read a data set's fingerprints of the model's technology, walk after walk (uncut if ``whole``)."""
     dataset = open_dataset(folder)
     theirs, ours = dataset.info.bssid_key, saved.origin.bssid_key
     if theirs is not None and key is not None:
@@ -114,8 +168,9 @@ def _dataset_blocks(
         )
     wanted = dataset.fingerprints.filter(pl.col("technology") == saved.origin.technology)
     for session in each_session(wanted, dataset.readings):
-        for first in range(0, session.fingerprints.height, SCANS_AT_ONCE):
-            yield _block(session, session.fingerprints.slice(first, SCANS_AT_ONCE), name)
+        at_once = max(session.fingerprints.height, 1) if whole else SCANS_AT_ONCE
+        for first in range(0, session.fingerprints.height, at_once):
+            yield _block(session, session.fingerprints.slice(first, at_once), name)
 
 
 def _block(session: SessionTables, fingerprints: pl.DataFrame, name: Callable[[str], str]) -> ScanBlock:
@@ -127,7 +182,7 @@ def _block(session: SessionTables, fingerprints: pl.DataFrame, name: Callable[[s
         readings["rssi_dbm"].to_numpy().astype(np.float64),
         fingerprints.height,
         device=fingerprints["device"].fill_null("").to_numpy().astype(np.str_),
-        session=np.full(fingerprints.height, session.session),
+        session=np.full(fingerprints.height, session.session or ""),
         time_ns=fingerprints["start_ns"].fill_null(0).to_numpy(),
     )
     return ScanBlock(fingerprints["scan_id"].to_numpy().astype(np.str_), scans)

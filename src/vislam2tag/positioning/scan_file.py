@@ -1,6 +1,7 @@
 """Scans to locate, read from CSV or JSON lines block by block: files may be larger than memory.
 
-One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``; the readings of a scan stand together (docs/positioning.md).
+One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``, and where they are known the scan's ``session`` and
+``time_ns``; the readings of a scan stand together (docs/positioning.md).
 """
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -20,13 +22,19 @@ from vislam2tag.findings import ROWS_NAMED, Finding
 from vislam2tag.positioning.scans import RadioScans, TextArray, scans_of
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
+WALK_COLUMNS = ("session", "time_ns")
+"""May be there, too: walk and time of the scan; its first line counts."""
 JSON_SUFFIXES = (".jsonl", ".ndjson", ".json")
 GREATEST_DBM = 200.0
 """No level has this many dBm, of either sign."""
 SCANS_AT_ONCE = 4096
-MALFORMED, ABSURD = "malformed_lines", "absurd_levels"
+_WHOLE_NUMBER = re.compile(r"-?[0-9]{1,18}")
+MALFORMED, ABSURD, UNTIMED = "malformed_lines", "absurd_levels", "untimed_scans"
+Fields = tuple[str, str, str, str, str]
+"""Scan, access point, level, session and time as text; empty where it is not said."""
 _MESSAGES = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; the lines are left out",
+    UNTIMED: "time_ns is no whole number; the scans stand alone, outside their session",
     ABSURD: "levels must be negative dBm (0 and more, such as 100 for 'not heard', are none); the lines are left out",
 }
 
@@ -70,6 +78,18 @@ class _Gathered:
     rows: list[int] = field(default_factory=list)
     bssids: list[str] = field(default_factory=list)
     levels: list[float] = field(default_factory=list)
+    sessions: list[str] = field(default_factory=list)
+    times_ns: list[int] = field(default_factory=list)
+
+    def full(self, session: str) -> bool:
+        """Whether a scan of this session belongs to the next block: walks are not cut."""
+        return len(self.ids) >= SCANS_AT_ONCE and not (session and session == self.sessions[-1])
+
+    def begin(self, scan_id: str, session: str, time_ns: int) -> None:
+        """Take the next scan, which has no readings yet."""
+        self.ids[scan_id] = len(self.ids)
+        self.sessions.append(session)
+        self.times_ns.append(time_ns)
 
     def block(self) -> ScanBlock:
         scans = scans_of(
@@ -77,12 +97,14 @@ class _Gathered:
             np.array(self.bssids, dtype=np.str_),
             np.array(self.levels, dtype=np.float64),
             len(self.ids),
+            session=np.array(self.sessions, dtype=np.str_),
+            time_ns=np.array(self.times_ns, dtype=np.int64),
         )
         return ScanBlock(np.array(list(self.ids), dtype=np.str_), scans)
 
 
 def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[ScanBlock]:
-    """Read scans some thousand at a time; ``name`` makes the model's name for an access point of a ``bssid``.
+    """Read scans some thousand at a time, walks whole; ``name`` makes the model's name for a ``bssid``.
 
     A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
     has not the columns, or scatters the readings of a scan.
@@ -96,10 +118,11 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
                     f"{path}, line {line}: scan {scan_id} comes again after another; the readings of a scan must stand "
                     "together: sort the file by scan_id"
                 )
-            if len(gathered.ids) == SCANS_AT_ONCE:
+            session, time_ns = _walk(fields, line, bad)
+            if gathered.full(session):
                 yield gathered.block()
                 gathered = _Gathered()
-            gathered.ids[scan_id] = len(gathered.ids)
+            gathered.begin(scan_id, session, time_ns)
             last = scan_id
         level = _level_dbm(fields, line, bad)
         if level is not None:
@@ -110,7 +133,18 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
         yield gathered.block()
 
 
-def _level_dbm(fields: tuple[str, str, str], line: int, bad: BadLines) -> float | None:
+def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
+    """Return session and time of a scan; neither where one of them is missing."""
+    session, time_ns = fields[3:]
+    if not (session and time_ns):
+        return "", 0
+    if _WHOLE_NUMBER.fullmatch(time_ns) is None:
+        bad.add(UNTIMED, line)
+        return "", 0
+    return session, int(time_ns)
+
+
+def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
     try:
         level = float(fields[2])
     except ValueError:
@@ -124,7 +158,7 @@ def _level_dbm(fields: tuple[str, str, str], line: int, bad: BadLines) -> float 
     return level
 
 
-def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, tuple[str, str, str]]]:
+def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
     """Yield each line's number, and its scan (never empty), access point and level as text."""
     read = _json_lines if path.suffix.lower() in JSON_SUFFIXES else _csv_lines
     try:
@@ -138,13 +172,13 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, tuple[str, str, str
         raise DatasetError(f"{path}: cannot be read ({error.strerror}); give CSV, JSON lines or a data set") from error
 
 
-def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, tuple[str, str, str] | None]]:
+def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
     rows = csv.reader(text)
     header = [name.strip() for name in next(rows, [])]
     missing = [name for name in COLUMNS if name not in header]
     if missing:
         raise DatasetError(f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}")
-    scan, bssid, level = (header.index(name) for name in COLUMNS)
+    places = [header.index(name) if name in header else None for name in (*COLUMNS, *WALK_COLUMNS)]
     while True:
         try:
             row = next(rows)
@@ -154,11 +188,15 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, tuple[str, str, 
             yield rows.line_num, None
             continue
         if row:
-            whole = len(row) == len(header)
-            yield rows.line_num, (row[scan].strip(), row[bssid].strip(), row[level].strip()) if whole else None
+            yield rows.line_num, _texts(row, places) if len(row) == len(header) else None
 
 
-def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, tuple[str, str, str] | None]]:
+def _texts(row: Sequence[str], places: Sequence[int | None]) -> Fields:
+    scan_id, bssid, level, session, time_ns = ("" if place is None else row[place].strip() for place in places)
+    return scan_id, bssid, level, session, time_ns
+
+
+def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
     del path
     for line, row in enumerate(text, start=1):
         if not row.strip():
@@ -170,10 +208,11 @@ def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, tuple[str, str,
         yield line, _fields(fields) if isinstance(fields, dict) else None
 
 
-def _fields(values: Mapping[str, Any]) -> tuple[str, str, str]:
-    scan_id, bssid, level = (values.get(name) for name in COLUMNS)
+def _fields(values: Mapping[str, Any]) -> Fields:
+    scan_id, bssid, session, time_ns = (_text(values.get(name)) for name in ("scan_id", "bssid", *WALK_COLUMNS))
+    level = values.get("rssi_dbm")
     known = isinstance(level, int | float) and not isinstance(level, bool)
-    return _text(scan_id), _text(bssid), repr(level) if known else ""
+    return scan_id, bssid, repr(level) if known else "", session, time_ns
 
 
 def _text(value: object) -> str:
