@@ -14,7 +14,7 @@ _TOLERANCE_CELLS = 0.8
 
 def wall_segments(area: WalkableArea) -> FloatArray:
     """Segments (w, 2, 2) of an area's boundary, BCS metres, with the area on the left of start to stop."""
-    rings = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="high")
+    rings = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="low")
     segments = []
     for ring in rings:
         corners = approximate_polygon(ring, _TOLERANCE_CELLS)[:, ::-1]
