@@ -20,7 +20,6 @@ from vislam2tag.planning.sigma_map import (
     DistanceClass,
     SigmaMap,
     distance_classes,
-    distance_field,
     sigma_map,
 )
 from vislam2tag.planning.tour import Tour, plan_tour
@@ -126,7 +125,6 @@ def plan_floor(
     on_step(STEPS[4])
     paths = typical_walks(graph)
     expected = tuple(expected_on(paths, sheets, settings.survey_sigma_m))
-    field = distance_field(space, sheets.position)
     on_step(STEPS[5])
     free = usable[places.station] & ~chosen[places.station]
     further = further_landmarks(paths, sheets, places, stations, free, settings.further, settings.survey_sigma_m)
@@ -144,7 +142,7 @@ def plan_floor(
         widths_m=np.array([width_m(sheets.position[group]) for group in groups]),
         expected=expected,
         sigma=sigma_map(space, expected),
-        classes=tuple(distance_classes(field, expected)),
+        classes=tuple(distance_classes(space, sheets.position, expected)),
         further=tuple(further),
         tour=tour,
     )

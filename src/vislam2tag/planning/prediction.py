@@ -24,6 +24,7 @@ from vislam2tag.core.reweighting import equivalent_variances
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.smoothing import Smoothed, mapped_path
 from vislam2tag.core.walked import Walked
+from vislam2tag.evaluation.self_check import expected_error_m
 
 PASSED_M = 0.7
 """A walk that comes so near to a landmark's station passes it."""
@@ -166,3 +167,9 @@ def expected_on(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: flo
     """What is expected along many walks; those that cannot be mapped are left out."""
     found = (expected_along(path, sheets, survey_sigma_m) for path in paths)
     return [one for one in found if one is not None]
+
+
+def mean_error_m(expected: Sequence[Expected]) -> float:
+    """Mean length of the errors to expect on some walks; NaN where there are none."""
+    errors = [expected_error_m(one.covariance) for one in expected]
+    return float(np.concatenate(errors).mean()) if errors else float("nan")

@@ -1,0 +1,171 @@
+"""Plans of landmarks for the walk along the corridors, and maps of the label sigma to expect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.figures.panels import aspect_of, draw_plan, extent_around, in_metres, panel_grid, show
+from vislam2tag.figures.style import LANDMARK, QUIET, print_quality
+from vislam2tag.planning.floor import FloorDesign
+from vislam2tag.planning.records import FloorSummary, PlannedLandmark
+from vislam2tag.planning.ways import along
+from vislam2tag.survey.model import Floor
+
+SHEET_IN = (10.8, 15.6)
+"""Width of a drawing on A4 and on A3 across, inches."""
+MANY = 40
+"""Floors with more landmarks than this are drawn for A3."""
+ARROW_M = 1.2
+"""Length of the arrow out of a wall."""
+TOUR_COLOUR, FIXED = "#0072b2", "#000000"
+ASIDE_M = 0.3
+"""The tour is drawn so far right of the middle: ways that are walked both ways show as two lines."""
+ARROWS_M = 8.0
+"""One arrow in so many metres of the tour."""
+
+
+@print_quality
+def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorSummary) -> Figure:
+    """Draw the plan to take along: sheets with id and size, which way they face, the tour."""
+    figure, axes = _floor_axes(design, floor, summary)
+    _draw_tour(axes, design)
+    _draw_landmarks(axes, summary.landmarks, sizes=True)
+    _draw_fixed(axes, design, summary)
+    for gap in summary.unmet:
+        axes.plot(*zip(gap.start_m, gap.stop_m, strict=True), "x", color="#cc79a7", markersize=6, label="no wall here")
+    sizes = sorted({landmark.sheet for landmark in summary.landmarks})
+    counts = ", ".join(f"{sum(one.sheet == size for one in summary.landmarks)} {size}" for size in sizes)
+    title = f"{summary.name}: {len(summary.landmarks)} landmarks" + (f" ({counts})" if counts else "")
+    minutes, seconds = divmod(round(summary.tour.duration_s), 60)
+    axes.set_title(
+        f"{title}; tour {summary.tour.length_m:.0f} m, {minutes} min {seconds:02d} s. "
+        "Square: sheet, id over its size of paper; arrow: where it faces to.",
+        loc="left",
+    )
+    _legend(axes)
+    return figure
+
+
+@print_quality
+def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorSummary) -> Figure:
+    """Draw the label sigma to expect, and where further landmarks would gain most."""
+    figure, axes = _floor_axes(design, floor, summary)
+    sigma = design.sigma.sigma_m
+    known = sigma[np.isfinite(sigma)]
+    low, high = (float(np.quantile(known, share)) for share in (0.02, 0.98)) if known.size else (0.0, 1.0)
+    image = axes.imshow(
+        sigma,
+        extent=design.sigma.grid.extent_m,
+        origin="lower",
+        cmap="viridis",
+        vmin=low,
+        vmax=max(high, low + 0.01),
+        alpha=0.8,
+        zorder=1,
+    )
+    figure.colorbar(image, ax=axes, label="label sigma to expect, per axis / m", shrink=0.6, pad=0.01)
+    _draw_landmarks(axes, summary.landmarks, sizes=False)
+    _draw_fixed(axes, design, summary)
+    for number, one in enumerate(summary.further, start=1):
+        axes.plot(
+            one.x_m, one.y_m, "*", color="#e69f00", markersize=8, markeredgecolor="black", label="would gain most"
+        )
+        _write(axes, (one.x_m, one.y_m), f"+{number}: {100 * one.gain_m:.2f} cm", "#000000")
+    error = "" if summary.expected_error_m is None else f"; mean error to expect {summary.expected_error_m:.2f} m"
+    axes.set_title(f"{summary.name}: label sigma by the smoother's own model{error}", loc="left")
+    _legend(axes)
+    return figure
+
+
+def _floor_axes(design: FloorDesign, floor: Floor, summary: FloorSummary) -> tuple[Figure, Axes]:
+    extent = extent_around(np.vstack((design.ways.ends, design.sheets.position, design.space.walls.reshape(-1, 2))))
+    width = SHEET_IN[summary.number > MANY]
+    figure, (axes,) = panel_grid(1, 1, width, aspect_of(extent))
+    draw_plan(axes, floor)
+    for line in design.ways.lines:
+        axes.plot(*line.T, color=QUIET, linewidth=0.4, zorder=1)
+    axes.lines[-1].set_label("ways")
+    in_metres(axes)
+    show(axes, extent)
+    return figure, axes
+
+
+def _draw_landmarks(axes: Axes, landmarks: Sequence[PlannedLandmark], *, sizes: bool) -> None:
+    for one in landmarks:
+        normal = np.array((-np.sin(one.heading_rad), np.cos(one.heading_rad))) * -1.0
+        tip = np.array((one.x_m, one.y_m)) + ARROW_M * normal
+        axes.annotate(
+            "",
+            xy=(float(tip[0]), float(tip[1])),
+            xytext=(one.x_m, one.y_m),
+            arrowprops={"arrowstyle": "-|>", "color": LANDMARK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0},
+            zorder=5,
+        )
+        axes.plot(one.x_m, one.y_m, "s", color=LANDMARK, markersize=3.5, zorder=6, label="sheet to hang up")
+        behind = np.array((one.x_m, one.y_m)) - 0.3 * normal
+        _write(axes, behind, f"{one.id}\n{one.sheet}" if sizes else one.id, LANDMARK, away=-normal)
+
+
+def _draw_fixed(axes: Axes, design: FloorDesign, summary: FloorSummary) -> None:
+    for name, place in zip(summary.fixed, design.given.fixed, strict=True):
+        axes.plot(*place, "s", color=FIXED, markersize=3.5, zorder=6, label="hangs already")
+        _write(axes, place, name, FIXED)
+
+
+def _draw_tour(axes: Axes, design: FloorDesign) -> None:
+    """The tour a little right of the middle, with arrows, and where it begins."""
+    line = _aside(design.tour.line)
+    axes.plot(*line.T, color=TOUR_COLOUR, linewidth=0.7, alpha=0.8, zorder=3, label="tour")
+    at = along(line)
+    middles = np.arange(ARROWS_M / 2, at[-1], ARROWS_M)
+    for here, there in zip(middles, middles + 0.3, strict=True):
+        start, stop = ([float(np.interp(s, at, line[:, axis])) for axis in (0, 1)] for s in (here, there))
+        axes.annotate(
+            "",
+            xy=(stop[0], stop[1]),
+            xytext=(start[0], start[1]),
+            arrowprops={"arrowstyle": "-|>", "color": TOUR_COLOUR, "linewidth": 0.5, "mutation_scale": 6},
+            zorder=3,
+        )
+    axes.plot(*line[0], "o", color=TOUR_COLOUR, markersize=5, zorder=4, label="start and end of the tour")
+
+
+def _aside(line: FloatArray) -> FloatArray:
+    """A line (k, 2) shifted to the right of its direction."""
+    keep = np.concatenate(([True], np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6))
+    line = line[keep]
+    step = np.diff(line, axis=0)
+    unit = step / np.linalg.norm(step, axis=1, keepdims=True)
+    right = np.column_stack((unit[:, 1], -unit[:, 0])) * ASIDE_M
+    return np.stack((line[:-1] + right, line[1:] + right), axis=1).reshape(-1, 2)
+
+
+def _write(
+    axes: Axes, place: FloatArray | tuple[float, float], text: str, colour: str, away: FloatArray | None = None
+) -> None:
+    shift = np.array((0.7, 0.7)) if away is None else away
+    written = axes.annotate(
+        text,
+        (float(place[0]), float(place[1])),
+        xytext=(float(5 * shift[0]), float(5 * shift[1])),
+        textcoords="offset points",
+        color=colour,
+        fontsize=6,
+        ha="center" if abs(shift[0]) < 0.5 else "left" if shift[0] > 0 else "right",
+        va="center" if abs(shift[1]) < 0.5 else "bottom" if shift[1] > 0 else "top",
+        linespacing=0.95,
+    )
+    written.set(zorder=7, path_effects=[withStroke(linewidth=1.5, foreground="white")])
+
+
+def _legend(axes: Axes) -> None:
+    """Explain each thing once, above the drawing's corner."""
+    handles, labels = axes.get_legend_handles_labels()
+    shown = dict(zip(labels, handles, strict=True))
+    axes.legend(list(shown.values()), list(shown), loc="upper left", bbox_to_anchor=(0, -0.06), ncols=6)
