@@ -38,7 +38,8 @@ def drawn(
     scale = np.array([size[0] / (right - left), -size[1] / (high - low)])
 
     def pixels(points: FloatArray) -> list[tuple[float, float]]:
-        return [(x, y) for x, y in ((points - (left, high)) * scale).tolist()]
+        inside = ((points - (left, high)) * scale).clip(0, np.array(size) - 1)
+        return [(x, y) for x, y in inside.tolist()]
 
     width = max(1, round(_WALL_M / pixel_m))
     for use in (Use.OUTLINE, Use.WALKABLE, Use.OBSTACLE):

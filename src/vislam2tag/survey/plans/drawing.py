@@ -35,6 +35,8 @@ class Drawing:
     passages: tuple[FloatArray, ...] = ()
     downwards: bool = False
     """Whether the file counts y downwards from the upper edge: known points are given so."""
+    pixels: bool = False
+    """Whether a unit is a pixel: more of them than units show nothing more."""
     unit_m: float | None = None
     """Metres a unit, where the file tells; its origin is then the BCS's."""
     epsg: int | None = None

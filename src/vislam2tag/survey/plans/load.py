@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,12 @@ from PIL import Image
 from shapely.geometry import LineString
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.similarity import Affine2
 from vislam2tag.errors import SurveyError
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.draw import GREATEST_PX, drawn, turned_bounds, upright
-from vislam2tag.survey.plans.drawing import Bounds, mapped
+from vislam2tag.survey.plans.draw import GREATEST_PX, PIXEL_M, drawn, turned_bounds, upright
+from vislam2tag.survey.plans.drawing import Bounds, Drawing, mapped
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.raster import IMAGES
@@ -87,12 +89,22 @@ def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
     source = floor.source or _published(floor, path)
     drawing, bcs_T_plan = placed(read_drawing(path, source), source, floor.georeference)
     if drawing.picture is not None:
+        side_px = min(side_px, _useful_px(drawing, bcs_T_plan))
         image, extent = upright(drawing.picture(side_px), drawing.bounds, bcs_T_plan)
         return FloorPlan(extent, image)
     own = mapped(drawing, lambda points: bcs_T_plan @ points)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
     image = drawn(own.bounds, polygons, own.walls, own.doors, side_px)
     return FloorPlan(own.bounds, image, polygons, own.walls)
+
+
+def _useful_px(drawing: Drawing, bcs_T_plan: Affine2) -> int:
+    """Longer side of a picture that shows all there is: its own pixels, or those of drawn plans."""
+    left, right, low, high = drawing.bounds
+    if drawing.pixels:
+        return math.ceil(max(right - left, high - low))
+    sides_m = np.linalg.norm(bcs_T_plan.matrix, axis=0) * (right - left, high - low)
+    return max(1, math.ceil(float(sides_m.max()) / PIXEL_M))
 
 
 def _published(floor: Floor, path: Path) -> PlanSource:

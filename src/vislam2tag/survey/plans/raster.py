@@ -43,7 +43,7 @@ class RasterFormat:
         def picture(side_px: int) -> Image.Image:
             return on_paper(load_plan(path, side_px), side_px)
 
-        return Drawing((0.0, float(width), 0.0, float(height)), picture, downwards=True)
+        return Drawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
 
 
 register(RasterFormat())

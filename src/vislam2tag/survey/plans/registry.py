@@ -17,7 +17,7 @@ class PlanFormat(Protocol):
 
     name: str
     suffixes: tuple[str, ...]
-    """Of its files, lower case, with the dot."""
+    """Of its files, lower case, with the dot; empty for folders."""
 
     def recognises(self, path: Path) -> bool:
         """Tell from a path with one of the suffixes whether it is of this format; may look inside."""
@@ -47,10 +47,13 @@ def read_drawing(path: Path, source: PlanSource) -> Drawing:
     _load_all()
     if not path.exists():
         raise OSError("is not there: correct its name or add it")
+    suffix = "" if path.is_dir() else path.suffix.lower()
     for name in sorted(_FORMATS):
         known = _FORMATS[name]
-        if path.suffix.lower() in known.suffixes and known.recognises(path):
+        if suffix in known.suffixes and known.recognises(path):
             return known.read(path, source)
+    if suffix == ".dwg":
+        raise OSError("is a DWG, which only its maker's programs read; save it as DXF")
     raise OSError(f"is of no known format; plans end with {', '.join(plan_suffixes())}")
 
 
