@@ -99,7 +99,8 @@ def about(made: SheetsRecord) -> str:
         f"contrast {min(one.contrast for one in quality):.0f}, features {min(one.features for one in quality)}, "
         f"spread {100 * min(one.spread for one in quality):.0f} %, inliers of a hard view "
         f"{min(one.inliers for one in quality)}; most of all: "
-        f"repeats {100 * max(one.repeats for one in quality):.0f} %, inliers of another image {max(one.most_like_inliers for one in made.images)} ({ENOUGH_INLIERS} would count)"
+        f"repeats {100 * max(one.repeats for one in quality):.0f} %, "
+        f"inliers of another image {max(one.most_like_inliers for one in made.images)} ({ENOUGH_INLIERS} would count)"
     )
 
 
