@@ -1,1 +1,1 @@
-"""Sessions handed over from phones on the local network."""
+"""Sessions handed over by phones: zips are checked and filed in the survey (docs/receive.md)."""

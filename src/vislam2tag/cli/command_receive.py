@@ -1,0 +1,142 @@
+"""``vislam2tag receive``: phones hand sessions over."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, DownloadColumn, Progress, TaskID, TextColumn, TransferSpeedColumn
+from rich.text import Text
+
+from vislam2tag.errors import OutputError, SurveyError
+from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
+from vislam2tag.receiving.filing import Filed, file_zip
+from vislam2tag.receiving.session_zip import RefusedZipError
+from vislam2tag.receiving.token import Guard, grouped, new_token
+
+HELP = """
+Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
+
+Shows a code for the phone's camera; the phone must be on the same network. Uploads go on where they broke off, also
+after a restart. A session is checked whole before it appears, and never replaces another one. Ctrl-C ends it.
+
+With ZIP files (shared by mail or cable) these are checked and filed, and no server is started.
+
+The connection is not encrypted: use a network that you trust, or the phone's or the computer's own hotspot.
+
+Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
+address cannot be listened on.
+
+Examples:
+
+    vislam2tag receive survey
+
+    vislam2tag receive survey --port 9000 --max-size 4000
+
+    vislam2tag receive survey 2021-12-20T132523.zip
+"""
+
+UNPACKED = 8
+"""A zip may unpack to this many times ``--max-size``."""
+MEGABYTE = 1_000_000
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("receive", help=HELP)(_receive)
+
+
+def _receive(
+    survey: Annotated[Path, typer.Argument(help="Survey folder; floors and devices that it lacks are made in it.")],
+    zips: Annotated[list[Path] | None, typer.Argument(metavar="[ZIP]...", help="Zips of sessions to file.")] = None,
+    host: Annotated[str, typer.Option(help="Address to listen on; 127.0.0.1: this computer alone.")] = EVERYWHERE[0],
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8765,
+    max_size: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
+) -> None:
+    if not survey.is_dir():
+        raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
+    if zips:
+        refused = [path for path in zips if not _filed(survey, path, max_size * MEGABYTE)]
+        raise typer.Exit(1 if refused else 0)
+    _serve(survey, host, port, max_size * MEGABYTE)
+
+
+def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
+    """File one zip; tell and return False where it is refused."""
+    try:
+        if path.stat().st_size > max_bytes:
+            raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size if that is right")
+        filed = file_zip(survey, path, UNPACKED * max_bytes)
+    except RefusedZipError as error:
+        typer.echo(f"refused {path}: {error}", err=True)
+        return False
+    except OSError as error:
+        raise OutputError(f"{error.filename or path}: {error.strerror}") from error
+    typer.echo(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
+    return True
+
+
+class _Screen:
+    """Tells what happens: a bar for each upload that runs, a line for each session."""
+
+    def __init__(self, bars: Progress) -> None:
+        self._bars, self._tasks = bars, dict[str, TaskID]()
+        self.filed_count = 0
+
+    def received(self, name: str, received: int, length: int) -> None:
+        """Move an upload's bar."""
+        if name not in self._tasks:
+            self._tasks[name] = self._bars.add_task(name[:8], total=length)
+        self._bars.update(self._tasks[name], completed=received)
+
+    def filed(self, name: str, filed: Filed) -> None:
+        """Tell of a session."""
+        self._end(name)
+        self.filed_count += not filed.already
+        what, colour = ("there already", "yellow") if filed.already else ("filed", "green")
+        self._print(what, colour, filed.path)
+
+    def refused(self, address: str, message: str) -> None:
+        """Tell of a request that was refused."""
+        self._print("refused", "red", f"{address}: {message}")
+
+    def _end(self, name: str) -> None:
+        task = self._tasks.pop(name, None)
+        if task is not None:
+            self._bars.remove_task(task)
+
+    def _print(self, what: str, colour: str, text: str) -> None:
+        self._bars.console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
+
+
+def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
+    # Only a server needs these; starting quickly matters to all other commands.
+    from vislam2tag.receiving.server import Listener, Receiver
+    from vislam2tag.receiving.serving import serve
+    from vislam2tag.receiving.uploads import Uploads
+
+    console = Console()
+    columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
+    with (
+        listen(host, port) as opened,
+        Uploads(survey, max_bytes, UNPACKED * max_bytes) as uploads,
+        Progress(*columns, console=console, transient=True) as bars,
+    ):
+        token, screen = new_token(), _Screen(bars)
+        _welcome(console, url_for(host, opened.getsockname()[1], token), token)
+        for waiting in uploads.waiting():
+            console.print(f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here")
+        listener = Listener(screen.received, screen.filed, screen.refused)
+        serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
+    count = screen.filed_count
+    console.print(f"{survey}: {count} session{'' if count == 1 else 's'} received")
+
+
+def _welcome(console: Console, url: str, token: str) -> None:
+    if console.is_terminal:
+        console.out(code_of(url), end="", highlight=False)
+    console.out(f"Scan the code with the phone, or open this address there:\n\n    {url}\n", highlight=False)
+    console.out(f"    token {grouped(token)}\n\nCtrl-C ends it.", highlight=False)

@@ -1,0 +1,70 @@
+"""The token that lets a phone hand over sessions, and the guard who asks for it."""
+
+from __future__ import annotations
+
+import hmac
+import re
+import secrets
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import ceil
+
+ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
+LENGTH = 16
+"""80 bits: too many to guess, few enough to type."""
+WRONG_ALLOWED = 5
+"""So many wrong tokens an address may show before it must wait ..."""
+WAIT_S = 60.0
+"""... this long."""
+ADDRESSES = 1000
+"""Addresses remembered; the one longest silent is forgotten."""
+
+
+def new_token() -> str:
+    """Draw a token from the operating system's source."""
+    return "".join(secrets.choice(ALPHABET) for _ in range(LENGTH))
+
+
+def grouped(token: str) -> str:
+    """A token in groups of four, for people to read."""
+    return "-".join(token[start : start + 4] for start in range(0, len(token), 4))
+
+
+def normalised(text: str) -> str:
+    """What a person typed, without hyphens and blanks, in upper case."""
+    return re.sub(r"[\s-]", "", text).upper()
+
+
+@dataclass
+class _Wrong:
+    count: int = 0
+    until_s: float = 0.0
+
+
+@dataclass
+class Guard:
+    """Compares tokens, and lets addresses wait that showed too many wrong ones; ``clock`` gives seconds."""
+
+    token: str
+    clock: Callable[[], float]
+    _wrong: OrderedDict[str, _Wrong] = field(default_factory=OrderedDict)
+
+    def waiting_s(self, address: str) -> int:
+        """Whole seconds that an address must wait; 0 where it may ask."""
+        known = self._wrong.get(address)
+        return max(0, ceil(known.until_s - self.clock())) if known else 0
+
+    def admits(self, address: str, shown: str) -> bool:
+        """Tell whether a token is right; a wrong one counts against the address."""
+        if hmac.compare_digest(normalised(shown).encode(), self.token.encode()):
+            self._wrong.pop(address, None)
+            return True
+        known = self._wrong.pop(address, _Wrong())
+        known.count += 1
+        if known.count >= WRONG_ALLOWED:
+            known.count, known.until_s = 0, self.clock() + WAIT_S
+        self._wrong[address] = known
+        while len(self._wrong) > ADDRESSES:
+            self._wrong.popitem(last=False)
+        return False

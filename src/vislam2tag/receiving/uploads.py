@@ -1,0 +1,152 @@
+"""Uploads on disk: what arrived of each zip stays there until it is filed, whoever is killed meanwhile."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from vislam2tag.errors import OutputError
+from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip
+from vislam2tag.receiving.session_zip import RefusedZipError
+
+UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
+_PART = re.compile(rf"({UPLOAD_NAME.pattern})\.(\d{{1,15}})\.part")
+
+
+@dataclass(frozen=True)
+class UploadState:
+    """How far an upload is: ``state`` is none, partial or filed; ``session`` where it was filed."""
+
+    state: str
+    received: int = 0
+    length: int | None = None
+    session: str | None = None
+
+
+class WrongLengthError(Exception):
+    """An upload goes on with another length than it began with."""
+
+
+class BusyError(Exception):
+    """An upload is being written by somebody else."""
+
+
+class Uploads:
+    """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
+
+    def __init__(self, survey: Path, max_bytes: int, max_unpacked_bytes: int) -> None:
+        self._survey, self._max_unpacked = survey, max_unpacked_bytes
+        self.max_bytes = max_bytes
+        self._folder = survey / WORK_FOLDER
+        self._busy: set[str] = set()
+        self._lock: BinaryIO | None = None
+
+    def __enter__(self) -> Uploads:
+        """Take hold; raises OutputError where another program has, or the survey cannot be written."""
+        try:
+            self._folder.mkdir(exist_ok=True)
+            self._lock = (self._folder / "lock").open("wb")
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            for left in self._folder.glob(f"{UNPACKED}*"):
+                shutil.rmtree(left, ignore_errors=True)
+        except BlockingIOError as error:
+            raise OutputError(f"{self._survey}: another 'vislam2tag receive' is running there; end it first") from error
+        except OSError as error:
+            raise OutputError(f"{self._survey}: cannot be written: {error.strerror}") from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._lock is not None:
+            self._lock.close()
+
+    def waiting(self) -> list[UploadState]:
+        """States of all uploads that have begun and are not filed."""
+        names = (_PART.fullmatch(path.name) for path in sorted(self._folder.glob("*.part")))
+        return [self.state(match.group(1)) for match in names if match]
+
+    def state(self, name: str) -> UploadState:
+        """How far an upload is; ``name`` is the SHA-256 of its zip."""
+        session = self._filed(name)
+        if session is not None:
+            return UploadState("filed", session=session)
+        part = self._part(name)
+        if part is None:
+            return UploadState("none")
+        return UploadState("partial", part[0].stat().st_size, part[1])
+
+    @contextmanager
+    def writing(self, name: str, length: int) -> Iterator[BinaryIO]:
+        """Open an upload of ``length`` bytes for appending; what is written stays, also after an exception.
+
+        Raises BusyError while another request writes it, WrongLengthError where it began with another length.
+        """
+        if name in self._busy:
+            raise BusyError
+        part = self._part(name)
+        if part is not None and part[1] != length:
+            raise WrongLengthError
+        self._busy.add(name)
+        try:
+            with (self._folder / f"{name}.{length}.part").open("ab", buffering=0) as file:
+                yield file
+        finally:
+            self._busy.discard(name)
+
+    @contextmanager
+    def finishing(self, name: str) -> Iterator[None]:
+        """Keep others away while an upload is checked and filed; raises BusyError while another request is at it."""
+        if name in self._busy:
+            raise BusyError
+        self._busy.add(name)
+        try:
+            yield
+        finally:
+            self._busy.discard(name)
+
+    def finish(self, name: str) -> Filed:
+        """Check a whole upload and file it. Raises RefusedZipError, and forgets the upload; OSError, and keeps it."""
+        part = self._part(name)
+        if part is None:
+            raise RefusedZipError("the upload is gone; send it again")
+        path = part[0]
+        try:
+            with path.open("rb") as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            if digest != name:
+                raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
+            filed = file_zip(self._survey, path, self._max_unpacked)
+        except RefusedZipError:
+            path.unlink(missing_ok=True)
+            raise
+        self._remember(name, filed.path)
+        path.unlink(missing_ok=True)
+        return filed
+
+    def _part(self, name: str) -> tuple[Path, int] | None:
+        for path in sorted(self._folder.glob(f"{name}.*.part")):
+            match = _PART.fullmatch(path.name)
+            if match:
+                return path, int(match.group(2))
+        return None
+
+    def _filed(self, name: str) -> str | None:
+        """Where an upload was filed, if it still lies there."""
+        try:
+            session = json.loads((self._folder / f"{name}.filed").read_text(encoding="utf-8"))["session"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return session if isinstance(session, str) and (self._survey / session).is_dir() else None
+
+    def _remember(self, name: str, session: str) -> None:
+        path = self._folder / f"{name}.filed"
+        partial = path.with_suffix(".tmp")
+        partial.write_text(json.dumps({"session": session}) + "\n", encoding="utf-8")
+        partial.replace(path)
