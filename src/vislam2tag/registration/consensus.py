@@ -160,17 +160,18 @@ def _unplaced(frames: Sequence[_Frame], tolerance_m: float) -> str:
     if len(common) < 2:
         shares = f"only point {called(common[0])}" if common else "no point"
         return f"{who} shares {shares} with {there}, but its frame needs two: shoot more known or common points"
+    names = ", ".join(map(called, common))
     places = [np.array([frame.points[name] for name in common]) for frame in (moved, onto)]
     first, second = np.triu_indices(len(common), 1)
     apart = [np.abs(one[second] - one[first]) for one in places]
     if min(one.max() for one in apart) < LEAST_APART_M:
         return (
-            f"{who} shares the points {', '.join(map(called, common))} with {there}, but they lie at one place: its frame needs "
-            "two points well apart"
+            f"{who} shares the points {names} with {there}, but they lie at one place: its frame needs two points well "
+            "apart"
         )
     ratio = float(np.median(apart[1] / np.maximum(apart[0], 1e-9)))
     return (
-        f"{who} shares the points {', '.join(map(called, common))} with {there}, but no two of them are equally far apart in both "
-        f"(to {tolerance_m:.2f} m; there the distances are {ratio:.3f} times as long): are the names right, is one in "
+        f"{who} shares the points {names} with {there}, but no two of them are equally far apart in both (to "
+        f"{tolerance_m:.2f} m; there the distances are {ratio:.3f} times as long): are the names right, is one in "
         "feet, are coordinates mistyped?"
     )

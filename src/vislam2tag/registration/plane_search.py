@@ -71,11 +71,25 @@ def search_plane(
         errors.append(_named(fit, found))
         wrong = {i for one in found for i in one.measurements}
         good = [one for i, one in enumerate(fit.measurements) if i not in wrong]
+    if errors:
+        _still_determined(good, errors)
     try:
         final = adjust_plane(*_parts(good), frames, settings.prior_freedom, free_scale=free_scale)
     except SingularError as error:
         raise SurveyError(_undetermined(errors)) from error
     return Searched(final, tuple(errors))
+
+
+def _still_determined(good: Sequence[Measurement], errors: Sequence[GrossError]) -> None:
+    """Raise SurveyError where what is left does not place every station.
+
+    The adjustment itself would not notice: residuals look like a little knowledge of a turn that nothing determines.
+    """
+    try:
+        _rough(*_parts(good))
+    except SurveyError as error:
+        left_out = "; ".join(one.text for one in errors)
+        raise SurveyError(f"{error}; left out as wrong: {left_out}") from error
 
 
 def _parts(measurements: Sequence[Measurement]) -> tuple[list[Shot], list[Known]]:

@@ -43,11 +43,13 @@ class RegisteredPoint(_Frozen):
 
 
 class Residual(_Frozen):
-    """What one measurement is off by: measured minus adjusted, metres, in the BCS where it has a direction."""
+    """What one measurement is off by: measured minus adjusted, metres."""
 
     measurement: str
-    x_m: float | None = None
-    y_m: float | None = None
+    at_m: tuple[float, float] | None = None
+    """Where the point lies, BCS; None for a distance."""
+    by_m: tuple[float, float] | None = None
+    """Along the BCS axes; None for a distance."""
     off_m: float
     sigmas: float
     """In standard deviations of the residual; 0 where nothing checks the measurement."""

@@ -139,8 +139,8 @@ def plane_residuals(fit: PlaneFit) -> tuple[Residual, ...]:
             sigmas = math.sqrt(reduction / checks / fit.adjusted.variance_factor)
             row = Residual(
                 measurement=one.label,
-                x_m=round(off.real, 5),
-                y_m=round(off.imag, 5),
+                at_m=(round(fit.places[one.point].real, 3), round(fit.places[one.point].imag, 3)),
+                by_m=(round(off.real, 5), round(off.imag, 5)),
                 off_m=round(abs(off), 5),
                 sigmas=round(sigmas, 2),
                 checked=round(fit.reliability(i), 3),

@@ -91,11 +91,12 @@ def _fields(line: str, separator: str) -> tuple[str, ...]:
 
 
 def _separator(lines: list[str]) -> str:
-    """The separator by which most lines have a name and two numbers; of several the one with most numbers."""
+    """The separator by which most lines have a name and two numbers; of several that with most numbers, then fields."""
 
-    def score(separator: str) -> tuple[int, int]:
-        counts = [_numbers(_fields(line, separator)[1:]) for line in lines]
-        return sum(count >= 2 for count in counts), sum(counts)
+    def score(separator: str) -> tuple[int, int, int]:
+        fields = [_fields(line, separator) for line in lines]
+        counts = [_numbers(one[1:]) for one in fields]
+        return sum(count >= 2 for count in counts), sum(counts), sum(map(len, fields))
 
     return max(SEPARATORS, key=score)
 

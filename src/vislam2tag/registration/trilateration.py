@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -24,6 +25,8 @@ NEARER = 3.0
 """An expected place decides between two where it is so many times nearer to one."""
 GREATEST_SIGMA_M = 0.5
 """A landmark that is not known better has no position."""
+
+UNDETERMINED = "its distances do not determine it, or only where it cannot be (outside the plan): measure more"
 
 Extent = tuple[float, float, float, float]
 
@@ -65,13 +68,13 @@ def trilaterate(
     """
     result = TapeResult()
     free = [one for one in distances if one.landmark not in targets]
-    landmarks = {one.landmark for one in free}
-    for name in sorted({one.to for one in free} - landmarks - targets.keys()):
+    led_to = Counter(one.to for one in free if one.to not in targets)
+    landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
+    for name in sorted(led_to.keys() - landmarks):
         result.errors.append(f"{name} is neither a known point, a wall nor a landmark: distances to it are left out")
     equations = [_equation(one, targets) for one in free if one.to in landmarks or one.to in targets]
-    equations = [one for one in equations if one is not None]
     graph = nx.Graph()
-    graph.add_nodes_from(dict.fromkeys(one.landmark for one in free))
+    graph.add_nodes_from(dict.fromkeys(name for one in free for name in (one.landmark, one.to) if name in landmarks))
     graph.add_edges_from((one.distance.landmark, one.other) for one in equations if one.other)
     for component in nx.connected_components(graph):
         mine = [one for one in equations if one.distance.landmark in component]
@@ -127,6 +130,8 @@ def _place(
     for name in names:
         if name not in order:
             result.unplaced[name] = "fewer than two distances that can be used: measure more"
+        elif not begun:
+            result.unplaced[name] = UNDETERMINED
     if begun:
         _settle(begun, order, settings, extent_m, expected, result)
 
@@ -192,13 +197,14 @@ def _settle(
     solutions = _solutions(begun, names, settings, extent_m)
     if not solutions:
         for name in names:
-            result.unplaced[name] = "its distances do not determine it, or put it outside the plan: measure more"
+            result.unplaced[name] = UNDETERMINED
         return
     start, _, adjusted = solutions[0]
     for i, one in enumerate(start.equations):
         checked = float(adjusted.kernel(np.array((i,)))[0, 0])
         sigmas = adjusted.residual[i] / np.sqrt(max(checked, 1e-6) * adjusted.variance_factor)
-        result.residuals.append((one.distance.label, -adjusted.residual[i] * one.sigma_m, -float(sigmas), checked))
+        off_m = -float(adjusted.residual[i]) * one.sigma_m
+        result.residuals.append((one.distance.label, off_m, -float(sigmas), checked))
     for index, name in enumerate(names):
         chosen, note = _decided([places[name] for _, places, _ in solutions], expected.get(name))
         if chosen is None:
