@@ -62,6 +62,9 @@ def _plan(
         Path | None,
         typer.Option(metavar="FILE", help="Rectangles without landmarks: CSV with floor,x0,y0,x1,y1, metres."),
     ] = None,
+    mask: Annotated[
+        Path | None, typer.Option(metavar="IMAGE", help="With one --floor: green can be walked, red cannot.")
+    ] = None,
     anew: Annotated[bool, typer.Option("--anew", help="Leave the landmarks that the site has out of account.")] = False,
     rooms: Annotated[bool, typer.Option("--rooms", help="Rooms are ways like others, with landmarks.")] = False,
     view: Annotated[
@@ -93,7 +96,7 @@ def _plan(
             further=further,
             time_limit_s=time_limit,
         )
-    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, write)
+    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write)
     try:
         with session_bar("steps") as bar:
             result = write_plans(

@@ -23,6 +23,7 @@ from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.correction import read_mask
 from vislam2tag.walkable.graph import corridor_graph
 from vislam2tag.walkable.space import walkable_space
 from vislam2tag.whole_file import whole_file
@@ -42,6 +43,8 @@ class PlanRequest:
     anew: bool = False
     """Whether the site's landmarks are left out of account instead of being fixed."""
     forbidden: Path | None = None
+    mask: Path | None = None
+    """Drawn correction of what can be walked, for the one floor that is planned."""
     write: bool = False
     """Whether the new landmarks are added to the site's own files."""
 
@@ -74,6 +77,8 @@ def write_plans(
     """
     site, _ = read_site(site_folder)
     floors = _floors(site, request.floors)
+    if request.mask is not None and len(request.floors) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
     forbidden = {} if request.forbidden is None else read_forbidden(request.forbidden)
     unknown = sorted(set(forbidden) - {floor.number for floor in site.floors})
     if unknown:
@@ -83,7 +88,7 @@ def write_plans(
         first = request.first_id
         for floor in floors:
             given = _given(site, floor, forbidden.get(floor.number, np.zeros((0, 4))), anew=request.anew)
-            design = _design(floor, settings, given, lambda step: progress(step, len(floors)))
+            design = _design(floor, request.mask, settings, given, lambda step: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
@@ -109,9 +114,11 @@ def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> Gi
     return Given(here.position_bcs[rows].reshape(-1, 2), tuple(here.ids[row] for row in rows), forbidden)
 
 
-def _design(floor: Floor, settings: PlanSettings, given: Given, on_step: Callable[[str], None]) -> FloorDesign:
+def _design(
+    floor: Floor, mask: Path | None, settings: PlanSettings, given: Given, on_step: Callable[[str], None]
+) -> FloorDesign:
     on_step("walkable space")
-    space = walkable_space(floor_plan(floor))
+    space = walkable_space(floor_plan(floor), mask=None if mask is None else read_mask(mask))
     try:
         return plan_floor(space, corridor_graph(space), settings, given, on_step)
     except SurveyError as error:

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import uniform_filter
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.evaluation.self_check import expected_error_m
 from vislam2tag.planning.prediction import Expected
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walking import WalkingDistances
 
-CELL_M = 0.5
+CELL_M = 0.25
 """Side of a cell of the map."""
-FILL_M = 4.0
-"""Cells no farther than this from a walk take the value of the nearest one that was walked."""
+FILL_M = 8.0
+"""Cells no farther than this from a walk, around walls, take the values of those that were walked."""
 CLASS_M = 5.0
 """Width of a class of distances to the nearest landmark."""
 
@@ -45,7 +45,9 @@ class DistanceClass:
 
 
 def sigma_map(space: WalkableSpace, expected: Sequence[Expected]) -> SigmaMap:
-    """Gather the variances of all walks in cells; cells beside the walks take their nearest neighbours' values."""
+    """Gather the variances of all walks in cells; what lies beside a walk takes its neighbours' values, not through
+    walls.
+    """
     left, right, low, high = space.area.grid.extent_m
     grid = CellGrid((left, low), CELL_M, int(np.ceil((high - low) / CELL_M)), int(np.ceil((right - left) / CELL_M)))
     total, count = np.zeros(grid.shape), np.zeros(grid.shape)
@@ -53,13 +55,21 @@ def sigma_map(space: WalkableSpace, expected: Sequence[Expected]) -> SigmaMap:
         rows, columns = grid.cells_of(one.path).clip(0, np.array(grid.shape) - 1).T
         np.add.at(total, (rows, columns), one.variance_m2)
         np.add.at(count, (rows, columns), 1.0)
-    if not count.any():
-        return SigmaMap(grid, np.full(grid.shape, np.nan))
-    away, (row, column) = distance_transform_edt(np.asarray(count == 0), return_indices=True)
-    sigma = np.sqrt(total / np.maximum(count, 1))[row, column]
     cells = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
-    walkable = space.inside(grid.centres_m(cells)).reshape(grid.shape)
-    return SigmaMap(grid, np.where(walkable & (away * CELL_M <= FILL_M), sigma, np.nan))
+    walkable = (space.clearance_at(grid.centres_m(cells)) > CELL_M / 2).reshape(grid.shape)
+    variance = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    for _ in range(round(FILL_M / CELL_M)):
+        variance = _grown(variance, walkable)
+    return SigmaMap(grid, np.sqrt(variance))
+
+
+def _grown(values: FloatArray, allowed: BoolArray) -> FloatArray:
+    """Give allowed cells without a value the mean of their neighbours that have one."""
+    known = np.isfinite(values)
+    sums = uniform_filter(np.where(known, values, 0.0), 3, mode="constant")
+    weight = uniform_filter(known.astype(np.float64), 3, mode="constant")
+    reached = allowed & ~known & (weight > 1e-6)
+    return np.where(reached, sums / np.maximum(weight, 1e-9), values)
 
 
 def distance_classes(space: WalkableSpace, landmarks: FloatArray, expected: Sequence[Expected]) -> list[DistanceClass]:

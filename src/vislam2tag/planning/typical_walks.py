@@ -16,8 +16,10 @@ CORNER_M = 0.4
 """How much corners are rounded."""
 WALK_M = 150.0
 """Length of a session's walk: three minutes."""
-TIMES = 4.0
+TIMES = 12.0
 """All ways together are walked about so often."""
+FEWEST = 12
+"""Walks at least."""
 ROOM_SHARE = 0.12
 """Probability of looking into a room when passing its door."""
 
@@ -38,7 +40,7 @@ def typical_walks(graph: CorridorGraph, seed: int = 0) -> list[FloatArray]:
     rng = np.random.default_rng(seed)
     used = np.zeros(len(graph.edges))
     leaving = _leaving(graph)
-    count = max(4, round(TIMES * float(graph.length_m[~graph.in_room].sum()) / WALK_M))
+    count = max(FEWEST, round(TIMES * float(graph.length_m[~graph.in_room].sum()) / WALK_M))
     starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[way.edge] for way in out)]
     return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
 

@@ -1,0 +1,276 @@
+"""Planned landmarks against as many at random places and on a grid, by the true errors of simulated surveys.
+
+Generated floors of several sizes and, where ../shared is at hand, the floor of a mall. Each set of landmarks hangs on
+the same walls, is walked past and mapped by the smoother. Also: the errors that ``vislam2tag plan`` expects against the
+true ones, by the walking distance to the nearest landmark.
+
+    python benchmarks/landmark_plans.py                        the table of docs/planning.md
+    python benchmarks/landmark_plans.py --sessions 4 --small   a quick look
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tarfile
+import tempfile
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.status import has_position
+from vislam2tag.core.tracks import CameraTrack, Landmarks
+from vislam2tag.mapping import strategy_named
+from vislam2tag.planning.floor import FloorDesign, Given, plan_floor
+from vislam2tag.planning.places import Places
+from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.planning.sigma_map import CLASS_M
+from vislam2tag.settings import Settings
+from vislam2tag.simulation.sampling import position_at
+from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.site_building import SiteFloor, SiteLandmarks, site_building
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.world import walk_and_track
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.plans.source import Extent, PlanSource
+from vislam2tag.walkable.graph import corridor_graph
+from vislam2tag.walkable.space import WalkableSpace, walkable_space
+from vislam2tag.walkable.walking import WalkingDistances
+
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+NEAR_M = 0.5
+FACTOR = 1.5
+BUILDINGS = {
+    "45 x 26 m": (11, BuildingSettings(width_m=45, height_m=26, cross_corridors=0, dead_ends=2)),
+    "60 x 32 m": (12, BuildingSettings()),
+    "60 x 40 m": (13, BuildingSettings(height_m=40, dead_ends=3)),
+    "80 x 45 m": (14, BuildingSettings(width_m=80, height_m=45, cross_corridors=2, dead_ends=2)),
+    "100 x 60 m": (15, BuildingSettings(width_m=100, height_m=60, cross_corridors=3)),
+}
+DRAWS = 2
+"""Random sets on each floor."""
+SIGMA_M = 0.02
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of all frames (n,) of one survey, metres, NaN without a label; how far each is from a landmark (n,)."""
+
+    error_m: FloatArray
+    away_m: FloatArray
+
+
+@dataclass(frozen=True)
+class Task:
+    """One survey to simulate: a floor with its landmarks."""
+
+    building: str
+    kind: str
+    floor: SiteFloor
+    seed: int
+    sessions: int
+    severity: str
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sessions", type=int, default=12)
+    parser.add_argument("--severity", default="default")
+    parser.add_argument("--small", action="store_true", help="the first two buildings only")
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args()
+    tasks: list[Task] = []
+    designs: dict[str, FloorDesign] = {}
+    for name, seed, floor in floors(small=options.small):
+        design = plan_floor(floor.space, floor.graph, PlanSettings(further=0), nothing_given())
+        designs[name] = design
+        count = len(design.place)
+        sets = {"planned": [design.place], "grid": [on_a_grid(floor.space, design.places, count)]}
+        sets["random"] = [at_random(design.places, count, draw) for draw in range(DRAWS)]
+        for kind, choices in sets.items():
+            for choice in choices:
+                with_marks = replace(floor, landmarks=hung(design.places, choice))
+                tasks.append(Task(name, kind, with_marks, seed, options.sessions, options.severity))
+    with ProcessPoolExecutor(options.jobs) as pool:
+        surveyed = list(pool.map(survey, tasks))
+    print_comparison(designs, tasks, surveyed)
+    print_classes(designs, [(task, errors) for task, errors in zip(tasks, surveyed, strict=True)])
+
+
+def floors(*, small: bool) -> Iterator[tuple[str, int, SiteFloor]]:
+    """Name, seed and walkable floor of each building."""
+    for name, (seed, settings) in list(BUILDINGS.items())[: 2 if small else None]:
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder) / "survey"
+            scenario = regular_survey(seed, floors=(0,), devices=("LG",), sessions=1, duration_s=5.0, building=settings)
+            simulate(scenario, root)
+            site, _ = read_site(root)
+            yield name, seed, walkable(site.floors[0])
+    archive = SHARED / "ilc20" / "site2-F4.tar.xz"
+    if archive.is_file() and not small:
+        yield "mall", 16, mall(archive)
+
+
+def mall(archive: Path) -> SiteFloor:
+    """The floor of a mall, from its GeoJSON."""
+    with tempfile.TemporaryDirectory() as folder:
+        with tarfile.open(archive) as content:
+            for name in ("floor_info.json", "geojson_map.json"):
+                content.extract(f"site2/F4/{name}", folder, filter="data")
+        place = Path(folder) / "site2" / "F4"
+        size = json.loads((place / "floor_info.json").read_text())["map_info"]
+        source = PlanSource(file="geojson_map.json", extent=Extent(width_m=size["width"], height_m=size["height"]))
+        nothing = ControlPoints((), np.empty((0, 2)))
+        plan = place / "geojson_map.json"
+        return walkable(Floor(4, "F4", size["width"], size["height"], 0.0, plan, nothing, source=source))
+
+
+def walkable(floor: Floor) -> SiteFloor:
+    """A floor for the simulator, without landmarks yet."""
+    plan = floor_plan(floor)
+    space = walkable_space(plan)
+    nobody = SiteLandmarks((), np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0))
+    return SiteFloor(floor.number, floor.name, plan.extent_m, 0.0, space, corridor_graph(space), nobody)
+
+
+def nothing_given() -> Given:
+    """No fixed landmarks, no forbidden walls."""
+    return Given(np.empty((0, 2)), (), np.empty((0, 4)))
+
+
+def hung(places: Places, choice: IntArray) -> SiteLandmarks:
+    """Landmarks at some of the places."""
+    chosen = places.take(choice)
+    return SiteLandmarks(
+        ids=tuple(str(number) for number in range(1, len(choice) + 1)),
+        position=chosen.position.round(3),
+        z_m=np.full(len(choice), 1.4),
+        heading_rad=np.arctan2(chosen.normal[:, 0], -chosen.normal[:, 1]),
+        width_m=np.full(len(choice), np.nan),
+    )
+
+
+def at_random(places: Places, count: int, draw: int) -> IntArray:
+    """So many of the places, one a station."""
+    order = np.random.default_rng(draw).permutation(len(places.station))
+    _, first = np.unique(places.station[order], return_index=True)
+    return order[np.sort(first)[:count]]
+
+
+def on_a_grid(space: WalkableSpace, places: Places, count: int) -> IntArray:
+    """So many places nearest to the crossings of a square grid, as coarse as can be."""
+    left, right, low, high = space.area.grid.extent_m
+    for pitch in np.arange(40.0, 1.0, -0.1):
+        x, y = (np.arange(start + pitch / 2, stop, pitch) for start, stop in ((left, right), (low, high)))
+        crossings = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        away = np.linalg.norm(crossings[:, None] - places.position, axis=2)
+        near = away.min(axis=1) <= pitch / 2
+        nearest = away[near].argmin(axis=1)
+        order = np.argsort(away[near].min(axis=1), kind="stable")
+        chosen = list(dict.fromkeys(nearest[order].tolist()))
+        if len(chosen) >= count:
+            return np.array(chosen[:count], dtype=np.int64)
+    raise ValueError("the floor is too small")
+
+
+def survey(task: Task) -> Errors:
+    """Simulate the survey of a floor and map it; the walks of one building differ by its landmarks only."""
+    building = site_building([task.floor], task.seed)
+    plain = regular_survey(
+        task.seed, task.severity, floors=(task.floor.number,), devices=("LG", "OnePlus"), sessions=task.sessions // 2
+    )
+    scenario = replace(plain, building=building)
+    distances = WalkingDistances(task.floor.space)
+    parts = [mapped(scenario, number, task.floor, distances) for number in range(len(scenario.sessions))]
+    return Errors(np.concatenate([part.error_m for part in parts]), np.concatenate([part.away_m for part in parts]))
+
+
+def mapped(scenario: Scenario, number: int, floor: SiteFloor, distances: WalkingDistances) -> Errors:
+    """One session's errors at all its frames."""
+    walk, log = walk_and_track(scenario, scenario.sessions[number])
+    status = np.zeros(len(log.time_ns), dtype=np.int8)
+    camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, status)
+    trajectory = strategy_named("smoother", Settings()).map(camera, log.landmarks, known(floor))
+    true = position_at(walk, log.time_ns)[:, :2]
+    miss = np.linalg.norm(trajectory.position_bcs[:, :2] - true, axis=1)
+    away = distances.to_nearest(true, floor.landmarks.position)
+    return Errors(np.where(has_position(trajectory.status), miss, np.nan), away)
+
+
+def known(floor: SiteFloor) -> Landmarks:
+    """The surveyed landmarks, as their file would have them."""
+    marks = floor.landmarks
+    count = len(marks.ids)
+    return Landmarks(
+        ids=marks.ids,
+        floor=np.full(count, floor.number),
+        position_bcs=marks.position,
+        covariance_bcs=np.tile(np.eye(2) * SIGMA_M**2, (count, 1, 1)),
+        z_m=np.full(count, np.nan),
+        heading_rad=np.full(count, np.nan),
+        heading_sigma_rad=np.full(count, np.nan),
+    )
+
+
+def print_comparison(designs: dict[str, FloorDesign], tasks: list[Task], surveyed: list[Errors]) -> None:
+    """Print the errors of each kind of set, building by building and over all."""
+    print("| floor | ways | landmarks | at least | | mean | p95 | frames within 0.5 m |")
+    print("| --- " * 8 + "|")
+    for name, design in designs.items():
+        head = f"{design.ways.length_m.sum():.0f} m | {len(design.place)} | {design.cover.bound}"
+        print_rows(name, head, lambda task, name=name: task.building == name, tasks, surveyed)  # type: ignore[misc]
+    print_rows("all", " | | ", lambda _task: True, tasks, surveyed)
+
+
+def print_rows(name: str, head: str, wanted: Callable[[Task], bool], tasks: list[Task], surveyed: list[Errors]) -> None:
+    """One row for each kind of set; means over its surveys."""
+    for kind in ("planned", "grid", "random"):
+        errors = [one.error_m for task, one in zip(tasks, surveyed, strict=True) if wanted(task) and task.kind == kind]
+        mean = np.mean([np.nanmean(error) for error in errors])
+        p95 = np.mean([np.nanquantile(error, 0.95) for error in errors])
+        near = np.mean([np.mean(error <= NEAR_M) for error in errors])
+        print(f"| {name} | {head} | {kind} | {mean:.3f} m | {p95:.3f} m | {near:.1%} |", flush=True)
+
+
+def print_classes(designs: dict[str, FloorDesign], surveyed: list[tuple[Task, Errors]]) -> None:
+    """Print what was expected beside what came true, by the walking distance to the nearest landmark."""
+    print("\n| floor | nearest landmark | expected | true | ratio | frames |")
+    print("| --- " * 6 + "|")
+    pooled: dict[float, list[FloatArray]] = defaultdict(list)
+    promised: dict[float, list[tuple[float, float]]] = defaultdict(list)
+    for task, errors in surveyed:
+        if task.kind != "planned":
+            continue
+        for one in designs[task.building].classes:
+            inside = (errors.away_m >= one.low_m) & (errors.away_m < one.low_m + CLASS_M) & np.isfinite(errors.error_m)
+            if inside.sum() < 300:
+                continue
+            true = float(errors.error_m[inside].mean())
+            pooled[one.low_m].append(errors.error_m[inside])
+            promised[one.low_m].append((one.error_m, float(inside.sum())))
+            print_class(task.building, one.low_m, one.error_m, true, int(inside.sum()))
+    for low_m, parts in sorted(pooled.items()):
+        values, weights = np.array(promised[low_m]).T
+        true = float(np.concatenate(parts).mean())
+        print_class("all", low_m, float(np.average(values, weights=weights)), true, int(weights.sum()))
+
+
+def print_class(name: str, low_m: float, expected_m: float, true_m: float, frames: int) -> None:
+    """One row; a ratio beyond the factor that is promised is marked."""
+    ratio = expected_m / true_m
+    mark = "" if 1 / FACTOR <= ratio <= FACTOR else " !"
+    span = f"{low_m:.0f} to {low_m + CLASS_M:.0f} m"
+    print(f"| {name} | {span} | {expected_m:.3f} m | {true_m:.3f} m | {ratio:.2f}{mark} | {frames} |")
+
+
+if __name__ == "__main__":
+    main()
