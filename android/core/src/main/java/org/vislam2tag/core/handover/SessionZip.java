@@ -57,6 +57,7 @@ public final class SessionZip {
       ofBytes += file.getValue().length();
       sums.append(Sha256.of(file.getValue())).append("  ").append(file.getKey()).append('\n');
     }
+    ofBytes += sums.length();
     files.put(SUMS, null);
     File unfinished = new File(target.getPath() + UNFINISHED);
     try {
@@ -87,7 +88,7 @@ public final class SessionZip {
     for (int n = in.read(buffer); n >= 0; n = in.read(buffer)) {
       zip.write(buffer, 0, n);
       bytes += n;
-      progress.packed(Math.min(bytes, ofBytes), ofBytes);
+      progress.packed(bytes, ofBytes);
     }
     zip.closeEntry();
   }

@@ -22,6 +22,8 @@ public final class ImageQuality {
   private static final double LEAST_EIGENVALUE = 60;
   private static final int WINDOW = 2;
   private static final int APART = 3;
+  /** Nearer to the image's edge a window is not whole, pixels. */
+  private static final int RIM = WINDOW + 1;
 
   public final int width;
   public final int height;
@@ -45,8 +47,8 @@ public final class ImageQuality {
     double[] strength = eigenvalues(small);
     int corners = 0;
     boolean[] cells = new boolean[CELLS * CELLS];
-    for (int y = 0; y < small.height; y++) {
-      for (int x = 0; x < small.width; x++) {
+    for (int y = RIM; y < small.height - RIM; y++) {
+      for (int x = RIM; x < small.width - RIM; x++) {
         if (isCorner(strength, small.width, small.height, x, y)) {
           corners++;
           cells[y * CELLS / small.height * CELLS + x * CELLS / small.width] = true;
@@ -107,7 +109,7 @@ public final class ImageQuality {
     return true;
   }
 
-  /** The smaller eigenvalue at each pixel; 0 at the rim. */
+  /** The smaller eigenvalue at each pixel; of no meaning at the rim. */
   private static double[] eigenvalues(GreyImage image) {
     int width = image.width;
     double[] xx = new double[width * image.height];
@@ -122,25 +124,31 @@ public final class ImageQuality {
         yy[y * width + x] = gy * gy;
       }
     }
+    double[] a = windowMeans(xx, width);
+    double[] b = windowMeans(xy, width);
+    double[] c = windowMeans(yy, width);
     double[] smaller = new double[xx.length];
-    for (int y = WINDOW + 1; y < image.height - WINDOW - 1; y++) {
-      for (int x = WINDOW + 1; x < width - WINDOW - 1; x++) {
-        double a = mean(xx, width, x, y);
-        double b = mean(xy, width, x, y);
-        double c = mean(yy, width, x, y);
-        smaller[y * width + x] = (a + c) / 2 - Math.sqrt((a - c) * (a - c) / 4 + b * b);
-      }
+    for (int i = 0; i < smaller.length; i++) {
+      double half = (a[i] - c[i]) / 2;
+      smaller[i] = (a[i] + c[i]) / 2 - Math.sqrt(half * half + b[i] * b[i]);
     }
     return smaller;
   }
 
-  private static double mean(double[] values, int width, int x, int y) {
-    double sum = 0;
-    for (int v = y - WINDOW; v <= y + WINDOW; v++) {
-      for (int u = x - WINDOW; u <= x + WINDOW; u++) {
-        sum += values[v * width + u];
+  /** Means over the window around each pixel, along rows and then along columns; of no meaning at the rim. */
+  private static double[] windowMeans(double[] values, int width) {
+    return along(along(values, 1), width);
+  }
+
+  private static double[] along(double[] values, int step) {
+    double[] means = new double[values.length];
+    for (int i = WINDOW * step; i < values.length - WINDOW * step; i++) {
+      double sum = 0;
+      for (int k = -WINDOW; k <= WINDOW; k++) {
+        sum += values[i + k * step];
       }
+      means[i] = sum / (2 * WINDOW + 1);
     }
-    return sum / ((2 * WINDOW + 1) * (2 * WINDOW + 1));
+    return means;
   }
 }

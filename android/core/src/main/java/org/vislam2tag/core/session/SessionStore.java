@@ -30,9 +30,10 @@ public final class SessionStore {
   }
 
   /**
-   * Finishes the sessions whose recording was killed; to be called when the app starts.
+   * Finishes the sessions whose recording was killed, and removes folders that are empty, as the kill came before the first
+   * file; to be called when the app starts.
    *
-   * @return their folders
+   * @return the folders of those finished
    */
   public List<File> recover(File open) throws IOException {
     List<File> killed = new ArrayList<>();
@@ -40,6 +41,8 @@ public final class SessionStore {
       if (StoredSession.isOpen(folder)) {
         StoredSession.recover(folder);
         killed.add(folder);
+      } else if (String.join("", folder.list()).isEmpty()) {
+        Files.delete(folder.toPath());
       }
     }
     return killed;
