@@ -17,7 +17,7 @@ step() { echo "== $*"; }
 fail() { echo "build.sh: $*" >&2; exit 1; }
 fresh() { rm -rf "$@" && mkdir -p "$@"; }
 
-JAVAC="javac -encoding UTF-8 -Werror -Xlint:all,-options,-path"
+JAVAC="javac -encoding UTF-8 -Werror -Xlint:all,-options,-path,-classfile"
 junit=$jars/junit4.jar:$jars/hamcrest.jar
 mockito=$jars/mockito-core.jar:$jars/byte-buddy.jar:$jars/byte-buddy-agent.jar:$jars/objenesis.jar
 

@@ -1,0 +1,66 @@
+package org.vislam2tag.app.ar;
+
+import android.content.Context;
+import com.google.ar.core.AugmentedImage;
+import com.google.ar.core.AugmentedImageDatabase;
+import com.google.ar.core.Config;
+import com.google.ar.core.Frame;
+import com.google.ar.core.Session;
+import com.google.ar.core.exceptions.CameraNotAvailableException;
+import com.google.ar.core.exceptions.UnavailableException;
+import java.io.Closeable;
+import org.vislam2tag.core.clock.ClockReading;
+import org.vislam2tag.core.clock.Clocks;
+import org.vislam2tag.core.session.Recorder;
+
+/** One ARCore session: one part of a recording, with a frame of reference of its own. */
+final class ArSession implements Closeable {
+  private final Session session;
+  private final ArAnchors anchors;
+
+  /** A session on the camera of {@code context}'s phone that looks for landmarks. */
+  static ArSession open(Context context, LandmarkImages landmarks) throws UnavailableException {
+    return new ArSession(new Session(context), landmarks);
+  }
+
+  ArSession(Session session, LandmarkImages landmarks) {
+    this.session = session;
+    anchors = new ArAnchors(session);
+    Config config = new Config(session);
+    AugmentedImageDatabase images = landmarks.database(session);
+    config.setAugmentedImageDatabase(images);
+    config.setUpdateMode(Config.UpdateMode.LATEST_CAMERA_IMAGE); // never waits: the screen goes on when the camera does not
+    config.setFocusMode(Config.FocusMode.AUTO); // sheets are looked at from near
+    config.setPlaneFindingMode(Config.PlaneFindingMode.DISABLED);
+    config.setLightEstimationMode(Config.LightEstimationMode.DISABLED);
+    session.configure(config);
+  }
+
+  /** Starts the camera, whose image goes into the texture. */
+  void resume(int texture, int rotation, int width, int height) throws CameraNotAvailableException {
+    session.setCameraTextureName(texture);
+    session.setDisplayGeometry(rotation, width, height);
+    session.resume();
+  }
+
+  /** The screen has another size or is turned. */
+  void resize(int rotation, int width, int height) {
+    session.setDisplayGeometry(rotation, width, height);
+  }
+
+  /** The newest frame; it is recorded where {@code recorder} is not null. */
+  Frame update(Recorder recorder, Clocks clocks) throws CameraNotAvailableException {
+    Frame frame = session.update();
+    ClockReading arrival = clocks.read(); // at once: the frame's delay is measured by it
+    if (recorder != null) {
+      recorder.frame(ArFrames.frame(frame, session.getAllTrackables(AugmentedImage.class), arrival), anchors);
+    }
+    return frame;
+  }
+
+  /** Gives the camera back; the session is over. */
+  @Override public void close() {
+    session.pause();
+    session.close();
+  }
+}
