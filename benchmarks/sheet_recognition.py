@@ -1,6 +1,7 @@
 """How well printed landmarks are recognised among 500 of them, and never taken for another.
 
-Usage: python benchmarks/sheet_recognition.py [--ids 500] [--views 50] [--detectors orb sift] [--csv FILE]
+Usage: python benchmarks/sheet_recognition.py [--ids 500] [--views 50] [--detectors orb sift]
+           [--voters 400] [--csv FILE]
 
 The sheets are made as `vislam2tag sheets --ids 1-500` makes them; pages of its PDF are rendered and looked at through a
 simulated camera, with all that is printed beside the image and clutter on the wall behind. Each frame is searched for
@@ -71,6 +72,7 @@ def main() -> None:
     parser.add_argument("--ids", type=int, default=500)
     parser.add_argument("--views", type=int, default=50)
     parser.add_argument("--detectors", nargs="+", choices=list(DETECTORS), default=list(DETECTORS))
+    parser.add_argument("--voters", type=int, default=FEATURES, help="features of each image that find candidates")
     parser.add_argument("--csv", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -81,7 +83,7 @@ def main() -> None:
     images = [picture(0, one.landmark, one.attempt) for one in made.images]
     rows = []
     for name in options.detectors:
-        for row in measured(name, images, pages):
+        for row in measured(name, images, pages, options.voters):
             rows.append(row)
             print(line(row), flush=True)
     if options.csv:
@@ -117,11 +119,13 @@ def page(pdf: Path, index: int) -> tuple[GreyImage, Rectangle]:
     return np.array(shown, np.uint8), (*corner, 640, 640)
 
 
-def measured(name: str, images: list[GreyImage], pages: dict[int, tuple[GreyImage, Rectangle]]) -> Iterator[Row]:
+def measured(
+    name: str, images: list[GreyImage], pages: dict[int, tuple[GreyImage, Rectangle]], voters: int
+) -> Iterator[Row]:
     """Search the views of the pages for all images with one detector."""
     make = DETECTORS[name]
     keeper, finder = make(FEATURES), make(FRAME_FEATURES)
-    recogniser = Recogniser([features_of(reference(image), keeper) for image in images])
+    recogniser = Recogniser([features_of(reference(image), keeper) for image in images], voters)
     wall = clutter()
     for condition, view in CONDITIONS.items():
         yield looked_at(name, condition, recogniser, {i: (*pages[i], view) for i in pages}, finder, wall)

@@ -19,7 +19,7 @@ FRAME_FEATURES = 800
 """Features taken of a camera frame, which shows more than the sheet."""
 VOTERS = 100
 """Features of an image that suffice for votes between images; frames from afar need all of them."""
-_CANDIDATES = 3
+_CANDIDATES = 5
 """Images with the most votes that are looked at closely."""
 _RATIO = 0.8
 """A match counts if the next best is this much worse (Lowe, IJCV 2004)."""

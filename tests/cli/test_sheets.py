@@ -1,0 +1,94 @@
+"""``sheets`` as its users meet it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.cli.command import the_error, vislam2tag
+from tests.sheets.printed import printed
+from tests.survey.site import write_survey
+from tests.surveys import bytes_of
+
+
+def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:
+    survey = write_survey(tmp_path / "survey")
+    raw = bytes_of(survey)
+    done = vislam2tag("sheets", survey, "--out", tmp_path / "out", "--paper", "letter")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "Letter" in done.stdout
+    assert "0.196 m" in done.stdout
+    assert "warning: landmarks 10, 7 hang on several floors with one image" in done.stdout
+    assert done.stdout.endswith(f"for the phone: {tmp_path / 'out/images'}\n")
+    assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n10,10.png,0.196\n7,7.png,0.196\n"
+    assert "floor 4" in printed(tmp_path / "out/sheets.pdf", 3, dpi=25.4).text
+    assert len(json.loads((tmp_path / "out/sheets.json").read_text())["pages"]) == 4
+    assert bytes_of(survey) == raw
+
+
+def test_ids_alone_and_the_same_bytes_again(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        done = vislam2tag("sheets", "--ids", "1-3,lobby", "--seed", "7", "--out", tmp_path / name)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert bytes_of(tmp_path / "a") == bytes_of(tmp_path / "b")
+    assert "lobby,lobby.png,0.19" in (tmp_path / "a/images/manifest.csv").read_text()
+
+
+def test_own_images_keep_their_width(tmp_path: Path) -> None:
+    made = vislam2tag("sheets", "--ids", "1-2", "--seed", "3", "--out", tmp_path / "made")
+    assert made.returncode == 0
+    (tmp_path / "made/images/manifest.csv").unlink()
+    done = vislam2tag("sheets", "--images", tmp_path / "made/images", "--width", "0.1", "--out", tmp_path / "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n1,1.png,0.1\n2,2.png,0.1\n"
+    assert (tmp_path / "out/images/1.png").read_bytes() == (tmp_path / "made/images/1.png").read_bytes()
+
+
+@pytest.fixture(name="photos")
+def _photos(tmp_path: Path) -> Path:
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    Image.fromarray(np.zeros((400, 400), np.uint8)).save(folder / "black.png")
+    return folder
+
+
+def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, photos: Path) -> None:
+    survey = write_survey(tmp_path / "survey")
+    full = tmp_path / "full"
+    shutil.copytree(survey, full)
+    raw = bytes_of(full)
+    for arguments, message in (
+        ((), "no landmark is named; give a site's folder, a file of landmarks, --ids or --images"),
+        (("--ids", "1,01"), "'1' and '01' are one id, 1; name each once"),
+        (("--ids", ""), "--ids names no landmark"),
+        (("--ids", "1", "--paper", "B5"), "'B5' is no size of paper; there are: A4, Letter, A3"),
+        (
+            ("--ids", "1", "--width", "0.3"),
+            "does not fit A4 with 10 mm of white around (at most 0.19 m); choose A2 or A1",
+        ),
+        ((survey, "--ids", "99"), "has no landmark 99"),
+        ((tmp_path / "gone",), "cannot be opened (No such file or directory)"),
+        (("--images", photos), "1 of 1 images cannot be landmarks: black.png (contrast 0, 30 is needed"),
+        (("--images", tmp_path), "holds no image (.png, .jpg, .jpeg)"),
+    ):
+        assert message in the_error(vislam2tag("sheets", *arguments, "--out", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+    assert "is not empty and was not made by this command" in the_error(
+        vislam2tag("sheets", "--ids", "1", "--out", full)
+    )
+    assert bytes_of(full) == raw
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    assert "cannot be made" in the_error(vislam2tag("sheets", "--ids", "1", "--out", blocked / "out"))
+
+
+def test_help_has_examples() -> None:
+    done = vislam2tag("sheets", "--help")
+    assert done.returncode == 0
+    for part in ("vislam2tag sheets survey --out sheets", "--images photos --width 0.2", "--paper", "--seed"):
+        assert part in done.stdout
