@@ -16,15 +16,19 @@ STATISTICS_FILE = "statistics.json"
 PAGE_FILE = "report.html"
 
 
-def finish_dataset(folder: FolderWriter, info: DatasetInfo, field_work: FieldWork | None = None) -> Dataset:
+def finish_dataset(
+    folder: FolderWriter, info: DatasetInfo, field_work: FieldWork | None = None, *, keep_splits: bool = False
+) -> Dataset:
     """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder that holds all tables.
 
-    Splits that are there already stay. Returns the data set as it is then.
+    ``keep_splits``: those that are there are all. Returns the data set as it is then.
     """
     dataset = folder.opened(info)
-    splits = {**dataset.splits, **standard_splits(dataset)}
-    folder.add_splits(splits)
-    info = info.model_copy(update={"findings": (*info.findings, *split_findings(dataset))})
+    splits = dataset.splits
+    if not keep_splits:
+        splits = {**splits, **standard_splits(dataset)}
+        folder.add_splits(splits)
+        info = info.model_copy(update={"findings": (*info.findings, *split_findings(dataset))})
     dataset = replace(dataset, info=folder.finish(info), splits=splits)
     statistics = dataset_statistics(dataset, field_work)
     (folder.root / STATISTICS_FILE).write_text(statistics.model_dump_json(indent=1) + "\n", encoding="utf-8")

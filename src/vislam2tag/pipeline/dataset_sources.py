@@ -36,7 +36,11 @@ class LabelledSource:
             kind="process",
             name=self.labelled.survey,
             version=self.labelled.version,
-            settings={"process": dict(self.labelled.settings), "dataset": settings.model_dump(mode="json")},
+            settings={
+                "process": dict(self.labelled.settings),
+                "dataset": settings.model_dump(mode="json"),
+                **({"rebase": list(self.labelled.rebase)} if self.labelled.rebase else {}),
+            },
             inputs={RUN_FILE: hashlib.sha256(run.read_bytes()).hexdigest()},
         )
 
@@ -100,7 +104,7 @@ def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, .
         for record in source.labelled.floors:
             key = (source.building, record.number)
             plan = source.plans.get(record.number)
-            path = None if plan is None else _plan_path(source.building, record.number, plan)
+            path = None if plan is None else plan_path(source.building, record.number, plan)
             if path is not None and plan is not None:
                 plans.setdefault(path, plan)
             if key in found:
@@ -110,7 +114,8 @@ def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, .
     return tuple(info for _, (info, _) in sorted(found.items(), key=lambda item: item[0])), plans
 
 
-def _plan_path(building: str, number: int, plan: Path) -> str:
+def plan_path(building: str, number: int, plan: Path) -> str:
+    """Where a floor's plan lies in a data set's folder."""
     stem = f"floor_{number}" if not building else f"{unique_slugs([building])[0]}.floor_{number}"
     return f"{PLANS}/{stem}{plan.suffix.lower()}"
 

@@ -26,7 +26,7 @@ from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
-from vislam2tag.survey.model import SessionRef, Survey
+from vislam2tag.survey.model import SessionRef, Site, Survey
 
 Progress = Callable[[Outcome, int], None]
 """Called after each session with its outcome and the total number of sessions."""
@@ -89,7 +89,7 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
 def run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
     """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
     return {
-        "site_files": {str(path.relative_to(root)): _sha256(path) for path in site_files(root)},
+        "site_files": site_hashes(root),
         "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
         "settings": settings.model_dump(mode="json"),
         "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
@@ -102,8 +102,18 @@ def run_record(root: Path, landmarks: Path | None, settings: Settings, selection
     }
 
 
+def site_hashes(root: Path) -> dict[str, str | None]:
+    """SHA-256 of the site's own files, by path relative to it."""
+    return {str(path.relative_to(root)): _sha256(path) for path in site_files(root)}
+
+
 def site_record(survey: Survey) -> dict[str, object]:
     """What the survey is called, and its floors, for those who read the labels without it."""
+    return {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+
+
+def floor_records(site: Site) -> list[dict[str, object]]:
+    """The site's floors, as ``run.json`` keeps them."""
     records = (
         FloorRecord(
             number=floor.number,
@@ -114,9 +124,9 @@ def site_record(survey: Survey) -> dict[str, object]:
             lower_left_m=floor.lower_left_m,
             georeference=floor.georeference,
         )
-        for floor in survey.site.floors
+        for floor in site.floors
     )
-    return {"survey": survey.root.resolve().name, "floors": [record.model_dump() for record in records]}
+    return [record.model_dump(mode="json") for record in records]
 
 
 def _sha256(path: Path) -> str | None:

@@ -25,6 +25,7 @@ class _Run(BaseModel):
     floors: tuple[FloorRecord, ...]
     settings: dict[str, object]
     versions: dict[str, str]
+    rebase: tuple[dict[str, object], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,8 @@ class LabelledSurvey:
     version: str
     sessions: tuple[LabelledSession, ...]
     """Sorted by slug."""
+    rebase: tuple[Mapping[str, object], ...] = ()
+    """Changes of frame that the labels went through since, in order (docs/site.md)."""
 
     @property
     def max_sigma_m(self) -> float:
@@ -111,7 +114,9 @@ def open_labelled(root: Path) -> LabelledSurvey:
     sessions = tuple(LabelledSession(root, path.stem) for path in sorted((root / RESULTS).glob("*.json")))
     if not sessions:
         raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
-    return LabelledSurvey(root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions)
+    return LabelledSurvey(
+        root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase
+    )
 
 
 def _run(root: Path) -> _Run:
