@@ -43,8 +43,8 @@ test_core() {
 make_stubs() {
     if [ "$sdk/stubs.jar" -nt tools/overlay.txt ] && [ "$sdk/mockable.jar" -nt tools/overlay.txt ]; then return; fi
     step "stubs of Android's classes"
-    python3 tools/apistubs.py -o "$sdk/stubs.jar" "$sdk/api-29.txt" tools/overlay.txt
-    python3 tools/apistubs.py --mockable -o "$sdk/mockable.jar" "$sdk/api-29.txt" tools/overlay.txt
+    PYTHONPATH=tools python3 -m apistubs -o "$sdk/stubs.jar" "$sdk/api-29.txt" tools/overlay.txt
+    PYTHONPATH=tools python3 -m apistubs --mockable -o "$sdk/mockable.jar" "$sdk/api-29.txt" tools/overlay.txt
 }
 
 compile_resources() {

@@ -17,10 +17,9 @@ def properties(path: Path) -> dict[str, str]:
     return dict(line.split("=", 1) for line in lines if line and not line.startswith("#"))
 
 
-def merged(app: Path, library: Path, versions: dict[str, str]) -> ElementTree.ElementTree:
+def merged(app: Path, library: Path, versions: dict[str, str]) -> ElementTree.Element:
     """The app's manifest with package, versions and levels, and with the library's queries and application parts."""
-    tree = ElementTree.parse(app)  # noqa: S314  our own file and one that is pinned by its hash
-    root = tree.getroot()
+    root = ElementTree.parse(app).getroot()  # noqa: S314  our own file and one that is pinned by its hash
     root.set("package", versions["appId"])
     root.set(f"{{{ANDROID}}}versionCode", versions["appVersionCode"])
     root.set(f"{{{ANDROID}}}versionName", versions["appVersionName"])
@@ -33,14 +32,15 @@ def merged(app: Path, library: Path, versions: dict[str, str]) -> ElementTree.El
     if application is None or parts is None:
         raise SystemExit(f"{app} and {library} must both have an <application>")
     application.extend(parts)
-    return tree
+    return root
 
 
 def main() -> None:
     """Reads and writes the files named on the command line."""
     app, library, gradle, output = (Path(name) for name in sys.argv[1:])
     ElementTree.register_namespace("android", ANDROID)
-    merged(app, library, properties(gradle)).write(output, encoding="utf-8", xml_declaration=True)
+    manifest = ElementTree.tostring(merged(app, library, properties(gradle)), encoding="utf-8", xml_declaration=True)
+    output.write_bytes(manifest)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""Compile-time stubs of Android's classes from the text of their signatures."""
