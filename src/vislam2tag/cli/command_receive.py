@@ -123,16 +123,17 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     with (
         listen(host, port) as opened,
         Uploads(survey, max_bytes, UNPACKED * max_bytes) as uploads,
-        Progress(*columns, console=console, transient=True) as bars,
+        Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars,
     ):
         token, screen = new_token(), _Screen(bars)
         _welcome(console, url_for(host, opened.getsockname()[1], token), token)
         for waiting in uploads.waiting():
-            console.print(f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here")
+            told = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
+            console.out(told, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
         serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
     count = screen.filed_count
-    console.print(f"{survey}: {count} session{'' if count == 1 else 's'} received")
+    console.out(f"{survey}: {count} session{'' if count == 1 else 's'} received", highlight=False)
 
 
 def _welcome(console: Console, url: str, token: str) -> None:

@@ -18,13 +18,9 @@ def listen(host: str, port: int) -> socket.socket:
     """Open a socket to listen on; raises UsageError where that cannot be."""
     try:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
-        opened = socket.socket(family, socket.SOCK_STREAM)
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        opened.bind((host, port))
-        opened.listen(64)
+        return socket.create_server((host, port), family=family, backlog=64)
     except OSError as error:
         raise UsageError(f"--host {host} --port {port}: cannot be listened on: {error.strerror}") from error
-    return opened
 
 
 def local_address() -> str:

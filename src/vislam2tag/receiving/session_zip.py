@@ -88,6 +88,8 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int) -> tuple[str, dict[str, z
             continue
         if not slash or file not in KNOWN_FILES or file in files:
             raise RefusedZipError(f"the zip holds {info.orig_filename!a:.80}, which no session has, or has twice")
+        if info.header_offset < 0:
+            raise RefusedZipError("the zip is not whole; send it again")
         if info.flag_bits & _ENCRYPTED or info.compress_type not in _METHODS or _is_special(info):
             raise RefusedZipError(f"{file} is encrypted, a link, or packed in a way that sessions are not")
         files[file] = info

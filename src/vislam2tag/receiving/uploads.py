@@ -58,8 +58,10 @@ class Uploads:
             for left in self._folder.glob(f"{UNPACKED}*"):
                 shutil.rmtree(left, ignore_errors=True)
         except BlockingIOError as error:
+            self.__exit__()
             raise OutputError(f"{self._survey}: another 'vislam2tag receive' is running there; end it first") from error
         except OSError as error:
+            self.__exit__()
             raise OutputError(f"{self._survey}: cannot be written: {error.strerror}") from error
         return self
 

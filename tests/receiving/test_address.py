@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+from vislam2tag.errors import UsageError
+from vislam2tag.receiving.address import code_of, listen, local_address, url_for
+
+
+def test_the_token_stands_in_the_fragment() -> None:
+    assert url_for("10.1.2.3", 8765, "ABCD") == "http://10.1.2.3:8765/#ABCD"
+    assert url_for("fe80::1", 80, "ABCD") == "http://[fe80::1]:80/#ABCD"
+
+
+def test_listening_everywhere_shows_an_address_that_phones_can_reach() -> None:
+    assert url_for("0.0.0.0", 1, "A") == f"http://{local_address()}:1/#A"
+
+
+def test_a_taken_port_is_told() -> None:
+    with listen("127.0.0.1", 0) as taken, pytest.raises(UsageError, match="--port"):
+        listen("127.0.0.1", taken.getsockname()[1])
+
+
+def test_an_address_of_another_computer_is_told() -> None:
+    with pytest.raises(UsageError, match=r"--host 192\.0\.2\.77"):
+        listen("192.0.2.77", 0)
+
+
+def test_a_computer_without_network_shows_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unreachable(self: socket.socket, address: object) -> None:
+        raise OSError(101, "Network is unreachable")
+
+    monkeypatch.setattr(socket.socket, "connect", unreachable)
+    assert local_address() == "127.0.0.1"
+
+
+def test_the_code_is_square_enough_for_a_terminal() -> None:
+    lines = code_of("http://192.168.178.100:8765/#ABCDEFGHIJKLMNOP").splitlines()
+    assert 15 <= len(lines) <= 25

@@ -1,0 +1,233 @@
+"""Requests and answers, without a network: what clients rely on."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+from collections.abc import AsyncIterator, Iterator, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import httpx
+import pytest
+
+from tests.receiving.zips import SESSION, digest, session_zip
+from vislam2tag.receiving.filing import Filed
+from vislam2tag.receiving.page import PAGE
+from vislam2tag.receiving.server import MOST_PER_REQUEST, Listener, Receiver
+from vislam2tag.receiving.token import WRONG_ALLOWED, Guard
+from vislam2tag.receiving.uploads import Uploads
+
+PLENTY = 1_000_000
+TOKEN = "ABCDEFGHIJKLMNOP"
+DATA = session_zip()
+NAME = digest(DATA)
+PLACE = f"floor_4/LG/{SESSION}"
+AUTHORIZED = {"Authorization": f"Bearer {TOKEN}"}
+
+
+class Phone:
+    """Asks a receiver that lives in the same process."""
+
+    def __init__(self, uploads: Uploads) -> None:
+        self.uploads = uploads
+        self.now_s = 0.0
+        self.told: list[str] = []
+        listener = Listener(filed=self._filed, refused=lambda address, message: self.told.append(message))
+        self._app = Receiver(uploads, Guard(TOKEN, lambda: self.now_s), listener).app()
+
+    def _filed(self, name: str, filed: Filed) -> None:
+        self.told.append(f"{'already' if filed.already else 'filed'} {filed.path}")
+
+    def ask(self, method: str, path: str, **options: Any) -> httpx.Response:
+        async def asked() -> httpx.Response:
+            transport = httpx.ASGITransport(app=self._app)
+            async with httpx.AsyncClient(transport=transport, base_url="http://computer") as client:
+                return await client.request(method, path, **options)
+
+        return asyncio.run(asked())
+
+    def state(self, name: str = NAME) -> dict[str, Any]:
+        answer = self.ask("GET", f"/v1/uploads/{name}", headers=AUTHORIZED)
+        assert answer.status_code == 200
+        content: dict[str, Any] = answer.json()
+        return content
+
+    def bring(
+        self, data: bytes, offset: int = 0, length: int = len(DATA), name: str = NAME, headers: Mapping[str, str] = {}
+    ) -> httpx.Response:
+        all_headers = AUTHORIZED | {"Upload-Offset": str(offset), "Upload-Length": str(length), **headers}
+        return self.ask("PATCH", f"/v1/uploads/{name}", content=data, headers=all_headers)
+
+
+@pytest.fixture
+def phone(tmp_path: Path) -> Iterator[Phone]:
+    with Uploads(tmp_path, PLENTY, PLENTY) as uploads:
+        yield Phone(uploads)
+
+
+def test_a_session_in_two_requests(phone: Phone, tmp_path: Path) -> None:
+    assert phone.state()["state"] == "none"
+    first = phone.bring(DATA[:200])
+    assert first.status_code == 200
+    assert first.json() == {
+        "state": "partial",
+        "received": 200,
+        "length": len(DATA),
+        "session": None,
+        "message": "more is to come",
+    }
+    last = phone.bring(DATA[200:], 200)
+    assert last.status_code == 200
+    assert (last.json()["state"], last.json()["session"]) == ("filed", PLACE)
+    assert (tmp_path / PLACE / "session.json").is_file()
+    assert phone.told == [f"filed {PLACE}"]
+
+
+def test_a_filed_session_is_answered_so_whatever_comes(phone: Phone) -> None:
+    phone.bring(DATA)
+    assert phone.bring(DATA).json()["state"] == "filed"
+    assert phone.bring(DATA[5:], 5).json()["state"] == "filed"
+    assert phone.told == [f"filed {PLACE}"]
+
+
+def test_the_same_session_packed_otherwise_is_there_already(phone: Phone) -> None:
+    phone.bring(DATA)
+    other = session_zip() + b""
+    repacked = other[:-2] + b"\x04\x00note"  # the same entries, with a comment
+    answer = phone.bring(repacked, 0, len(repacked), digest(repacked))
+    assert (answer.status_code, answer.json()["session"]) == (200, PLACE)
+    assert phone.told == [f"filed {PLACE}", f"already {PLACE}"]
+
+
+@pytest.mark.parametrize("headers", [{}, {"Authorization": "Bearer WRONG"}, {"Authorization": f"Basic {TOKEN}"}])
+@pytest.mark.parametrize("method", ["GET", "PATCH"])
+def test_nothing_without_the_token(phone: Phone, method: str, headers: dict[str, str], tmp_path: Path) -> None:
+    sizes = {"Upload-Offset": "0", "Upload-Length": "3"}
+    answer = phone.ask(method, f"/v1/uploads/{NAME}", headers=headers | sizes, content=b"abc")
+    assert answer.status_code == 401
+    assert "token" in answer.json()["message"]
+    assert answer.headers["WWW-Authenticate"] == "Bearer"
+    assert list(tmp_path.rglob("*.part")) == []
+
+
+def test_who_guesses_must_wait(phone: Phone) -> None:
+    wrong = {"Authorization": "Bearer WRONG"}
+    codes = [phone.ask("GET", f"/v1/uploads/{NAME}", headers=wrong).status_code for _ in range(WRONG_ALLOWED + 1)]
+    assert codes == [401] * WRONG_ALLOWED + [429]
+    right = phone.ask("GET", f"/v1/uploads/{NAME}", headers=AUTHORIZED)
+    assert (right.status_code, right.headers["Retry-After"]) == (429, "60")
+    phone.now_s += 60
+    assert phone.state()["state"] == "none"
+
+
+@pytest.mark.parametrize("name", ["", "abc", NAME.upper(), "..%2f..%2fetc%2fpasswd", "../" + NAME, NAME + "0"])
+def test_uploads_have_no_other_names(phone: Phone, name: str, tmp_path: Path) -> None:
+    answer = phone.bring(b"abc", 0, 10, name)
+    assert answer.status_code in (400, 404, 405)
+    assert list(tmp_path.rglob("*.part")) == []
+
+
+@pytest.mark.parametrize(
+    ("header", "value"),
+    [
+        ("Upload-Offset", "-1"),
+        ("Upload-Offset", "x"),
+        ("Upload-Offset", "1" * 16),
+        ("Upload-Length", ""),
+        ("Upload-Length", "0"),
+    ],
+)
+def test_wrong_headers_are_refused(phone: Phone, header: str, value: str) -> None:
+    answer = phone.bring(DATA, headers={header: value})
+    assert answer.status_code == 400
+    assert header in answer.json()["message"]
+
+
+def test_a_wrong_offset_is_told_where_to_go_on(phone: Phone) -> None:
+    phone.bring(DATA[:100])
+    for offset in (0, 99, 101):
+        answer = phone.bring(DATA[offset : offset + 10], offset)
+        assert answer.status_code == 409
+        assert (answer.json()["state"], answer.json()["received"]) == ("partial", 100)
+    assert phone.state()["received"] == 100
+
+
+def test_another_length_is_refused(phone: Phone) -> None:
+    phone.bring(DATA[:100])
+    assert phone.bring(DATA[100:], 100, len(DATA) + 1).status_code == 400
+
+
+def test_more_than_the_length_is_refused(phone: Phone) -> None:
+    assert phone.bring(DATA + b"more").status_code == 400
+    assert phone.state()["received"] <= len(DATA)
+
+
+def test_what_is_too_large_is_refused_before_it_comes(phone: Phone) -> None:
+    answer = phone.bring(b"x", 0, PLENTY + 1)
+    assert answer.status_code == 413
+    assert "--max-size" in answer.json()["message"]
+    assert phone.state()["state"] == "none"
+
+
+def test_a_request_brings_so_much_and_no_more(tmp_path: Path) -> None:
+    with Uploads(tmp_path, 10 * MOST_PER_REQUEST, PLENTY) as uploads:
+        phone = Phone(uploads)
+        assert phone.bring(bytes(MOST_PER_REQUEST + 1), 0, 2 * MOST_PER_REQUEST).status_code == 413
+
+        async def unannounced() -> AsyncIterator[bytes]:
+            for _ in range(MOST_PER_REQUEST // 2**20 + 1):
+                yield bytes(2**20)
+
+        answer = phone.bring(unannounced(), 0, 2 * MOST_PER_REQUEST)  # type: ignore[arg-type]
+        assert answer.status_code == 413
+        assert phone.state()["received"] <= MOST_PER_REQUEST
+
+
+def test_a_damaged_upload_is_refused_and_may_come_again(phone: Phone) -> None:
+    wrong = bytes([DATA[0] ^ 1]) + DATA[1:]
+    answer = phone.bring(wrong)
+    assert answer.status_code == 422
+    assert "SHA-256" in answer.json()["message"]
+    assert phone.state()["state"] == "none"
+    assert phone.bring(DATA).json()["state"] == "filed"
+
+
+def test_an_answer_that_got_lost_is_asked_for_again(phone: Phone) -> None:
+    with phone.uploads.writing(NAME, len(DATA)) as file:
+        file.write(DATA)
+    assert phone.state()["received"] == len(DATA)
+    assert phone.bring(b"", len(DATA)).json()["state"] == "filed"
+
+
+def test_an_upload_that_somebody_else_writes_is_locked(phone: Phone) -> None:
+    with phone.uploads.writing(NAME, len(DATA)):
+        assert phone.bring(DATA).status_code == 423
+    assert phone.bring(DATA).status_code == 200
+
+
+@pytest.mark.parametrize(("number", "told"), [(errno.ENOSPC, "full"), (errno.EIO, "cannot write")])
+def test_a_full_disk_is_told(phone: Phone, number: int, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(name: str, length: int) -> BinaryIO:
+        raise OSError(number, "refused by the operating system")
+
+    monkeypatch.setattr(phone.uploads, "writing", full)
+    answer = phone.bring(DATA)
+    assert answer.status_code == 507
+    assert told in answer.json()["message"]
+
+
+def test_the_page_needs_no_token_and_tells_none(phone: Phone) -> None:
+    answer = phone.ask("GET", "/")
+    assert answer.status_code == 200
+    assert answer.text == PAGE
+    assert TOKEN not in answer.text
+    assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+    assert answer.headers["Referrer-Policy"] == "no-referrer"
+
+
+@pytest.mark.parametrize(("method", "path"), [("GET", "/etc/passwd"), ("POST", "/"), ("DELETE", f"/v1/uploads/{NAME}")])
+def test_there_is_nothing_else(phone: Phone, method: str, path: str) -> None:
+    answer = phone.ask(method, path, headers=AUTHORIZED)
+    assert answer.status_code in (404, 405)
+    assert answer.json()["message"]

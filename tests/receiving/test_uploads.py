@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.receiving.zips import SESSION, digest, session_zip
+from vislam2tag.errors import OutputError
+from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER
+from vislam2tag.receiving.session_zip import RefusedZipError
+from vislam2tag.receiving.uploads import BusyError, Uploads, UploadState, WrongLengthError
+
+PLENTY = 1_000_000
+DATA = session_zip()
+NAME = digest(DATA)
+PLACE = f"floor_4/LG/{SESSION}"
+
+
+@pytest.fixture
+def uploads(tmp_path: Path) -> Iterator[Uploads]:
+    with Uploads(tmp_path, PLENTY, PLENTY) as held:
+        yield held
+
+
+def brought(uploads: Uploads, data: bytes, length: int = len(DATA), name: str = NAME) -> None:
+    with uploads.writing(name, length) as file:
+        file.write(data)
+
+
+def test_an_upload_grows_and_is_filed(uploads: Uploads, tmp_path: Path) -> None:
+    assert uploads.state(NAME) == UploadState("none")
+    brought(uploads, DATA[:100])
+    assert uploads.state(NAME) == UploadState("partial", 100, len(DATA))
+    brought(uploads, DATA[100:])
+    assert uploads.finish(NAME).path == PLACE
+    assert uploads.state(NAME) == UploadState("filed", session=PLACE)
+    assert list((tmp_path / WORK_FOLDER).glob("*.part")) == []
+
+
+def test_what_arrived_outlives_the_program(tmp_path: Path) -> None:
+    with Uploads(tmp_path, PLENTY, PLENTY) as first:
+        brought(first, DATA[:100])
+    with Uploads(tmp_path, PLENTY, PLENTY) as second:
+        assert second.waiting() == [UploadState("partial", 100, len(DATA))]
+        brought(second, DATA[100:])
+        second.finish(NAME)
+    with Uploads(tmp_path, PLENTY, PLENTY) as third:
+        assert third.state(NAME).state == "filed"
+        assert third.waiting() == []
+
+
+def test_what_was_written_before_an_exception_stays(uploads: Uploads) -> None:
+    def broken_off() -> None:
+        with uploads.writing(NAME, len(DATA)) as file:
+            file.write(DATA[:70])
+            raise ConnectionError
+
+    with pytest.raises(ConnectionError):
+        broken_off()
+    assert uploads.state(NAME).received == 70
+
+
+def test_two_do_not_write_one_upload(uploads: Uploads) -> None:
+    with uploads.writing(NAME, 10):
+        with pytest.raises(BusyError), uploads.writing(NAME, 10):
+            pass
+        with pytest.raises(BusyError), uploads.finishing(NAME):
+            pass
+        with uploads.writing("f" * 64, 10):
+            pass
+    with uploads.finishing(NAME), pytest.raises(BusyError), uploads.writing(NAME, 10):
+        pass
+
+
+def test_an_upload_keeps_its_length(uploads: Uploads) -> None:
+    brought(uploads, b"1", length=10)
+    with pytest.raises(WrongLengthError), uploads.writing(NAME, 11):
+        pass
+
+
+def test_another_checksum_is_refused_and_forgotten(uploads: Uploads) -> None:
+    wrong = DATA[:-1] + bytes([DATA[-1] ^ 1])
+    brought(uploads, wrong)
+    with pytest.raises(RefusedZipError, match="SHA-256"):
+        uploads.finish(NAME)
+    assert uploads.state(NAME) == UploadState("none")
+
+
+def test_a_refused_session_is_forgotten(uploads: Uploads, tmp_path: Path) -> None:
+    data = session_zip(CameraPose_csv=b"other")
+    brought(uploads, data, len(data), digest(data))
+    with pytest.raises(RefusedZipError, match="checksum"):
+        uploads.finish(digest(data))
+    assert uploads.state(digest(data)) == UploadState("none")
+    assert not (tmp_path / "floor_4").exists()
+
+
+def test_a_session_that_somebody_removed_may_come_again(uploads: Uploads, tmp_path: Path) -> None:
+    brought(uploads, DATA)
+    uploads.finish(NAME)
+    shutil.rmtree(tmp_path / PLACE)
+    assert uploads.state(NAME) == UploadState("none")
+
+
+def test_a_full_disk_keeps_the_upload(uploads: Uploads, tmp_path: Path) -> None:
+    (tmp_path / "floor_4").write_bytes(b"not a folder, as if it could not be made")
+    brought(uploads, DATA)
+    with pytest.raises(OSError, match="floor_4"):
+        uploads.finish(NAME)
+    assert uploads.state(NAME).received == len(DATA)
+
+
+def test_only_one_program_holds_a_survey(uploads: Uploads, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="another 'vislam2tag receive'"), Uploads(tmp_path, PLENTY, PLENTY):
+        pass
+
+
+def test_what_a_killed_program_was_unpacking_goes(tmp_path: Path) -> None:
+    left = tmp_path / WORK_FOLDER / f"{UNPACKED}1"
+    left.mkdir(parents=True)
+    with Uploads(tmp_path, PLENTY, PLENTY):
+        assert not left.exists()
