@@ -8,10 +8,8 @@ from pathlib import Path
 
 from apistubs.text import after_bracket, split, without_annotations
 
-_MODIFIERS = frozenset(
-    ("public", "private", "protected", "static", "final", "abstract", "default", "synchronized", "native")
-    + ("transient", "volatile", "strictfp", "deprecated", "sealed", "non-sealed")
-)
+_MODIFIERS = {"public", "private", "protected", "static", "final", "abstract", "default", "synchronized", "native"}
+_MODIFIERS |= {"transient", "volatile", "strictfp", "deprecated", "sealed", "non-sealed"}
 _FIELD = re.compile(r"(?P<type>.*?)(?P<name>[\w$]+)(?: = (?P<value>.*?))?;(?: //.*)?$")
 _CLAUSE = re.compile(r"(extends|implements) (.*?)(?= (?:extends|implements) |$)")
 _HIDDEN_BLANK = "\x01"
