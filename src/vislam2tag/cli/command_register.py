@@ -210,6 +210,10 @@ def _residual_table(found: Registration) -> Table:
     rows = table(f"Greatest residuals of those kept (at most {WORST})", ("measurement",), ("x", "y", "off", "sigmas"))
     every = sorted((*found.residuals, *found.tape_residuals), key=lambda one: -abs(one.sigmas))
     for one in every[:WORST]:
-        parts = ("-" if value is None else f"{1000 * value:.1f} mm" for value in (one.x_m, one.y_m, one.off_m))
-        rows.add_row(escape(one.measurement), *parts, f"{one.sigmas:.1f}")
+        along = ("-", "-") if one.by_m is None else tuple(_millimetres(value) for value in one.by_m)
+        rows.add_row(escape(one.measurement), *along, _millimetres(one.off_m), f"{one.sigmas:.1f}")
     return rows
+
+
+def _millimetres(value_m: float) -> str:
+    return f"{1000 * value_m:.1f} mm"

@@ -19,7 +19,7 @@ from vislam2tag.figures.panels import (
     panel_grid,
     show,
 )
-from vislam2tag.figures.style import LANDMARK, PAGE_IN, QUIET, print_quality
+from vislam2tag.figures.style import LANDMARK, PAGE_IN, QUIET, TRUTH, print_quality
 from vislam2tag.registration.record import RegisteredPoint, Registration, Residual, Source
 from vislam2tag.survey.model import Floor
 
@@ -33,16 +33,17 @@ _ODD_SIGMAS = 3.0
 
 @print_quality
 def residual_figure(floor: Floor, found: Registration) -> Figure:
-    """Draw the points on the plan with their 95 % regions, magnified, and the size of every residual in sigmas."""
+    """Draw points with their 95 % regions and residuals on the plan, magnified, and all residuals in sigmas."""
     points = [*found.landmarks, *found.control_points]
     places = np.array([(one.x_m, one.y_m) for one in points], dtype=np.float64).reshape(-1, 2)
     extent = _extent(floor, places)
     figure, (plan, bars) = panel_grid(2, 2, PAGE_IN, aspect_of(extent))
     draw_plan(plan, floor)
     magnified = _draw_points(plan, points, places, extent)
+    _draw_arrows(plan, found.residuals, magnified)
     in_metres(plan)
     show(plan, extent)
-    plan.set_title(f"Landmarks and their 95 % regions, {magnified:g} times as large", loc="left")
+    plan.set_title(f"95 % regions and residuals, {magnified:g} times as large", loc="left")
     _draw_residuals(bars, (*found.residuals, *found.tape_residuals))
     legend_below(figure, [plan, bars])
     return figure
@@ -87,6 +88,14 @@ def _draw_points(
     for one, (x, y) in zip(points, places.tolist(), strict=True):
         axes.annotate(one.point, (x, y), xytext=(3, 3), textcoords="offset points", zorder=5)
     return magnified
+
+
+def _draw_arrows(axes: Axes, residuals: Sequence[Residual], magnified: float) -> None:
+    """Draw what each shot and known point is off by, from where its point lies."""
+    arrows = np.array([(*one.at_m, *one.by_m) for one in residuals if one.at_m and one.by_m]).reshape(-1, 4)
+    by_m = arrows[:, 2:] * magnified
+    axes.quiver(*arrows[:, :2].T, *by_m.T, angles="xy", scale_units="xy", scale=1, width=0.002, color=TRUTH, zorder=6)
+    axes.plot([], [], color=TRUTH, linewidth=0.8, label="residual")
 
 
 def _draw_residuals(axes: Axes, residuals: Sequence[Residual]) -> None:
