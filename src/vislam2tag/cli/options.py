@@ -23,6 +23,9 @@ _OPTION_NAMES = {
     "guard_m": "guard",
     "cell_m": "cell",
     "radius_m": "radius",
+    "shot_sigma_m": "shot-sigma",
+    "tape_sigma_m": "tape-sigma",
+    "plan_sigma_m": "plan-sigma",
 }
 """Options that are not named like their setting."""
 
