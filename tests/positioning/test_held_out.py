@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.positioning.held_out import CALIBRATED_WITH, drawn, folds, usable, walk_of
+from vislam2tag.positioning.held_out import CALIBRATED_WITH, area_of, drawn, folds, usable, walk_of
 
 SCANS, PLACES = radio_world(walks=2)
 
@@ -43,6 +43,14 @@ def test_folds_hold_each_scan_out_once_and_never_part_a_walk(walks: list[int], c
         assert not set(walk[learned]) & set(walk[left])
         held_out += left
     assert (held_out == (1 if len(set(walks)) > 1 else 0)).all()
+
+
+def test_areas_are_squares_of_all_storeys() -> None:
+    area = area_of(PLACES, 5.0)
+    square = np.floor(PLACES.xy / 5.0)
+    for number in np.unique(area):
+        assert len(np.unique(square[area == number], axis=0)) == 1
+    assert len(np.unique(area)) == len(np.unique(square, axis=0))
 
 
 def test_some_are_drawn_evenly() -> None:

@@ -39,10 +39,10 @@ def radius_scale(error_m: FloatArray, scale_m: FloatArray) -> RadiusScale:
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio):
         raise ValueError("no held-out error to calibrate with")
-    return RadiusScale(_conformal_quantile(ratio, SIXTY_EIGHT), _conformal_quantile(ratio, NINETY_FIVE))
+    return RadiusScale(conformal_quantile(ratio, SIXTY_EIGHT), conformal_quantile(ratio, NINETY_FIVE))
 
 
-def _conformal_quantile(ascending: FloatArray, share: float) -> float:
-    """Quantile that a further value falls below with this probability; the greatest value where there are too few."""
+def conformal_quantile(ascending: FloatArray, share: float) -> float:
+    """Return what a further value falls below with this probability; the greatest value where there are too few."""
     rank = int(np.ceil((len(ascending) + 1) * share))
     return float(ascending[min(rank, len(ascending)) - 1])

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.altered_scans import altered
 from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.extra import import_extra
+from vislam2tag.positioning.novelty import AlikeScans
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.representation import Representation, represented
-from vislam2tag.positioning.scan_kernel import MOST_CENTRES, NormalEquations, Pair, ScanKernel
+from vislam2tag.positioning.scan_kernel import MOST_CENTRES, NormalEquations, Pair, ScanKernel, directions
 from vislam2tag.positioning.scans import RadioScans
 
 STOREY_SHARPNESS, STOREY_RIDGE = 1.0, 1.0
@@ -54,6 +56,20 @@ class Shape:
         return _CELL_SHARE * self.width_m
 
 
+class CellAnswer(NamedTuple):
+    """What is said of ``n`` scans."""
+
+    storey_probability: FloatArray
+    """(n, s)"""
+    xy: FloatArray
+    """(n, 2) on the likeliest storey, metres."""
+    spread_m: FloatArray
+    """(n,) how far guesses lie apart: geometric mean of the density's mean distance from the answer and that of the
+    most alike scans' places."""
+    novelty: FloatArray
+    """(n,) how unlike a scan is to all that was learned."""
+
+
 @dataclass(frozen=True)
 class CellKernel:
     """Cells, and the functions that tell how likely each cell and each storey is."""
@@ -61,15 +77,15 @@ class CellKernel:
     cells: DensityCells
     density: ScanKernel
     storeys: ScanKernel
+    alike: AlikeScans
     networks: tuple[DenseLayers, ...] = ()
 
-    def answer(self, scans: RadioScans) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return storey probabilities (n, s), places (n, 2) on the likeliest storey, and spreads (n,) in metres."""
+    def answer(self, scans: RadioScans) -> CellAnswer:
+        """Say where scans (n) were taken."""
         parts = [self._answer(levels(scans[rows])) for rows in _blocks(max(len(scans), 1))]
-        probability, xy, spread_m = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return probability, xy, spread_m
+        return CellAnswer(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _answer(self, level: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _answer(self, level: FloatArray) -> CellAnswer:
         probability = _shares(self.storeys(level), 0.0)
         density = _shares(self.density(level), _LEAST)
         if self.networks:
@@ -78,7 +94,9 @@ class CellKernel:
             on = np.eye(probability.shape[1])[self.cells.storey]
             probability = (probability + of_networks @ on / len(self.networks)) / 2
         xy = self.cells.median(density * self.cells.on(probability.argmax(axis=1)))
-        return probability, xy, self.cells.spread_m(density, xy)
+        dispersal_m, novelty = self.alike.compared(directions(level), xy)
+        spread_m = np.sqrt(self.cells.spread_m(density, xy) * dispersal_m)
+        return CellAnswer(probability, xy, spread_m, novelty)
 
 
 def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> CellKernel:
@@ -88,7 +106,8 @@ def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> Ce
     examples = scans, places
     (density,) = _solved(examples, lambda p: cells.blobs(p, shape.width_m), shape.sharpness, [shape.ridge], setup)
     (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
-    return CellKernel(cells, density, storeys, _networks(scans, places, cells, shape, setup))
+    alike = AlikeScans.of(density.centre, places.xy[_centres(len(scans), setup)])
+    return CellKernel(cells, density, storeys, alike, _networks(scans, places, cells, shape, setup))
 
 
 def _networks(
@@ -136,10 +155,15 @@ def _solved(
     """Regress onto targets of places, from the scans and altered copies of each."""
     scans, places = examples
     rng = np.random.default_rng(setup.seed)
-    centres = np.sort(rng.permutation(len(scans))[:MOST_CENTRES])
+    centres = _centres(len(scans), setup)
     mean = targets(places[centres]).mean(axis=0)
     equations = NormalEquations.around(levels(scans[centres]), sharpness, mean)
     return equations.add(_examples(scans, places, targets, setup.copies, rng)).solved(ridges)
+
+
+def _centres(count: int, setup: Setup) -> IntArray:
+    """Draw which of so many scans kernels lie around."""
+    return np.sort(np.random.default_rng(setup.seed).permutation(count)[:MOST_CENTRES])
 
 
 def _examples(

@@ -33,8 +33,14 @@ def walk_of(scans: RadioScans, places: Places) -> IntArray:
     return np.where(apart, len(names) + np.arange(len(scans)), session)
 
 
+def area_of(places: Places, side_m: float) -> IntArray:
+    """Number the squares (n,) that places lie in, whatever the storey."""
+    at = np.floor(places.xy / side_m).astype(np.int64)
+    return np.unique(at, axis=0, return_inverse=True)[1].reshape(-1)
+
+
 def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
-    """Deal walks (n,) to at most ``count`` folds; yield masks of what trains and what is held out.
+    """Deal walks (n,) or areas to at most ``count`` folds; yield masks of what trains and what is held out.
 
     Nothing comes where there is but one walk.
     """

@@ -66,8 +66,19 @@ def test_one_access_point_and_constant_levels() -> None:
 def test_unsure_labels_reach_further() -> None:
     scans, places = surveyed(40)
     unsure = replace(places, sigma_m=np.full(len(places), 8.0))
-    sure, wide = (CellDensity().fit(scans, either).kernel_.answer(scans)[2].mean() for either in (places, unsure))
+    sure, wide = (CellDensity().fit(scans, either).kernel_.answer(scans).spread_m.mean() for either in (places, unsure))
     assert wide > sure
+
+
+def test_circles_grow_where_nobody_was() -> None:
+    scans, places = surveyed(400)
+    far = places.xy[:, 0] > np.quantile(places.xy[:, 0], 0.7)
+    model = CellDensity().fit(scans[~far], places[~far])
+    near, beyond = (model.predict(scans[rows]) for rows in (~far, far))
+    assert np.median(beyond.radius_68_m) > 1.5 * np.median(near.radius_68_m)
+    figures = score(beyond, places[far])
+    assert figures.inside_95 is not None
+    assert figures.inside_95 > 0.8
 
 
 def test_impossible_parameters() -> None:

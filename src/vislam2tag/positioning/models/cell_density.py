@@ -27,11 +27,11 @@ from vislam2tag.positioning.cell_kernel import (
 )
 from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells
-from vislam2tag.positioning.held_out import folds, usable, walk_of
+from vislam2tag.positioning.held_out import area_of, folds, usable, walk_of
+from vislam2tag.positioning.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
 from vislam2tag.positioning.places import Places, Positions
 from vislam2tag.positioning.scan_kernel import ScanKernel
 from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
 
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
@@ -40,9 +40,14 @@ WIDTHS_M = (2.5, 5.0)
 _CHOSEN_WITH = 1000
 """Most scans that the choice looks at."""
 _CHOICE_FOLDS = 3
-_RADIUS_FOLDS = 5
-_NETWORK_FOLDS = 2
-"""Of those, where networks have to be trained for each."""
+_DEALT = 5
+_RADIUS_FOLDS, _NETWORK_FOLDS = 3, 2
+"""Walks, phones and areas are dealt to so many folds; radii are fitted to some of them, to fewer where networks have to
+be trained for each."""
+_MANY_PHONES = 5
+_AREA_M = 15.0
+"""Side of the squares that are left out to learn how radii grow where nobody was."""
+Mask = tuple[BoolArray, BoolArray]
 Part = tuple[RadioScans, Places]
 
 
@@ -50,12 +55,13 @@ class CellDensity(Positioner):
     """The model.
 
     How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
-    errors on scans it did not learn from: those of other phones where there are five or more, else of other walks.
+    errors on scans it did not learn from: those of other phones where there are five or more, else of other walks; how
+    they grow where a scan is unlike all that was learned, to errors in areas that were left out.
     """
 
     shape_: Shape
     kernel_: CellKernel
-    radii_: SpreadRadii
+    radii_: NoveltyRadii
     height_m_: FloatArray
 
     def __init__(self, *, copies: int = 4, networks: Sequence[float] = (), seed: int = 0) -> None:
@@ -72,9 +78,11 @@ class CellDensity(Positioner):
         self.kernel_ = learned(scans, places, self.shape_, setup)
         self._tell(0.7)
         given = usable(validation)
-        tried = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places))
-        error_m, spread_m = np.concatenate(tried, axis=1) if tried else np.empty((2, 0))
-        self.radii_ = fitted_radii(error_m, spread_m)
+        walks, areas = _phones_or_walks(scans, places, self.seed), _areas(places, self.seed)
+        familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks))
+        self._tell(0.85)
+        strange = list(self._left_out(scans, places, areas))
+        self.radii_ = fitted_novelty_radii(HeldOut.joined(familiar), HeldOut.joined(strange))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self._tell(1.0)
@@ -107,16 +115,15 @@ class CellDensity(Positioner):
         best = np.unravel_index(error_m.argmin(), error_m.shape)
         return families[best[0]][best[1]]
 
-    def _left_out(self, scans: RadioScans, places: Places) -> Iterator[FloatArray]:
+    def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask]) -> Iterator[HeldOut]:
         setup = self._setup(networks=1)
-        masks = _phones_or_walks(scans, places, self.seed)
-        for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else None):
+        for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else _RADIUS_FOLDS):
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
     def _predict(self, scans: RadioScans) -> Positions:
-        probability, xy, spread_m = self.kernel_.answer(scans)
+        probability, xy, spread_m, novelty = self.kernel_.answer(scans)
         storey = probability.argmax(axis=1)
-        radius_68_m, radius_95_m = self.radii_.radii_m(spread_m)
+        radius_68_m, radius_95_m = self.radii_.radii_m(spread_m, novelty)
         return Positions(self.storeys_, storey, xy, self.height_m_[storey], probability, radius_68_m, radius_95_m)
 
     def arrays(self) -> Arrays:
@@ -131,6 +138,8 @@ class CellDensity(Positioner):
             "density_mean": density.mean,
             "storey_weight": storeys.weight,
             "storey_mean": storeys.mean,
+            "centre_xy": self.kernel_.alike.xy,
+            "centre_apart": self.kernel_.alike.apart,
             "radii": self.radii_.array(),
             "height_m": self.height_m_,
             **_network_arrays(self.kernel_.networks),
@@ -143,26 +152,31 @@ class CellDensity(Positioner):
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
             ScanKernel(centre, arrays["density_weight"], arrays["density_mean"], float(sharpness)),
             ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
+            AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
             _networks_kept(arrays, self.networks),
         )
-        self.radii_ = SpreadRadii.restored(arrays, "radii")
+        self.radii_ = NoveltyRadii.restored(arrays, "radii")
         self.height_m_ = arrays["height_m"]
 
 
-def _phones_or_walks(scans: RadioScans, places: Places, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
+def _phones_or_walks(scans: RadioScans, places: Places, seed: int) -> Iterator[Mask]:
     """Yield what learns and what is left out.
 
     Phones only where there are many: a model without one of three errs by what lacks, not by how phones differ.
     """
     names, phone = np.unique(scans.device, return_inverse=True)
-    return folds(phone if len(names) >= _RADIUS_FOLDS else walk_of(scans, places), _RADIUS_FOLDS, seed)
+    return folds(phone if len(names) >= _MANY_PHONES else walk_of(scans, places), _DEALT, seed)
 
 
-def _tried(kernel: CellKernel, part: Part) -> FloatArray:
-    """Return errors and spreads (2, n) on scans that were not learned from."""
+def _areas(places: Places, seed: int) -> Iterator[Mask]:
+    return folds(area_of(places, _AREA_M), _DEALT, seed)
+
+
+def _tried(kernel: CellKernel, part: Part) -> HeldOut:
+    """Try scans that were not learned from."""
     scans, places = part
-    _, xy, spread_m = kernel.answer(scans)
-    return np.stack([np.hypot(*(xy - places.xy).T), spread_m])
+    answer = kernel.answer(scans)
+    return HeldOut(places.distance_m(answer.xy), answer.spread_m, answer.novelty)
 
 
 def _network_arrays(networks: Sequence[DenseLayers]) -> Arrays:
