@@ -41,7 +41,9 @@ test_core() {
 }
 
 make_stubs() {
-    if [ "$sdk/stubs.jar" -nt tools/overlay.txt ] && [ "$sdk/mockable.jar" -nt tools/overlay.txt ]; then return; fi
+    local newer
+    newer=$(find tools/overlay.txt tools/apistubs/*.py -newer "$sdk/mockable.jar" 2>&1 || true) # it is made last
+    if [ -z "$newer" ]; then return; fi
     step "stubs of Android's classes"
     PYTHONPATH=tools python3 -m apistubs -o "$sdk/stubs.jar" "$sdk/api-29.txt" tools/overlay.txt
     PYTHONPATH=tools python3 -m apistubs --mockable -o "$sdk/mockable.jar" "$sdk/api-29.txt" tools/overlay.txt

@@ -6,15 +6,28 @@ cd "$(dirname "$0")"
 android=$PWD
 sdk=$PWD/sdk
 
-DEBIAN_PACKAGES="openjdk-17-jdk-headless nodejs npm python3-pip aapt zipalign apksigner dexdump android-framework-res
-    junit4 libhamcrest-java libmockito-java enjarify zip unzip xz-utils binutils"
-COMMANDS="javac npm aapt zipalign apksigner dexdump enjarify zip unzip xz readelf"
-FILES="/usr/share/android-framework-res/framework-res.apk /usr/share/java/junit4.jar /usr/share/java/mockito-core.jar"
+# What must be on the machine, and the Debian package that has it.
+NEEDED="javac openjdk-17-jdk-headless
+    npm npm
+    aapt aapt
+    zipalign zipalign
+    apksigner apksigner
+    enjarify enjarify
+    zip zip
+    unzip unzip
+    xz xz-utils
+    readelf binutils
+    pip3 python3-pip
+    /usr/share/android-framework-res/framework-res.apk android-framework-res
+    /usr/share/java/junit4.jar junit4
+    /usr/share/java/hamcrest.jar libhamcrest-java
+    /usr/share/java/mockito-core.jar libmockito-java"
 
-missing() {
-    for name in $COMMANDS; do command -v "$name" >/dev/null || echo "$name"; done
-    for file in $FILES; do [ -e "$file" ] || echo "$file"; done
-    python3 -m pip --version >/dev/null 2>&1 || echo "pip (of python3)"
+missing() { # the packages of what is not there
+    local what package
+    while read -r what package; do
+        command -v "$what" >/dev/null || [ -e "$what" ] || echo "$package"
+    done <<<"$NEEDED"
 }
 
 pinned() { # are all of these files of sdk there, and what they should be?
@@ -24,16 +37,16 @@ pinned() { # are all of these files of sdk there, and what they should be?
     done
 }
 
-install_tools() {
+install() {
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
         export DEBIAN_FRONTEND=noninteractive
         apt-get update -qq
-        # shellcheck disable=SC2086
-        apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends $DEBIAN_PACKAGES >/dev/null
+        # shellcheck disable=SC2046
+        apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends $(missing) >/dev/null
     fi
-    [ -z "$(missing)" ] && return
-    printf '%s\n' "The script build needs, and this machine lacks:" "$(missing)" "As root on Debian 12 or later:" \
-        "apt-get install" $DEBIAN_PACKAGES "Or build with Gradle or Android Studio: docs/android.md." >&2
+    if [ -z "$(missing)" ]; then return; fi
+    echo "The script build lacks, on this machine, these packages of Debian 12 or later: "$(missing) >&2
+    echo "Install them as root, or build with Gradle or Android Studio: docs/android.md" >&2
     exit 1
 }
 
@@ -72,17 +85,18 @@ fetch_arcore() {
     tar xzf reactvision-react-viro-2.41.6.tgz package/android/arcore_client package/android/viro_renderer
     mv package/android/arcore_client/core-1.43.0.aar "$sdk/arcore.aar"
     for abi in arm64-v8a armeabi-v7a; do
+        mkdir -p "$sdk/jni/$abi"
         unzip -q -o -j package/android/viro_renderer/viro_renderer-release.aar "jni/$abi/libarcore_sdk_c.so" -d "$sdk/jni/$abi"
     done
 }
 
-[ -z "$(missing)" ] || install_tools
+if [ -n "$(missing)" ]; then install; fi
 mkdir -p "$sdk"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-pinned api-29.txt || fetch_signatures
-pinned bundletool.jar aapt2 || fetch_bundletool
-pinned arcore.aar jni || fetch_arcore
+if ! pinned api-29.txt; then fetch_signatures; fi
+if ! pinned bundletool.jar aapt2; then fetch_bundletool; fi
+if ! pinned arcore.aar jni; then fetch_arcore; fi
 (cd "$sdk" && sha256sum -c --quiet "$android/pins.sha256")
 echo "android/sdk: all inputs are there and pinned"
