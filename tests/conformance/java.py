@@ -1,0 +1,29 @@
+"""The app's core, compiled here from its sources: what writes sessions on phones."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+CORE = Path(__file__).resolve().parents[2] / "android" / "core" / "src"
+MAIN = "org.vislam2tag.tools.ReplayMain"
+
+
+def compiled_core(out: Path) -> Path:
+    """Compile the core and its tools into a folder; skips the test where there is no JDK."""
+    if shutil.which("javac") is None or shutil.which("java") is None:
+        pytest.skip("no JDK (javac and java) is installed")
+    sources = [str(path) for part in ("main", "tools") for path in sorted((CORE / part).rglob("*.java"))]
+    command = ["javac", "-nowarn", "-encoding", "UTF-8", "-d", str(out), *sources]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def replay(core: Path, script: Path, out: Path) -> subprocess.CompletedProcess[str]:
+    """Let the app's core write a session from a script of what a phone saw."""
+    command = ["java", "-Duser.language=de", "-Duser.country=DE", "-cp", str(core), MAIN, str(script), str(out)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
