@@ -14,7 +14,8 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.sheets.making import SheetOptions, make_sheets
-from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, SheetsRecord
+from vislam2tag.sheets.recognition import ENOUGH_INLIERS
+from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE, SheetsRecord
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 HELP = f"""
@@ -77,6 +78,9 @@ def _sheets(
         raise typer.Exit(INTERRUPTED) from None
     console = table_console()
     console.print(_table(found))
+    console.print(
+        f"{ENOUGH_INLIERS} agreeing features count as recognised; of each image: {out / RECORD_FILE}", soft_wrap=True
+    )
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         console.print(f"{finding.severity}: {escape(where + finding.message)}", soft_wrap=True)
@@ -86,7 +90,7 @@ def _sheets(
 
 def _table(found: SheetsRecord) -> Table:
     """One line for each size of paper and image."""
-    numbers = ("image width", "sheets", "fewest features", "fewest of a hard view", "most of another image")
+    numbers = ("image width", "sheets", "features, least", "agreeing in a hard view, least", "with another image, most")
     rows = table("Sheets", ("paper",), numbers)
     images = {image.landmark: image for image in found.images}
     for (paper, width), count in Counter((page.sheet, page.width_m) for page in found.pages).items():
