@@ -16,13 +16,13 @@ class WalkableSettings(_Frozen):
     """Side of a cell, metres; larger where the plan would have more than ``max_cells``."""
     max_cells: int = Field(default=4_000_000, ge=10_000)
     """Most cells of a plan: what bounds memory."""
-    max_pixels: int = Field(default=12_000_000, ge=10_000)
+    max_pixels: int = Field(default=6_000_000, ge=10_000)
     """Most pixels at which walls are looked for on an image; larger images are reduced."""
     wall_contrast: float | None = Field(default=None, gt=0, lt=1)
     """Ink that differs from the paper by more than this (1: black on white) is a wall; None: by Otsu's threshold."""
     wall_m: float = Field(default=0.1, gt=0)
     """Thickness of walls that are given as lines, metres."""
-    stroke_share: float = Field(default=0.5, ge=0, lt=1)
+    stroke_share: float = Field(default=0.4, ge=0, lt=1)
     """Strokes thinner than this share of the walls' usual thickness are no walls: door swings, dimensions, text."""
     symbol_m: float = Field(default=2.0, ge=0)
     """Ink that touches nothing else and fits into a square of this side is no wall: text, furniture; metres."""

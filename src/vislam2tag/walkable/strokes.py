@@ -9,7 +9,10 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.swings import without_swings
 
+_THICKEST_M = 0.6
+"""What is thicker is no wall but a solid area, metres."""
 _BOLD = 0.7
 """Strokes of at least this share of the walls' thickness are as bold as walls."""
 _FULL = 0.75
@@ -20,13 +23,13 @@ _LEAST_BOLD_PX = 4.0
 
 def only_walls(ink: BoolArray, pixel_m: float, settings: WalkableSettings) -> BoolArray:
     """Leave of the ink on a plan, pixels of ``pixel_m``, what nobody walks through."""
-    walls = _filled(ink, settings.passage_m / pixel_m)
-    skeleton = skeletonize(walls)
-    thickness = usual_thickness(walls, skeleton)
-    walls = _without_symbols(walls, thickness, settings.symbol_m / pixel_m)
+    thickest_px = _THICKEST_M / pixel_m
+    walls = _without_symbols(ink, usual_thickness(ink, thickest_px), settings.symbol_m / pixel_m)
+    walls = _filled(walls, settings.passage_m / pixel_m)
+    thickness = usual_thickness(walls, thickest_px)
     if thickness >= _LEAST_BOLD_PX:
         walls = _without_thin(walls, thickness * settings.stroke_share)
-    return walls
+    return without_swings(walls, pixel_m, settings.swing_m)
 
 
 def clearance_px(free: BoolArray) -> FloatArray:
@@ -34,10 +37,11 @@ def clearance_px(free: BoolArray) -> FloatArray:
     return np.asarray(cv2.distanceTransform(free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
 
 
-def usual_thickness(walls: BoolArray, skeleton: BoolArray) -> float:
-    """Median thickness of all strokes, weighted by their length, in pixels; 0 where there are none."""
-    along = clearance_px(np.pad(walls, 1))[1:-1, 1:-1][skeleton]
-    return float(np.median(2 * along - 1)) if len(along) else 0.0
+def usual_thickness(walls: BoolArray, thickest_px: float) -> float:
+    """Median thickness of all strokes but solid areas, weighted by their length, in pixels; 0 where there are none."""
+    thickness = 2 * clearance_px(walls)[skeletonize(walls)] - 1
+    thickness = thickness[thickness <= thickest_px]
+    return float(np.median(thickness)) if len(thickness) else 0.0
 
 
 def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
@@ -78,6 +82,6 @@ def _solid(labels: npt.NDArray[np.int32], box: IntArray, part: int, thickness_px
 
 def _without_thin(walls: BoolArray, thickness_px: float) -> BoolArray:
     """Leave out strokes thinner than this; what is thicker keeps its ends and corners."""
-    core = clearance_px(np.pad(walls, 1))[1:-1, 1:-1] >= (thickness_px + 1) / 2
+    core = clearance_px(walls) >= (thickness_px + 1) / 2
     reach = clearance_px(~core)
     return walls & (reach <= thickness_px)
