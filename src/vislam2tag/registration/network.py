@@ -12,6 +12,7 @@ from __future__ import annotations
 import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -86,12 +87,12 @@ class PlaneFit:
     """None where it was held at 1."""
     _first_point: int
 
-    @property
+    @cached_property
     def measurements(self) -> tuple[Measurement, ...]:
         """Shots, then known points."""
         return (*self.shots, *self.known)
 
-    @property
+    @cached_property
     def groups(self) -> list[IntArray]:
         """Rows of each measurement."""
         return [np.array((2 * i, 2 * i + 1)) for i in range(len(self.measurements))]
