@@ -44,7 +44,7 @@ def site_plan(floors: Sequence[Floor], landmarks: Landmarks) -> Figure:
         if len(floor.control_points.ids):
             draw_control_points(one, floor)
         side_m = float(np.max(extent[1] - extent[0]))
-        _draw_axes(one, _AXIS_SHARE * side_m)
+        _draw_axes(one, _axes_origin(extent, side_m), _AXIS_SHARE * side_m)
         _draw_scale(one, extent, side_m)
         if floor.georeference is not None:
             _draw_north(one, extent, side_m, floor.georeference.bearing_deg)
@@ -66,17 +66,25 @@ def _shown(floor: Floor, landmarks: Landmarks) -> tuple[FloatArray, FloatArray]:
     return corners[0] - (0.0, 0.06 * side_m), corners[1]
 
 
-def _draw_axes(axes: Axes, length_m: float) -> None:
+def _axes_origin(extent: tuple[FloatArray, FloatArray], side_m: float) -> FloatArray:
+    """The BCS's origin where it is shown, else near the lower left corner: then the arrows tell directions only."""
+    origin = np.zeros(2)
+    shown = (origin >= extent[0]).all() and (origin <= extent[1]).all()
+    return origin if shown else extent[0] + 0.03 * side_m
+
+
+def _draw_axes(axes: Axes, origin: FloatArray, length_m: float) -> None:
     for name, tip in (("x", (length_m, 0.0)), ("y", (0.0, length_m))):
+        end = origin + tip
         axes.annotate(
             "",
-            xy=tip,
-            xytext=(0.0, 0.0),
+            xy=(float(end[0]), float(end[1])),
+            xytext=(float(origin[0]), float(origin[1])),
             arrowprops={"arrowstyle": "-|>", "color": "#0072b2", "shrinkA": 0, "shrinkB": 0},
             annotation_clip=False,
             zorder=8,
         )
-        x, y = 1.12 * tip[0], 1.12 * tip[1]
+        x, y = (origin + 1.12 * np.array(tip)).tolist()
         axes.text(x, y, name, color="#0072b2", ha="center", va="center", clip_on=True, zorder=8)
 
 

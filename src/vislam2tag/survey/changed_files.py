@@ -17,7 +17,7 @@ from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_ta
 
 
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
-    """A landmark file with its positions, sigmas, heights and headings in the new frame.
+    """A landmark file with its positions, sigmas and headings in the new frame; heights above the floor stay.
 
     ``folder`` is the floor that the file lies under; None: its column ``floor`` tells. Raises SurveyError where a row
     cannot be read, or lies on a floor without a change.
@@ -66,14 +66,12 @@ def _change(changes: Mapping[int, FrameChange], floor: str | int | None, place: 
 
 def _changed(header: Sequence[str], row: Sequence[str], change: FrameChange, place: str) -> dict[str, str]:
     """New text of those columns that depend on the frame and are filled."""
-    names = [name for name in ("x", "y", "z", "sigma_m", "heading_rad") if name in header]
+    names = [name for name in ("x", "y", "sigma_m", "heading_rad") if name in header]
     known = dict(zip(names, _numbers([row[header.index(name)] for name in names], place), strict=True))
     found: dict[str, str] = {}
     x, y = known["x"], known["y"]
     if x is not None and y is not None:
         found["x"], found["y"] = _moved(x, y, change)
-    if (z := known.get("z")) is not None:
-        found["z"] = repr(z + change.rise_m)
     if (sigma_m := known.get("sigma_m")) is not None:
         found["sigma_m"] = repr(sigma_m * change.new_T_old.scale)
     if (heading := known.get("heading_rad")) is not None:

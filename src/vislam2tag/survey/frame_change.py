@@ -40,6 +40,7 @@ class FrameChange(BaseModel):
     angle_deg: FiniteFloat = 0.0
     scale: Annotated[float, Field(ge=_LEAST_SCALE, le=_GREATEST_SCALE)] = 1.0
     rise_m: _Metres = 0.0
+    """What heights above the building's zero gain; heights above the floor stay."""
     residuals_m: dict[str, float] = {}
     """Of an estimate: distance of each landmark of both surveys, changed, from where the new one has it, metres."""
 
@@ -163,10 +164,9 @@ def _estimated(
 
 
 def _rise(before: Floor, after: Floor, old_z_m: FloatArray, new_z_m: FloatArray) -> float:
-    """How much heights grow: by the landmarks' own, else by the floor's elevation, else not."""
+    """How much heights above the building's zero grow: by the floor's elevation and its landmarks' heights above it."""
+    if before.elevation_m is None or after.elevation_m is None:
+        return 0.0
     grown = new_z_m - old_z_m
-    if np.isfinite(grown).any():
-        return float(np.nanmean(grown))
-    if before.elevation_m is not None and after.elevation_m is not None:
-        return after.elevation_m - before.elevation_m
-    return 0.0
+    above_floor_m = float(np.nanmean(grown)) if np.isfinite(grown).any() else 0.0
+    return after.elevation_m - before.elevation_m + above_floor_m

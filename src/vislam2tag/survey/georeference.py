@@ -88,6 +88,8 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
 
 def georeference_of(outer: Georeference, outer_T_inner: Similarity2) -> Georeference:
     """Georeference of a frame that lies in another one."""
+    if outer_T_inner == Similarity2.identity():
+        return outer
     return _between(to_wgs84(outer_T_inner @ np.array([[0.0, 0.0], [0.0, _BASE_M]]), outer))
 
 

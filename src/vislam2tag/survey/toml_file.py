@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import json
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -71,10 +72,15 @@ def _place(loc: Sequence[int | str], is_list: bool) -> str:
 def toml_value(value: object) -> str:
     """Write a value as TOML on one line; a mapping becomes an inline table without what is None."""
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_value(part)}" for key, part in value.items() if part is not None) + " }"
+        parts = (f"{_key(str(key))} = {toml_value(part)}" for key, part in value.items() if part is not None)
+        return "{ " + ", ".join(parts) + " }"
     if isinstance(value, Sequence) and not isinstance(value, str):
         return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, dt.date):
         return value.isoformat()
     # Strings are JSON's, but for U+007F.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_value(name)
