@@ -41,7 +41,7 @@ def image_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> 
     finest = float(np.sqrt(width * height / settings.max_pixels))
     pixel_m = min(max(finest, *plan.pixel_m), grid.cell_m)
     shape = max(1, round(height / pixel_m)), max(1, round(width / pixel_m))
-    walls = only_walls(_drawn(plan, shape, settings), pixel_m, settings)
+    walls = only_walls(_drawn(plan, shape, settings), pixel_m, max(plan.pixel_m), settings)
     share = cv2.resize(walls.astype(np.float32), grid.shape[::-1], interpolation=cv2.INTER_AREA)
     cells = np.asarray(share >= 0.5)
     # Walls thinner than a cell are kept, and none has a gap that is not drawn.

@@ -17,19 +17,25 @@ _BOLD = 0.7
 """Strokes of at least this share of the walls' thickness are as bold as walls."""
 _FULL = 0.75
 """A column or a piece of wall fills at least this share of the rectangle around it; letters and outlines do not."""
+_LEAST_CIRCLE_PX = 6.0
 _LEAST_BOLD_PX = 4.0
 """Where walls are thinner, in pixels, their thickness tells nothing."""
 
 
-def only_walls(ink: BoolArray, pixel_m: float, settings: WalkableSettings) -> BoolArray:
-    """Leave of the ink on a plan, pixels of ``pixel_m``, what nobody walks through."""
+def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: WalkableSettings) -> BoolArray:
+    """Leave of the ink on a plan, pixels of ``pixel_m``, what nobody walks through.
+
+    ``drawn_m`` is the pixel in which the plan was drawn, larger where ``ink`` is an enlargement.
+    """
     thickest_px = _THICKEST_M / pixel_m
     walls = _without_symbols(ink, usual_thickness(ink, thickest_px), settings.symbol_m / pixel_m)
     walls = _filled(walls, settings.passage_m / pixel_m)
     thickness = usual_thickness(walls, thickest_px)
     if thickness >= _LEAST_BOLD_PX:
         walls = _without_thin(walls, thickness * settings.stroke_share)
-    return without_swings(walls, pixel_m, settings.swing_m)
+    # Circles of a few pixels cannot be told from corners.
+    least_m, most_m = max(settings.swing_m[0], _LEAST_CIRCLE_PX * drawn_m), settings.swing_m[1]
+    return without_swings(walls, (least_m / pixel_m, most_m / pixel_m)) if least_m < most_m else walls
 
 
 def clearance_px(free: BoolArray) -> FloatArray:

@@ -12,8 +12,6 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.walkable.tracing import traced
 
-_LEAST_PX = 6.0
-"""Smaller circles cannot be told from corners, pixels."""
 _RADII = 8
 """So many radii are tried, evenly by ratio."""
 _STAIRS = 1.06
@@ -40,16 +38,13 @@ class _Swing:
     """Greatest distance of its pixels from the circle, in radii."""
 
 
-def without_swings(walls: BoolArray, pixel_m: float, radius_m: tuple[float, float]) -> BoolArray:
-    """Leave out quarter circles about a hinge whose radius (metres) is a door's, and lines from their ends to it."""
-    least, most = max(radius_m[0] / pixel_m, _LEAST_PX), radius_m[1] / pixel_m
-    if most <= least:
-        return walls
+def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
+    """Leave out quarter circles about a hinge with a radius in a range (pixels), and lines from their ends to it."""
     off_wall = _distance(~walls)
     depth = _distance(walls)
     erased = np.zeros(walls.shape, dtype=np.uint8)
     for strand in traced(np.argwhere(skeletonize(walls)), CellGrid((0.0, 0.0), 1.0, *walls.shape)).strands.values():
-        for swing in _swings_on(strand.line, (least, most), off_wall):
+        for swing in _swings_on(strand.line, radii, off_wall):
             column, row = swing.arc.astype(int).T
             width = round(2 * float(np.median(depth[row, column])) + 1)
             _erase(erased, swing.arc, width)
