@@ -1,4 +1,4 @@
-"""``vislam2tag site``: init, show, write, rebase."""
+"""``vislam2tag site``: init, show, write, rebase, walkable."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from vislam2tag.cli.site_values import georeference_part, plan_source
+from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.errors import UsageError
 from vislam2tag.findings import Finding
@@ -101,6 +102,7 @@ def register(app: typer.Typer) -> None:
     site.command("show", help=SHOW_HELP)(_show)
     site.command("write", help=WRITE_HELP)(_write)
     site.command("rebase", help=REBASE_HELP)(_rebase)
+    site.command("walkable", help=WALKABLE_HELP)(site_walkable)
     app.add_typer(site, name="site")
 
 

@@ -16,6 +16,8 @@ from vislam2tag.survey.plan_image import load_plan
 
 Bytes = npt.NDArray[np.uint8]
 
+GREEN, RED = (0, 160, 0), (220, 0, 0)
+"""What walkable floor and anything else are painted with."""
 _VIVID = 60
 """Green and red exceed both other colours by more than this, of 255; greyish and brownish colours say nothing."""
 _MASK_PIXELS = 8192

@@ -1,0 +1,71 @@
+"""``vislam2tag site walkable``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from vislam2tag.cli.options import Floors
+from vislam2tag.cli.tables import table, table_console
+from vislam2tag.pipeline.site_walkable import RECORD, WalkableFloor, write_walkable
+from vislam2tag.walkable.graph import NodeKind
+from vislam2tag.walkable.settings import WalkableSettings
+
+WALKABLE_HELP = f"""
+Show where floors can be walked, as planning and simulating take it from the plans (docs/walkable.md).
+
+Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres) and
+OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give it to
+--mask here, of plan and of simulate. {RECORD} has figures and findings.
+
+Exit code: 0 all right, 2 wrong usage, no plan, nothing that can be walked, or OUT cannot be written, 130 interrupted.
+
+Examples:
+
+    vislam2tag site walkable survey --out walkable
+
+    vislam2tag site walkable survey --floor 4 --wall-contrast 0.08 --out walkable
+
+    vislam2tag site walkable survey --floor 4 --mask corrected.png --out walkable
+"""
+
+
+def site_walkable(
+    site: Annotated[Path, typer.Argument(metavar="SITE", help="Survey folder.")],
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    floor: Floors = None,
+    mask: Annotated[
+        Path | None, typer.Option(metavar="IMAGE", help="With one floor: green can be walked, red cannot.")
+    ] = None,
+    wall_contrast: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01,
+            max=0.99,
+            help="Ink that differs from the paper by more (1: black on white) is wall. [default: found by itself]",
+        ),
+    ] = None,
+) -> None:
+    """Find and draw walkable space."""
+    found = write_walkable(site, out, floor or (), WalkableSettings(wall_contrast=wall_contrast), mask)
+    _print(found)
+    typer.echo(f"written: {out}")
+
+
+def _print(found: tuple[WalkableFloor, ...]) -> None:
+    console = table_console()
+    kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]
+    rows = table("Walkable space", ("floor",), ("area", "ways", *(kind.value for kind in kinds)))
+    for one in found:
+        ways_m = float(one.graph.length_m[~one.graph.in_room & ~one.graph.shortcut].sum())
+        counts = [str(one.graph.kinds.count(kind)) for kind in kinds]
+        rows.add_row(
+            escape(f"{one.floor.number} {one.floor.name}"), f"{one.area_m2:.0f} m2", f"{ways_m:.0f} m", *counts
+        )
+    console.print(rows)
+    for one in found:
+        for finding in one.findings:
+            console.print(f"floor {one.floor.number}: {escape(finding.message)}", soft_wrap=True)
