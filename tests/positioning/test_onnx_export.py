@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ def fitted(name: str, **widths: Any) -> Positioner:
     pytest.importorskip("torch", reason="networks need the extra 'models'")
     scans, places = surveyed(60, TWO_BUILDINGS)
     places.xy[:] += FAR_M
-    return model_named(name, epochs=3, device="cpu", **widths).fit(scans, places)
+    brief = {} if name.startswith("cell-density") else {"epochs": 3, "device": "cpu"}
+    return model_named(name, **brief, **widths).fit(scans, places)
 
 
 def fresh_scans() -> RadioScans:
@@ -37,10 +39,18 @@ def fresh_scans() -> RadioScans:
 
 @pytest.mark.parametrize(
     ("name", "widths"),
-    [("multi-cel", {"backbone": (16,), "heads": (8,)}), ("regression-net", {"backbone": (16,), "head": (8,)})],
+    [
+        ("multi-cel", {"backbone": (16,), "heads": (8,)}),
+        ("regression-net", {"backbone": (16,), "head": (8,)}),
+        ("cell-density", {}),
+        ("cell-density-networks", {"networks": (1.7, 1.0)}),
+    ],
 )
-def test_onnxruntime_agrees(name: str, widths: dict[str, Any], tmp_path: Path) -> None:
+def test_onnxruntime_agrees(name: str, widths: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     onnxruntime = pytest.importorskip("onnxruntime", reason="is not installed")
+    if name == "cell-density-networks":
+        density_network = pytest.importorskip("vislam2tag.positioning.networks.density_network")
+        monkeypatch.setattr(density_network, "Training", partial(density_network.Training, steps=20, widths=(16, 8)))
     model = fitted(name, **widths)
     write_onnx(model, tmp_path / "model.onnx", {"frame": "here"})
     session = onnxruntime.InferenceSession(tmp_path / "model.onnx")
@@ -73,6 +83,6 @@ def test_the_same_model_gives_the_same_bytes_and_no_paths(tmp_path: Path) -> Non
         write_onnx(model, tmp_path / "no folder" / "model.onnx")
 
 
-def test_only_networks_are_exported(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="Mean is no network"):
+def test_models_that_are_no_module_are_not_exported(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="Mean is not exported to ONNX"):
         write_onnx(Mean(), tmp_path / "model.onnx")

@@ -26,7 +26,7 @@ _CELL_SHARE = 0.8
 _SEED_STEP = 1000
 """Between the seeds of two networks."""
 _AT_ONCE = 1024
-_LEAST = 1e-9
+LEAST = 1e-9
 """What a cell of the storey is worth at least, so that every scan has a place."""
 Targets = Callable[[Places], FloatArray]
 
@@ -87,7 +87,7 @@ class CellKernel:
 
     def _answer(self, level: FloatArray) -> CellAnswer:
         probability = _shares(self.storeys(level), 0.0)
-        density = _shares(self.density(level), _LEAST)
+        density = _shares(self.density(level), LEAST)
         if self.networks:
             of_networks = np.sum([network(level) for network in self.networks], axis=0)
             density += of_networks
@@ -132,7 +132,7 @@ def _networks(
 def _shares(score: FloatArray, least: float) -> FloatArray:
     """Cut scores (n, t) off below and make them sum to 1."""
     score = np.maximum(score, least)
-    return np.asarray(score / np.maximum(score.sum(axis=1, keepdims=True), _LEAST))
+    return np.asarray(score / np.maximum(score.sum(axis=1, keepdims=True), LEAST))
 
 
 def errors_on_storey_m(
@@ -142,10 +142,10 @@ def errors_on_storey_m(
     first = shapes[0]
     cells = cells_near(learn[1], first.cell_m)
     level, true = levels(held_out[0]), held_out[1]
-    on = np.where(cells.on(true.storey), 1.0, _LEAST)
+    on = np.where(cells.on(true.storey), 1.0, LEAST)
     ridges = [shape.ridge for shape in shapes]
     functions = _solved(learn, lambda part: cells.blobs(part, first.width_m), first.sharpness, ridges, setup)
-    found = (cells.median(_shares(function(level), _LEAST) * on) for function in functions)
+    found = (cells.median(_shares(function(level), LEAST) * on) for function in functions)
     return np.stack([np.hypot(*(xy - true.xy).T) for xy in found])
 
 

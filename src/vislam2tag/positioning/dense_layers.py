@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.scan_kernel import directions
 
-_LENGTH = 5.0
+LENGTH = 5.0
 """Of a scan's vector, where its direction alone is looked at."""
 
 
@@ -35,4 +35,4 @@ class DenseLayers:
     @staticmethod
     def seen(level: FloatArray, exponent: float) -> FloatArray:
         """Make the first layer's inputs."""
-        return level if exponent == 1.0 else _LENGTH * directions(level, exponent)
+        return level if exponent == 1.0 else LENGTH * directions(level, exponent)

@@ -9,8 +9,8 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.places import Places
 
-_MEDIAN_STEPS = 12
-_SMOOTH_M = 1.0
+MEDIAN_STEPS = 12
+SMOOTH_M = 1.0
 """Distances below this count as this in the geometric median."""
 
 
@@ -46,9 +46,9 @@ class DensityCells:
         Unlike the mean it is not pulled by far-off second guesses, and unlike the mode it does not jump.
         """
         pull = density
-        for _ in range(_MEDIAN_STEPS):
+        for _ in range(MEDIAN_STEPS):
             xy = (pull @ self.centre_m) / pull.sum(axis=1, keepdims=True)
-            pull = density / np.sqrt(self._away2(xy) + _SMOOTH_M**2)
+            pull = density / np.sqrt(self._away2(xy) + SMOOTH_M**2)
         return np.asarray((pull @ self.centre_m) / pull.sum(axis=1, keepdims=True))
 
     def spread_m(self, density: FloatArray, xy: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from vislam2tag.positioning.calibration import SMALLEST_SCALE_M, conformal_quant
 from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
 from vislam2tag.positioning.spread import UNKNOWN_M
 
-_ALIKE, _ANSWERING = 3, 5
+ALIKE, ANSWERING = 3, 5
 """Most alike scans whose distance in signals counts, and whose places do."""
 _MOST_GROWTH = 16.0
 """Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
@@ -42,7 +42,7 @@ class AlikeScans:
         """Compare training scans (m) among themselves."""
         among = _distance(direction, direction)
         np.fill_diagonal(among, np.inf)
-        nearest = np.sort(among, axis=1)[:, :_ALIKE]
+        nearest = np.sort(among, axis=1)[:, :ALIKE]
         nearest = np.where(np.isfinite(nearest), nearest, 0.0)  # fewer scans than that
         return cls(direction, xy, nearest.mean(axis=1))
 
@@ -53,10 +53,10 @@ class AlikeScans:
         (n,): 0 where a scan is no less alike than training scans are.
         """
         away = _distance(direction, self.direction)
-        nearest = np.argpartition(away, min(_ANSWERING, away.shape[1] - 1), axis=1)[:, :_ANSWERING]
+        nearest = np.argpartition(away, min(ANSWERING, away.shape[1] - 1), axis=1)[:, :ANSWERING]
         nearest = np.take_along_axis(nearest, np.argsort(np.take_along_axis(away, nearest, axis=1), axis=1), axis=1)
         dispersal_m = np.hypot(*(self.xy[nearest] - xy[:, None]).transpose(2, 0, 1)).mean(axis=1)
-        alike = nearest[:, :_ALIKE]
+        alike = nearest[:, :ALIKE]
         unlike = np.take_along_axis(away, alike, axis=1).mean(axis=1)
         excess = np.maximum(unlike - self.apart[alike].mean(axis=1), 0.0)
         return dispersal_m, excess * unlike

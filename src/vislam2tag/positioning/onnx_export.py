@@ -1,4 +1,4 @@
-"""A network as an ONNX file that answers by itself: nothing of this package is needed to use it.
+"""A model as an ONNX file that answers by itself: nothing of this package is needed to use it.
 
 Input ``level_dbm`` (n, a), double: the level of each access point, in the order of the entry ``access_points`` of the
 file's metadata, NaN where it was not heard. Outputs are the fields of
@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -30,13 +30,21 @@ INPUT = "level_dbm"
 OPSET = 20
 
 
-def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
-    """Write a fitted network, whole or not at all; ``about`` adds entries to the file's metadata.
+@runtime_checkable
+class Exportable(Protocol):
+    """A fitted model that is, or can be made, a PyTorch module."""
 
-    The same model gives the same bytes. Raises UsageError where the model is no network or ONNX is not installed, and
-    OutputError where the file cannot be written.
+    def torch_module(self) -> Any:
+        """Return the module; its outputs are those of :mod:`.networks.locator`."""
+
+
+def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
+    """Write a fitted model, whole or not at all; ``about`` adds entries to the file's metadata.
+
+    The same model gives the same bytes. Raises UsageError where the model has no such form or ONNX is not installed,
+    and OutputError where the file cannot be written.
     """
-    graph = _graph(_locator(model), len(model.access_points_))
+    graph = _graph(_module(model), len(model.access_points_))
     graph.producer_name, graph.producer_version = "vislam2tag", __version__
     known = {
         "access_points": json.dumps(model.access_points_),
@@ -48,13 +56,13 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
         place.write_bytes(graph.SerializeToString(deterministic=True))
 
 
-def _locator(model: Positioner) -> Any:
-    if not hasattr(model, "locator_"):
-        raise UsageError(f"{type(model).__name__} is no network; only networks are exported to ONNX")
-    return model.locator_
+def _module(model: Positioner) -> Any:
+    if not isinstance(model, Exportable):
+        raise UsageError(f"{type(model).__name__} is not exported to ONNX; only networks and cell-density are")
+    return model.torch_module()
 
 
-def _graph(locator: Any, access_points: int) -> Any:
+def _graph(module: Any, access_points: int) -> Any:
     """Export; takes seconds, most of them for PyTorch to get ready."""
     torch = import_extra("torch")
     import_extra("onnxscript")
@@ -62,7 +70,7 @@ def _graph(locator: Any, access_points: int) -> Any:
     example = torch.from_numpy(np.full((3, access_points), -60.0))
     with _quiet():
         program = torch.onnx.export(
-            locator,
+            module,
             (example,),
             dynamo=True,
             dynamic_shapes={INPUT: {0: torch.export.Dim("n")}},

@@ -18,7 +18,7 @@ from vislam2tag.core.arrays import FloatArray
 EXPONENT = 1.7
 """Power of levels before their direction is taken; chosen by cross-validation (docs/positioning.md)."""
 MOST_CENTRES = 1500
-_SMALLEST = 1e-9
+SMALLEST = 1e-9
 _JITTER = 1e-6
 _AT_ONCE = 2048
 Pair = tuple[FloatArray, FloatArray]
@@ -82,7 +82,7 @@ class NormalEquations:
 def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:
     """Scale each scan's powed levels (n, a) to length 1."""
     powed = level**exponent
-    return np.asarray(powed / np.maximum(np.linalg.norm(powed, axis=1, keepdims=True), _SMALLEST))
+    return np.asarray(powed / np.maximum(np.linalg.norm(powed, axis=1, keepdims=True), SMALLEST))
 
 
 def _likeness(level: FloatArray, centre: FloatArray, sharpness: float) -> FloatArray:

@@ -27,6 +27,7 @@ from vislam2tag.positioning.cell_kernel import (
 )
 from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells
+from vislam2tag.positioning.extra import import_extra
 from vislam2tag.positioning.held_out import area_of, folds, usable, walk_of
 from vislam2tag.positioning.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
 from vislam2tag.positioning.places import Places, Positions
@@ -125,6 +126,11 @@ class CellDensity(Positioner):
         storey = probability.argmax(axis=1)
         radius_68_m, radius_95_m = self.radii_.radii_m(spread_m, novelty)
         return Positions(self.storeys_, storey, xy, self.height_m_[storey], probability, radius_68_m, radius_95_m)
+
+    def torch_module(self) -> Any:
+        """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
+        module = import_extra("vislam2tag.positioning.networks.cell_module")
+        return module.CellModule(self.kernel_, self.radii_, self.height_m_)
 
     def arrays(self) -> Arrays:
         """Return cells, the two regressions, radii and heights."""

@@ -114,6 +114,10 @@ class NetworkPositioner(Positioner):
             found = dict(zip(OUTPUTS, in_batches(scans, self.locator_), strict=True))
         return Positions(storeys=self.storeys_, **found)
 
+    def torch_module(self) -> Locator:
+        """Return what answers, for export."""
+        return self.locator_
+
     def arrays(self) -> Arrays:
         """Return weights and constants by name."""
         return {name: value.numpy().astype(np.float64) for name, value in self.locator_.state_dict().items()}
