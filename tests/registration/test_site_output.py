@@ -11,7 +11,7 @@ from vislam2tag.survey.landmark_file import read_landmark_file
 
 
 def point(name: str, x_m: float, y_m: float, **further: float) -> RegisteredPoint:
-    return RegisteredPoint(
+    known = RegisteredPoint(
         point=name,
         x_m=x_m,
         y_m=y_m,
@@ -20,8 +20,8 @@ def point(name: str, x_m: float, y_m: float, **further: float) -> RegisteredPoin
         source=Source.STATION,
         measurements=1,
         checked=0,
-        **further,
     )
+    return known.model_copy(update=further)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from vislam2tag.findings import Finding
 from vislam2tag.registration.clicks import Click
+from vislam2tag.registration.record import INTERCHANGED
 
 FAR_M = 1.0
 """A landmark farther than this from where the site has it is told."""
@@ -25,7 +26,7 @@ def expected_findings(
         if abs(placed[one] - expected[other]) < FAR_M and abs(placed[other] - expected[one]) < FAR_M:
             swapped |= {one, other}
             message = f"landmarks {one} and {other} lie where the site has the other: sheets or names interchanged?"
-            found.append(Finding(kind="interchanged_landmarks", file="", count=2, message=message))
+            found.append(Finding(kind=INTERCHANGED, file="", count=2, message=message))
     for name in far:
         if name not in swapped:
             off = abs(placed[name] - expected[name])

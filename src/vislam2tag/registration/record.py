@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.findings import Finding
 
+INTERCHANGED = "interchanged_landmarks"
+"""Kind of the finding that two landmarks lie in each other's place."""
+
 
 class _Frozen(BaseModel):
     model_config = ConfigDict(frozen=True)
@@ -108,5 +111,6 @@ class Registration(_Frozen):
 
     @property
     def complete(self) -> bool:
-        """Whether nothing was left out and every landmark has a position."""
-        return not self.errors and not self.unplaced
+        """Whether nothing was left out, every landmark has a position, and no two look interchanged."""
+        interchanged = any(finding.kind == INTERCHANGED for finding in self.findings)
+        return not self.errors and not self.unplaced and not interchanged
