@@ -80,9 +80,9 @@ class CellDensity(Positioner):
         self._tell(0.7)
         given = usable(validation)
         walks, areas = _phones_or_walks(scans, places, self.seed), _areas(places, self.seed)
-        familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks))
+        familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks, networks=1))
         self._tell(0.85)
-        strange = list(self._left_out(scans, places, areas))
+        strange = list(self._left_out(scans, places, areas, networks=0))
         self.radii_ = fitted_novelty_radii(HeldOut.joined(familiar), HeldOut.joined(strange))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
@@ -116,8 +116,9 @@ class CellDensity(Positioner):
         best = np.unravel_index(error_m.argmin(), error_m.shape)
         return families[best[0]][best[1]]
 
-    def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask]) -> Iterator[HeldOut]:
-        setup = self._setup(networks=1)
+    def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[HeldOut]:
+        """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
+        setup = self._setup(networks)
         for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else _RADIUS_FOLDS):
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
