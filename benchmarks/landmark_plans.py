@@ -55,7 +55,7 @@ BUILDINGS = {
     "80 x 45 m": (14, BuildingSettings(width_m=80, height_m=45, cross_corridors=2, dead_ends=2)),
     "100 x 60 m": (15, BuildingSettings(width_m=100, height_m=60, cross_corridors=3)),
 }
-DRAWS = 2
+DRAWS = 1
 """Random sets on each floor."""
 SIGMA_M = 0.02
 
@@ -189,21 +189,21 @@ def survey(task: Task) -> Errors:
         task.seed, task.severity, floors=(task.floor.number,), devices=("LG", "OnePlus"), sessions=task.sessions // 2
     )
     scenario = replace(plain, building=building)
-    distances = WalkingDistances(task.floor.space)
-    parts = [mapped(scenario, number, task.floor, distances) for number in range(len(scenario.sessions))]
-    return Errors(np.concatenate([part.error_m for part in parts]), np.concatenate([part.away_m for part in parts]))
+    parts = [mapped(scenario, number, task.floor) for number in range(len(scenario.sessions))]
+    true, error_m = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+    away_m = WalkingDistances(task.floor.space).to_nearest(true, task.floor.landmarks.position)
+    return Errors(error_m, away_m)
 
 
-def mapped(scenario: Scenario, number: int, floor: SiteFloor, distances: WalkingDistances) -> Errors:
-    """One session's errors at all its frames."""
+def mapped(scenario: Scenario, number: int, floor: SiteFloor) -> tuple[FloatArray, FloatArray]:
+    """Where one session truly was (n, 2) at its frames, and its labels' errors (n,), NaN without one."""
     walk, log = walk_and_track(scenario, scenario.sessions[number])
     status = np.zeros(len(log.time_ns), dtype=np.int8)
     camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, status)
     trajectory = strategy_named("smoother", Settings()).map(camera, log.landmarks, known(floor))
     true = position_at(walk, log.time_ns)[:, :2]
     miss = np.linalg.norm(trajectory.position_bcs[:, :2] - true, axis=1)
-    away = distances.to_nearest(true, floor.landmarks.position)
-    return Errors(np.where(has_position(trajectory.status), miss, np.nan), away)
+    return true, np.where(has_position(trajectory.status), miss, np.nan)
 
 
 def known(floor: SiteFloor) -> Landmarks:

@@ -14,7 +14,7 @@ from vislam2tag.planning.demands import Demands, Gap, broken, demands_of, walkin
 from vislam2tag.planning.further import Further, further_landmarks
 from vislam2tag.planning.places import Places, Stations, find_places, stations_along
 from vislam2tag.planning.prediction import Expected, Sheets, expected_on
-from vislam2tag.planning.refine import choose_walls, evened, neighbourhoods, width_m
+from vislam2tag.planning.refine import choose_walls, improved, neighbourhoods, width_m
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.sigma_map import (
     DistanceClass,
@@ -24,16 +24,19 @@ from vislam2tag.planning.sigma_map import (
 )
 from vislam2tag.planning.tour import Tour, plan_tour
 from vislam2tag.planning.typical_walks import typical_walks
+from vislam2tag.planning.walk_costs import StationPasses, gap_costs
 from vislam2tag.planning.ways import Ways, ways_of
 from vislam2tag.walkable.graph import CorridorGraph
 from vislam2tag.walkable.space import WalkableSpace
 
-STEPS = ("places", "demands", "fewest landmarks", "walls", "prediction", "further landmarks", "tour")
+STEPS = ("places", "demands", "fewest landmarks", "walls", "tour", "prediction", "further landmarks")
 FIXED_REACH_M = 5.0
 """A fixed landmark farther off every way than this is passed by nobody."""
 OUTSIDE_M = 1.0
 """A fixed landmark farther off the walkable space than this hangs in another building."""
 FIXED_PASS_M = 0.6
+TRIED = 60
+"""Landmarks move to where they help most on so many walks; what is expected is told on others."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,12 @@ def plan_floor(
     found = _fewest(ways, stations, usable | fixed, fixed, demands, settings)
     on_step(STEPS[3])
     distance_m = walking_m(ways, stations)
-    chosen = _even(ways, stations, usable, fixed, found, demands, distance_m, settings)
+    walks = StationPasses.of(typical_walks(graph, seed=1, fewest=TRIED), stations.point)
+    chosen = _improved(ways, stations, usable, fixed, found, demands, distance_m, walks, settings)
     at = np.flatnonzero(chosen & ~fixed)
     held = np.flatnonzero(fixed_station >= 0)
     place = choose_walls(at, places, given.fixed[held], fixed_station[held], distance_m)
+    on_step(STEPS[4])
     tour = plan_tour(
         ways,
         stations.way[np.concatenate((at, fixed_station[held]))],
@@ -122,10 +127,10 @@ def plan_floor(
     place, at, tour = _in_order(place, at, tour)
     sheets = sheets_of(places, stations, place, given, fixed_station)
     groups = neighbourhoods(np.concatenate((at, fixed_station[held])), distance_m)
-    on_step(STEPS[4])
+    on_step(STEPS[5])
     paths = typical_walks(graph)
     expected = tuple(expected_on(paths, sheets, settings.survey_sigma_m))
-    on_step(STEPS[5])
+    on_step(STEPS[6])
     free = usable[places.station] & ~chosen[places.station]
     further = further_landmarks(paths, sheets, places, stations, free, settings.further, settings.survey_sigma_m)
     return FloorDesign(
@@ -213,7 +218,7 @@ def _fewest(
     )
 
 
-def _even(
+def _improved(
     ways: Ways,
     stations: Stations,
     usable: BoolArray,
@@ -221,15 +226,17 @@ def _even(
     found: Cover,
     demands: Demands,
     distance_m: FloatArray,
+    walks: StationPasses,
     settings: PlanSettings,
 ) -> BoolArray:
-    """Spread the landmarks evenly; a move that breaks a walk that no row tells of is taken back with all others."""
+    """Move the landmarks to where they help most; begin again with every row that this breaks."""
     rows = list(demands.rows)
     for _ in range(5):
-        evenly = evened(found.chosen, found.chosen & ~fixed, usable & ~fixed, rows, distance_m)
-        further = broken(ways, stations, usable | fixed, evenly, settings.spacing_m)
+        costs = gap_costs(settings.survey_sigma_m)
+        better = improved(found.chosen, found.chosen & ~fixed, usable & ~fixed, rows, distance_m, walks, costs)
+        further = broken(ways, stations, usable | fixed, better, settings.spacing_m)
         if not further:
-            return evenly
+            return better
         rows += sorted(further, key=sorted)
     return found.chosen
 

@@ -101,7 +101,7 @@ def first_hits(origin: FloatArray, direction: FloatArray, walls: FloatArray, rea
         offset = start[None] - origin[part, None]
         ahead = direction[part, None]
         across = ahead[..., 0] * edge[None, :, 1] - ahead[..., 1] * edge[None, :, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):
             distance = (offset[..., 0] * edge[None, :, 1] - offset[..., 1] * edge[None, :, 0]) / across
             share = (offset[..., 0] * ahead[..., 1] - offset[..., 1] * ahead[..., 0]) / across
             hit = (np.abs(across) > 1e-12) & (share >= -1e-9) & (share <= 1 + 1e-9) & (distance > 0)

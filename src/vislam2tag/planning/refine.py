@@ -1,8 +1,8 @@
-"""Of all plans with the fewest landmarks a good one: spread evenly, on walls that face well, not on one line.
+"""Of all plans with the fewest landmarks a good one: small errors to expect, and landmarks that lie not on one line.
 
-First each landmark moves along its ways as far as the demands let it, to where the mean square of the walking distance
-to the nearest landmark is least: between two landmarks a tracker's error grows with the way. Then each takes one of the
-walls at its station, so that the landmarks near each other lie well off one line (:func:`width_m`).
+First each landmark moves along its ways as far as the demands let it, to where the errors to expect on typical walks
+are least (:mod:`walk_costs`). Then each takes one of the walls at its station, so that the landmarks near each other
+lie well off one line (:func:`width_m`).
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.planning.cover import row_matrix
 from vislam2tag.planning.demands import Row
 from vislam2tag.planning.places import Places
+from vislam2tag.planning.walk_costs import GapCosts, StationPasses, WalkCosts
 
 REACH_M = 20.0
 """A landmark is tried on stations no farther off than this."""
-ROUNDS = 10
-LEAST_GAIN = 1e-6
+ROUNDS = 8
+LEAST_GAIN = 1e-9
 NEIGHBOURS = 3
 """A landmark's neighbourhood is itself and so many nearest ones, by walking distance."""
 WIDE_M = 1.0
@@ -29,23 +30,32 @@ NARROW_M = 0.3
 """... and less than this is next to one line: of the order of a sighting's error."""
 
 
-def evened(
-    chosen: BoolArray, movable: BoolArray, usable: BoolArray, rows: Sequence[Row], distance_m: FloatArray
+def improved(
+    chosen: BoolArray,
+    movable: BoolArray,
+    usable: BoolArray,
+    rows: Sequence[Row],
+    distance_m: FloatArray,
+    passes: StationPasses,
+    costs: GapCosts,
 ) -> BoolArray:
     """Move the ``movable`` ones of the ``chosen`` (s,) stations to better ``usable`` ones; all rows stay fulfilled.
 
-    ``distance_m`` (s, s) are walking distances between all stations.
+    ``distance_m`` (s, s) are walking distances between all stations; ``passes`` is where walks come by them.
     """
     now = chosen.copy()
-    matrix = row_matrix(rows, len(chosen))
-    held = csr_array(matrix.T)
-    count = np.asarray(matrix @ now.astype(np.float64))
+    held = csr_array(row_matrix(rows, len(chosen)).T)
+    count = np.asarray(row_matrix(rows, len(chosen)) @ now.astype(np.float64))
+    walks = WalkCosts(passes, costs, now)
     for _ in range(ROUNDS):
         moved = False
         for old in np.flatnonzero(now & movable).tolist():
-            best = _best_move(old, now, usable, matrix, held, count, distance_m)
-            if best == old:
+            candidates = _candidates(old, now, usable, held, count, distance_m)
+            gains = [walks.gain(old, new) for new in candidates]
+            if not gains or max(gains) <= LEAST_GAIN:
                 continue
+            best = candidates[int(np.argmax(gains))]
+            walks.move(old, best)
             now[old], now[best] = False, True
             count[_rows_of(held, old)] -= 1
             count[_rows_of(held, best)] += 1
@@ -59,32 +69,14 @@ def _rows_of(held: csr_array, station: int) -> IntArray:
     return np.asarray(held.indices[held.indptr[station] : held.indptr[station + 1]])
 
 
-def _best_move(
-    old: int,
-    now: BoolArray,
-    usable: BoolArray,
-    matrix: csr_array,
-    held: csr_array,
-    count: FloatArray,
-    distance_m: FloatArray,
-) -> int:
-    """Where the landmark of station ``old`` hangs best; ``old`` itself where nowhere is better."""
+def _candidates(
+    old: int, now: BoolArray, usable: BoolArray, held: csr_array, count: FloatArray, distance_m: FloatArray
+) -> list[int]:
+    """Stations to which the landmark of ``old`` can move without breaking a row."""
     needed = _rows_of(held, old)
     needed = needed[count[needed] < 1.5]
-    candidates = np.flatnonzero(usable & ~now & (distance_m[old] <= REACH_M))
-    if len(needed):
-        fulfils = np.asarray(matrix[needed][:, candidates].sum(axis=0)).ravel() > len(needed) - 0.5
-        candidates = candidates[fulfils]
-    if not len(candidates):
-        return old
-    others = np.flatnonzero(now & (np.arange(len(now)) != old))
-    ceiling = float(distance_m[np.isfinite(distance_m)].max(initial=0.0)) + 1.0
-    near = distance_m[others].min(axis=0) if len(others) else np.full(len(now), ceiling)
-    near = np.minimum(near, ceiling)
-    tried = np.append(candidates, old)
-    cost = (np.minimum(near, distance_m[tried]) ** 2).sum(axis=1)
-    best = int(np.argmin(cost))
-    return int(tried[best]) if cost[best] < cost[-1] * (1 - LEAST_GAIN) else old
+    candidates = np.flatnonzero(usable & ~now & (distance_m[old] <= REACH_M)).tolist()
+    return [new for new in candidates if np.isin(needed, _rows_of(held, new)).all()]
 
 
 def width_m(points: FloatArray) -> float:

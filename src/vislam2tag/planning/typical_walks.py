@@ -33,21 +33,22 @@ class Way:
     line: FloatArray
 
 
-def typical_walks(graph: CorridorGraph, seed: int = 0) -> list[FloatArray]:
+def typical_walks(graph: CorridorGraph, seed: int = 0, fewest: int = FEWEST) -> list[FloatArray]:
     """Walks (each (k, 2), BCS metres, a sample every 10 cm or so) that cover a graph; the same for the same graph."""
-    if not len(graph.edges):
+    if not (~graph.shortcut).any():
         return []
     rng = np.random.default_rng(seed)
     used = np.zeros(len(graph.edges))
     leaving = _leaving(graph)
-    count = max(FEWEST, round(TIMES * float(graph.length_m[~graph.in_room].sum()) / WALK_M))
+    count = max(fewest, round(TIMES * float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()) / WALK_M))
     starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[way.edge] for way in out)]
     return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
 
 
 def _leaving(graph: CorridorGraph) -> list[list[Way]]:
     leaving: list[list[Way]] = [[] for _ in graph.nodes]
-    for edge, (first, second) in enumerate(graph.edges.tolist()):
+    for edge in np.flatnonzero(~graph.shortcut).tolist():
+        first, second = graph.edges[edge].tolist()
         leaving[first].append(Way(edge, second, graph.polylines[edge]))
         leaving[second].append(Way(edge, first, graph.polylines[edge][::-1]))
     return leaving

@@ -1,0 +1,57 @@
+"""Planned landmarks added to the site's own file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vislam2tag.planning.marker_file import with_landmarks
+from vislam2tag.planning.records import PlannedLandmark
+from vislam2tag.survey.landmark_file import landmarks_from, read_landmark_file
+
+NEW = [
+    PlannedLandmark(
+        id=name, floor=1, x_m=x, y_m=2.5, z_m=1.4, heading_rad=0.5, sheet="A4", width_m=0.19, pass_m=0.4, visible_m=3.0
+    )
+    for name, x in (("7", 1.25), ("9", 8.0))
+]
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        "",
+        "id,x,y\n1,4.0,5.0\n2,,\n",
+        "marker;x\r\n",
+        "\ufeffid,x,y,floor,note\r\n 01 ,4,5,1,beside the door\r\n2,6,7,1,",
+        "id,y,x,z,sigma_m,heading_rad,heading_sigma_rad\n1,5.0,4.0,1.3,0.01,1.5,0.02\n",
+    ],
+)
+def test_what_was_there_stays_to_the_letter_and_the_new_ones_are_read_back(before: str, tmp_path: Path) -> None:
+    after = with_landmarks(before, NEW)
+    old = before.splitlines()
+    assert after.splitlines()[1 : len(old)] == old[1:]
+    assert not old or after.splitlines()[0].startswith(old[0])
+    folder = tmp_path / "floor_1"
+    folder.mkdir()
+    (folder / "marker_dict.csv").write_bytes(after.encode())
+    if ";" in before:
+        return
+    rows, findings = read_landmark_file(tmp_path, folder, 1, 0.02, set())
+    assert findings == []
+    found = landmarks_from(rows)
+    assert found.ids[-2:] == ("7", "9")
+    assert found.position_bcs[-2:].tolist() == [[1.25, 2.5], [8.0, 2.5]]
+    assert found.covariance_bcs[-1, 0, 0] == pytest.approx(0.1**2)
+    assert found.heading_rad[-1] == 0.5
+    if len(found.ids) > 2:
+        assert found.position_bcs[0].tolist() == [4.0, 5.0]
+        assert found.covariance_bcs[0, 0, 0] in (pytest.approx(0.02**2), pytest.approx(0.01**2))
+
+
+def test_adding_twice_is_adding_both() -> None:
+    once = with_landmarks("id,x,y\n1,4.0,5.0\n", NEW[:1])
+    assert with_landmarks(once, NEW[1:]) == with_landmarks("id,x,y\n1,4.0,5.0\n", NEW)
+    assert np.array_equal(once.splitlines()[0].split(",")[:3], ["id", "x", "y"])
