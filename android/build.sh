@@ -3,10 +3,11 @@
 #   build.sh core   compiles the pure-Java core and its tools (needs a JDK only)
 #   build.sh test   and runs the core's tests (needs JUnit 4 too)
 #   build.sh        all of it: core, app, tests, dex, signed and verified APK, the tests again on the shipped dex
+# OUT and JUNIT_JARS name other folders for what is built and for Debian's jars.
 set -euo pipefail
 cd "$(dirname "$0")"
 sdk=$PWD/sdk
-out=$PWD/out
+out=${OUT:-$PWD/out}
 jars=${JUNIT_JARS:-/usr/share/java}
 framework=/usr/share/android-framework-res/framework-res.apk
 ABIS="arm64-v8a armeabi-v7a"
@@ -156,7 +157,7 @@ build_all() {
     package
     verify
     test_dex
-    echo "built: android/out/$(basename "$apk")"
+    echo "built: $apk"
 }
 
 case ${1:-all} in

@@ -31,9 +31,12 @@ public final class LandmarkLoader {
   private final List<Refusal> refused = new ArrayList<>();
   private final Set<String> ids = new HashSet<>();
 
-  private LandmarkLoader(ImageFolder folder, Decoder decoder) {
+  private final int most;
+
+  private LandmarkLoader(ImageFolder folder, Decoder decoder, int most) {
     this.folder = folder;
     this.decoder = decoder;
+    this.most = most;
   }
 
   /**
@@ -43,7 +46,11 @@ public final class LandmarkLoader {
    * @throws IOException if the folder or its manifest cannot be read
    */
   public static LandmarkList load(ImageFolder folder, float widthM, Decoder decoder) throws IOException {
-    LandmarkLoader loader = new LandmarkLoader(folder, decoder);
+    return load(folder, widthM, decoder, MOST);
+  }
+
+  static LandmarkList load(ImageFolder folder, float widthM, Decoder decoder, int most) throws IOException {
+    LandmarkLoader loader = new LandmarkLoader(folder, decoder, most);
     List<String> names = new ArrayList<>(folder.fileNames());
     Collections.sort(names);
     for (Landmark landmark : names.contains(Manifest.FILE) ? loader.manifest() : images(names, widthM)) {
@@ -92,8 +99,8 @@ public final class LandmarkLoader {
     if (!names.contains(landmark.fileName)) {
       return new Refusal(landmark.id, Reason.NO_FILE, landmark.fileName);
     }
-    if (good.size() >= MOST) {
-      return new Refusal(landmark.id, Reason.TOO_MANY, "at most " + MOST);
+    if (good.size() >= most) {
+      return new Refusal(landmark.id, Reason.TOO_MANY, "at most " + most);
     }
     return looked(landmark);
   }

@@ -29,8 +29,8 @@ import org.vislam2tag.core.walk.Warning;
 
 /**
  * A session being recorded. What the platform tells goes in through the methods below, from any thread and in any order;
- * all of them are quick, touch no disk, and do nothing once the session has ended. {@link #tick} must be called about
- * twice a second ({@link Ticker}): it writes.
+ * they are quick, touch no disk, and do nothing once the session has ended. {@link #tick} must be called about twice a
+ * second ({@link Ticker}): it writes.
  */
 public final class Recorder {
   private static final Pattern EVENT_NAME = Pattern.compile("[a-z][a-z0-9_]*");
@@ -227,7 +227,10 @@ public final class Recorder {
     }
   }
 
-  /** The collector stops; tells how the session ended, also if it had ended before. */
+  /**
+   * The collector stops; tells how the session ended, also if it had ended before. Waits for the disk, as {@link #tick} and
+   * {@link #crashed} do: not for the screen's thread.
+   */
   public SessionEnd stop() {
     return end(new SessionEnd(EndState.STOPPED, ""));
   }

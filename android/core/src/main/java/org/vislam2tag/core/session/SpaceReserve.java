@@ -20,10 +20,13 @@ final class SpaceReserve {
     Files.write(file.toPath(), new byte[BYTES]);
   }
 
-  /** Gives the space up. */
+  /** Gives the space up, if it is not given up yet. */
   void release() {
-    if (!file.delete()) {
-      file.deleteOnExit();
+    try {
+      Files.deleteIfExists(file.toPath());
+    } catch (IOException e) {
+      // Then session.json may not fit: the session counts as killed, and the next one uses this file again.
+      return;
     }
   }
 }

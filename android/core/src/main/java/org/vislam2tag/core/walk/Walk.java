@@ -61,7 +61,7 @@ public final class Walk {
     double metres = motion.metres();
     double graceS = everTracked ? 0 : BEGIN_S;
     return warnings.update(landmarks.secondsSince(nowNs), landmarks.metresSince(metres), lostS(nowNs) - graceS,
-        motion.speedMps(), motion.turningRadps());
+        speedMps(nowNs), framesCome(nowNs) ? motion.turningRadps() : 0);
   }
 
   /** The map of the walk. */
@@ -76,6 +76,10 @@ public final class Walk {
 
   boolean framesCome(long nowNs) {
     return last != null && nowNs - lastArrivedNs < NO_FRAME_NS;
+  }
+
+  double speedMps(long nowNs) {
+    return framesCome(nowNs) ? motion.speedMps() : 0;
   }
 
   double lostS(long nowNs) {

@@ -7,7 +7,7 @@ import org.vislam2tag.core.record.TrackingState;
 public final class WalkStatus {
   /** Walked, m. */
   public final double walkedM;
-  /** Mean over the last second, m/s. */
+  /** Mean over the last second, m/s; 0 while no frames come. */
   public final double speedMps;
   /** Camera frames a second over the last two seconds. */
   public final double framesPerS;
@@ -29,7 +29,7 @@ public final class WalkStatus {
 
   WalkStatus(Walk walk, long nowNs) {
     walkedM = walk.motion.metres();
-    speedMps = walk.motion.speedMps();
+    speedMps = walk.speedMps(nowNs);
     framesPerS = walk.rate.hertz(nowNs);
     tracking = walk.framesCome(nowNs) ? walk.last.state : null;
     failure = walk.last == null ? "NONE" : walk.last.failure;

@@ -116,17 +116,13 @@ public class LandmarkLoaderTest {
     }
   }
 
-  @Test public void theTrackerTakesAThousandImages() throws IOException {
-    StringBuilder manifest = new StringBuilder("id,file,width_m\n");
-    for (int i = 0; i < 1003; i++) {
-      manifest.append(i).append(",a.png,0.2\n");
+  @Test public void theTrackerTakesSoManyImagesAndTheRestIsNamed() throws IOException {
+    for (String id : new String[] {"1", "2", "3", "4", "5"}) {
+      files.put(id + ".png", id.equals("2") ? "p" : "g");
     }
-    files.put("manifest.csv", manifest.toString());
-    files.put("a.png", "g");
-    GreyImage good = TestImages.leaves(300, 300, 1).shrunk(300);
-    LandmarkList list = LandmarkLoader.load(folder, 0.2f, bytes -> good);
-    assertEquals(1000, list.landmarks.size());
-    assertEquals(Reason.TOO_MANY, list.refusals.get(2).reason);
+    assertEquals("1=1.png@0.2 3=3.png@0.2 2:TOO_PLAIN 4:TOO_MANY 5:TOO_MANY",
+        words(LandmarkLoader.load(folder, 0.2f, decoder, 2)));
+    assertEquals(1000, LandmarkLoader.MOST);
   }
 
   @Test public void aFolderOnTheDiskIsReadToo() throws IOException {

@@ -147,6 +147,15 @@ public class WalkTest {
     assertEquals(EnumSet.of(Warning.TOO_FAST), walk.warnings(nowNs));
   }
 
+  @Test public void hasteIsOverWhenNoFramesCome() {
+    go(2, 2.2, seen("7"));
+    walk.warnings(nowNs);
+    nowNs += 600_000_000L;
+    assertEquals(Collections.emptySet(), walk.warnings(nowNs));
+    assertEquals(Collections.emptySet(), walk.status(nowNs).warnings);
+    assertEquals(0, walk.status(nowNs).speedMps, 0);
+  }
+
   @Test public void undoTakesThePressesBackOneByOne() {
     PressCount presses = new PressCount();
     assertNull(presses.undo(1));
