@@ -11,6 +11,7 @@ from typing import Protocol
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.errors import UsageError
+from vislam2tag.mapping.in_parts import InParts
 from vislam2tag.settings import Settings
 
 
@@ -49,8 +50,11 @@ def strategy_names() -> tuple[str, ...]:
 
 
 def strategy_named(name: str, settings: Settings) -> MappingStrategy:
-    """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name."""
+    """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name.
+
+    It maps sessions in several parts part by part.
+    """
     _load_all()
     if name not in _FACTORIES:
         raise UsageError(f"no mapping strategy is called '{name}'; there are: {', '.join(strategy_names())}")
-    return _FACTORIES[name](settings)
+    return InParts(_FACTORIES[name](settings))

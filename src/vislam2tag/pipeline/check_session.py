@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.height import estimate_heights
 from vislam2tag.core.known import KnownLandmarks
+from vislam2tag.core.parts import longest_part
 from vislam2tag.core.smoothing import Smoothed, mapped_path, smooth
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.walked import Walked
@@ -58,6 +59,8 @@ def check_session(job: CheckJob) -> CheckedSession:
 
 def _check(job: CheckJob) -> CheckedSession:
     session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
+    camera, log = longest_part(session.camera, session.landmarks)
+    session = replace(session, camera=camera, landmarks=log)
     smoothed = _smoothed(job, session, landmarks)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]

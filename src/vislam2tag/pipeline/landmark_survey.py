@@ -14,6 +14,7 @@ from vislam2tag.core.height import Heights, estimate_heights, vertical_span_m
 from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.landmark_map import LandmarkMap, join
 from vislam2tag.core.local_map import LocalMap
+from vislam2tag.core.parts import longest_part
 from vislam2tag.core.smoothing import smooth_in_own_frame
 from vislam2tag.core.storeys import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
@@ -90,7 +91,7 @@ def reduce_session(job: ReductionJob) -> ReducedSession:
 def _reduced(job: ReductionJob) -> ReducedSession:
     key = job.ref.key
     session, _ = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
-    camera, log = session.camera, session.landmarks
+    camera, log = longest_part(session.camera, session.landmarks)
     considered = considered_landmarks(job.site, key.floor, log.ids)
     corrected, _ = corrected_landmarks(considered, job.corrections, key, job.settings.default_landmark_sigma_m)
     mine = landmarks_of_session(corrected, key, camera, log)

@@ -35,7 +35,7 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     if unknown:
         message = "the clock of the images is not known: these frames have the time at which they were logged"
         findings.append(Finding.at_lines("unknown_exposure", file, unknown, message))
-    findings += _tracking_lost(camera, state, file)
+    findings += [*_tracking_lost(camera, state, file), *_restarted(camera, state, file)]
     return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
 
 
@@ -64,6 +64,15 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
     why = f" for {', '.join(told)}" if told else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
     return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
+
+
+def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
+    """Report the frames at which the tracker began anew."""
+    first = np.flatnonzero(np.diff(state.part) != 0) + 1
+    if not len(first):
+        return []
+    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    return [Finding.at_lines("tracking_restarted", file, camera.row[first].tolist(), message)]
 
 
 def _by_count(reasons: Counter[str]) -> list[tuple[str, int]]:

@@ -1,0 +1,61 @@
+"""Strategies over sessions in several parts: each part is mapped on its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.parts import one_part, parts_of
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+
+if TYPE_CHECKING:
+    from vislam2tag.mapping.base import MappingStrategy
+
+
+@dataclass(frozen=True)
+class InParts:
+    """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
+
+    strategy: MappingStrategy
+
+    @property
+    def needs(self) -> str:
+        """What each part must have had."""
+        return self.strategy.needs
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map each part and put the frames together again."""
+        parts = parts_of(camera)
+        if camera.state is None or len(parts) < 2:
+            return self.strategy.map(camera, log, landmarks)
+        mapped = [self.strategy.map(*one_part(camera, log, int(part)), landmarks) for part in parts]
+        # Frames that are not usable, of whatever part, are so in the trajectory of each.
+        return _together(mapped, np.searchsorted(parts, camera.state.part).clip(0, len(parts) - 1))
+
+
+def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
+    """Take each frame from the trajectory chosen for it, (n,), and all else from all."""
+    frame = np.arange(len(chosen))
+
+    def stacked(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+        return np.asarray(np.stack([getattr(part, name) for part in mapped])[chosen, frame])
+
+    with_floors = all(len(part.floor) for part in mapped)
+    return Trajectory(
+        time_ns=mapped[0].time_ns,
+        position_bcs=stacked("position_bcs").astype(np.float64),
+        orientation_bcs=stacked("orientation_bcs").astype(np.float64),
+        covariance_bcs=stacked("covariance_bcs").astype(np.float64),
+        status=stacked("status").astype(np.int8),
+        segments=tuple(segment for part in mapped for segment in part.segments),
+        visits=tuple(sorted((visit for part in mapped for visit in part.visits), key=lambda visit: visit.frame)),
+        floor=stacked("floor").astype(np.int64) if with_floors else np.empty(0, dtype=np.int64),
+        events=tuple(sorted((event for part in mapped for event in part.events), key=lambda event: event.frame)),
+        contradictions=tuple(
+            sorted((found for part in mapped for found in part.contradictions), key=lambda found: -found.size_m)
+        ),
+    )
