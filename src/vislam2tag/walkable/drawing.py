@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
-from skimage.draw import polygon as pixels_in
 from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
@@ -104,13 +103,25 @@ def _walled(shape: BaseGeometry, openings: BaseGeometry, wall_m: float) -> BaseG
 
 
 def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
-    """Tell which cells have their centre in polygons."""
-    inside = np.zeros(grid.shape, dtype=np.bool_)
-    for part in shapely.get_parts(shape):
-        if part.geom_type != "Polygon":
-            continue
-        for ring in (part.exterior, *part.interiors):
-            column, row = ((shapely.get_coordinates(ring) - grid.origin_m) / grid.cell_m - 0.5).T
-            # Rings nest, so that a cell is inside where an odd number of them holds it.
-            inside[pixels_in(row, column, grid.shape)] ^= True
-    return inside
+    """Tell which cells have their centre in polygons: an odd number of edges lies to the left of it."""
+    rings = [
+        shapely.get_coordinates(ring)
+        for part in shapely.get_parts(shape)
+        if part.geom_type == "Polygon"
+        for ring in (part.exterior, *part.interiors)
+    ]
+    if not rings:
+        return np.zeros(grid.shape, dtype=np.bool_)
+    placed = [(ring - grid.origin_m) / grid.cell_m - 0.5 for ring in rings]
+    start = np.concatenate([ring[:-1] for ring in placed])
+    stop = np.concatenate([ring[1:] for ring in placed])
+    low, high = (np.ceil(pick(start[:, 1], stop[:, 1])).clip(0, grid.rows) for pick in (np.minimum, np.maximum))
+    spans = (high - low).astype(np.int64)
+    edge = np.repeat(np.arange(len(start)), spans)
+    row = low[edge].astype(np.int64) + np.arange(len(edge)) - np.repeat(np.cumsum(spans) - spans, spans)
+    slope = (stop - start)[edge]
+    crossing = start[edge, 0] + (row - start[edge, 1]) / slope[:, 1] * slope[:, 0]
+    column = np.ceil(crossing).clip(0, grid.columns).astype(np.int64)
+    crossed = np.bincount(row * (grid.columns + 1) + column, minlength=grid.rows * (grid.columns + 1))
+    odd = np.cumsum(crossed.reshape(grid.rows, -1), axis=1) % 2 == 1
+    return np.asarray(odd[:, :-1])
