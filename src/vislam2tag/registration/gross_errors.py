@@ -90,7 +90,7 @@ def mistyped(value: float, decimals: int) -> list[tuple[float, str]]:
     Two neighbouring digits exchanged, the sign forgotten, the decimal mark one place off, one digit of the whole
     metres wrong (smaller digits would fit any small error).
     """
-    text = f"{abs(value):.{decimals}f}"
+    text = f"0{abs(value):.{decimals}f}"  # 10.5 may have become 01.5
     sign = -1.0 if value < 0 else 1.0
     found = {-value: "sign", value * 10: "decimal mark", value / 10: "decimal mark"}
     digits = [i for i, char in enumerate(text) if char.isdigit()]
@@ -98,7 +98,7 @@ def mistyped(value: float, decimals: int) -> list[tuple[float, str]]:
         swapped = list(text)
         swapped[one], swapped[other] = swapped[other], swapped[one]
         found.setdefault(sign * float("".join(swapped)), "digits exchanged")
-    for place in digits[: len(digits) - decimals]:
+    for place in digits[1 : len(digits) - decimals]:
         for digit in "0123456789":
             found.setdefault(sign * float(text[:place] + digit + text[place + 1 :]), "one digit wrong")
     return [(other, what) for other, what in found.items() if abs(other - value) >= LEAST_TYPED_M]
