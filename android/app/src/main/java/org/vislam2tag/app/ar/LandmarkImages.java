@@ -5,6 +5,8 @@ import android.graphics.BitmapFactory;
 import com.google.ar.core.AugmentedImageDatabase;
 import com.google.ar.core.Session;
 import com.google.ar.core.exceptions.ImageInsufficientQualityException;
+import java.io.ByteArrayInputStream;
+import java.io.ByteArrayOutputStream;
 import java.io.IOException;
 import java.io.InputStream;
 import java.util.ArrayList;
@@ -23,6 +25,7 @@ public final class LandmarkImages {
   private final ImageFolder folder;
   private final LandmarkList list;
   private final List<Refusal> byTracker = new ArrayList<>();
+  private byte[] made;
 
   private LandmarkImages(ImageFolder folder, LandmarkList list) {
     this.folder = folder;
@@ -40,28 +43,57 @@ public final class LandmarkImages {
   }
 
   /** How many images are looked for. */
-  public int count() {
+  public synchronized int count() {
     return list.landmarks.size() - byTracker.size();
   }
 
   /** All that are not looked for, and why. */
-  public List<Refusal> refusals() {
+  public synchronized List<Refusal> refusals() {
     List<Refusal> all = new ArrayList<>(list.refusals);
     all.addAll(byTracker);
     return Collections.unmodifiableList(all);
   }
 
-  /** The database for one session; images that ARCore finds too plain become refusals. */
-  AugmentedImageDatabase database(Session session) {
+  /** Ids of those refused, as session.json lists them. */
+  public String[] refusedIds() {
+    return refusals().stream().map(refusal -> refusal.id).toArray(String[]::new);
+  }
+
+  /**
+   * The database for one session; images that ARCore finds too plain become refusals. It takes long the first time, and is
+   * kept for the sessions to come.
+   */
+  synchronized AugmentedImageDatabase database(Session session) {
+    if (made != null) {
+      return kept(session);
+    }
     AugmentedImageDatabase images = new AugmentedImageDatabase(session);
-    byTracker.clear();
     for (Landmark landmark : list.landmarks) {
       Refusal refusal = add(images, landmark);
       if (refusal != null) {
         byTracker.add(refusal);
       }
     }
+    made = bytes(images);
     return images;
+  }
+
+  private static byte[] bytes(AugmentedImageDatabase images) {
+    ByteArrayOutputStream bytes = new ByteArrayOutputStream();
+    try {
+      images.serialize(bytes);
+    } catch (IOException e) {
+      throw new IllegalStateException("memory takes bytes", e);
+    }
+    return bytes.toByteArray();
+  }
+
+  private AugmentedImageDatabase kept(Session session) {
+    try {
+      return AugmentedImageDatabase.deserialize(session, new ByteArrayInputStream(made));
+    } catch (IOException e) {
+      throw new IllegalStateException("ARCore does not read what it wrote", e);
+    }
   }
 
   private Refusal add(AugmentedImageDatabase images, Landmark landmark) {

@@ -11,7 +11,7 @@ import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.session.Recorder;
 
 /** Bluetooth LE advertisements, all that are heard. */
-public final class BleLog extends ScanCallback {
+public final class BleLog extends ScanCallback implements Feed {
   private final BluetoothAdapter adapter;
   private Recorder recorder;
   private BluetoothLeScanner scanner;
@@ -22,7 +22,7 @@ public final class BleLog extends ScanCallback {
   }
 
   /** Starts listening; also to be called when Bluetooth was switched on. */
-  public void start(Recorder into) {
+  @Override public void start(Recorder into) {
     recorder = into;
     scanner = adapter == null || !adapter.isEnabled() ? null : adapter.getBluetoothLeScanner();
     if (scanner == null) {
@@ -30,7 +30,9 @@ public final class BleLog extends ScanCallback {
       return;
     }
     try {
-      scanner.startScan(null, new ScanSettings.Builder().setScanMode(ScanSettings.SCAN_MODE_LOW_LATENCY).build(), this);
+      ScanSettings.Builder settings = new ScanSettings.Builder();
+      settings.setScanMode(ScanSettings.SCAN_MODE_LOW_LATENCY);
+      scanner.startScan(null, settings.build(), this);
     } catch (SecurityException e) {
       scanner = null;
       into.event("no_bluetooth_permission", "");
@@ -38,7 +40,7 @@ public final class BleLog extends ScanCallback {
   }
 
   /** Ends listening; nothing happens where it was not started. */
-  public void stop() {
+  @Override public void stop() {
     if (scanner != null && adapter.isEnabled()) {
       try {
         scanner.stopScan(this);

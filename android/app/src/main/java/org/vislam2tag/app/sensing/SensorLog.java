@@ -15,7 +15,7 @@ import org.vislam2tag.core.session.SensorOn;
 import org.vislam2tag.core.session.SessionDescription;
 
 /** All sensors of the format that the phone has, on a thread of their own. */
-public final class SensorLog implements SensorEventListener {
+public final class SensorLog implements SensorEventListener, Feed {
   private static final int MICROS = 1_000_000;
 
   private final SensorManager manager;
@@ -47,7 +47,7 @@ public final class SensorLog implements SensorEventListener {
   }
 
   /** Starts logging; sensors that the phone lacks are events. */
-  public void start(Recorder into) {
+  @Override public void start(Recorder into) {
     recorder = into;
     thread = new HandlerThread("sensors");
     thread.start();
@@ -61,7 +61,7 @@ public final class SensorLog implements SensorEventListener {
   }
 
   /** Ends logging; nothing happens where it was not started. */
-  public void stop() {
+  @Override public void stop() {
     manager.unregisterListener(this);
     if (thread != null) {
       thread.quitSafely();

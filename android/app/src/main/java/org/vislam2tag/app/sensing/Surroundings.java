@@ -11,7 +11,7 @@ import android.os.BatteryManager;
 import org.vislam2tag.core.session.Recorder;
 
 /** What happens to the phone while a session is recorded: switches, screen, battery. */
-public final class Surroundings extends BroadcastReceiver {
+public final class Surroundings extends BroadcastReceiver implements Feed {
 
   private final Context context;
   private final BleLog ble;
@@ -27,7 +27,7 @@ public final class Surroundings extends BroadcastReceiver {
   }
 
   /** Starts watching. */
-  public void start(Recorder into) {
+  @Override public void start(Recorder into) {
     recorder = into;
     IntentFilter filter = new IntentFilter();
     filter.addAction(WifiManager.WIFI_STATE_CHANGED_ACTION);
@@ -41,7 +41,7 @@ public final class Surroundings extends BroadcastReceiver {
   }
 
   /** Ends watching; nothing happens where it was not started. */
-  public void stop() {
+  @Override public void stop() {
     if (recorder != null) {
       context.unregisterReceiver(this);
       recorder = null;

@@ -16,7 +16,7 @@ import org.vislam2tag.core.record.WifiReading;
 import org.vislam2tag.core.session.Recorder;
 
 /** Wi-Fi scans, one after the other as fast as the platform lets. Lives on the handler's thread. */
-public final class WifiLog extends BroadcastReceiver {
+public final class WifiLog extends BroadcastReceiver implements Feed {
   private static final long LOOK_MS = 250;
 
   private final Context context;
@@ -36,7 +36,7 @@ public final class WifiLog extends BroadcastReceiver {
   }
 
   /** Starts scanning. */
-  public void start(Recorder into) {
+  @Override public void start(Recorder into) {
     recorder = into;
     if (wifi == null) {
       into.event("wifi_off", "no Wi-Fi in this phone");
@@ -47,7 +47,7 @@ public final class WifiLog extends BroadcastReceiver {
   }
 
   /** Ends scanning; nothing happens where it was not started. */
-  public void stop() {
+  @Override public void stop() {
     if (recorder == null || wifi == null) {
       return;
     }

@@ -1,4 +1,4 @@
-package org.vislam2tag.app;
+package org.vislam2tag.app.recording;
 
 import static org.junit.Assert.assertEquals;
 import static org.junit.Assert.assertTrue;

@@ -1,4 +1,4 @@
-package org.vislam2tag.app;
+package org.vislam2tag.app.recording;
 
 import android.os.SystemClock;
 import java.time.ZoneId;
@@ -6,7 +6,7 @@ import org.vislam2tag.core.clock.ClockReading;
 import org.vislam2tag.core.clock.Clocks;
 
 /** The phone's own clocks. */
-final class PhoneClocks implements Clocks {
+public final class PhoneClocks implements Clocks {
   @Override public ClockReading read() {
     return new ClockReading(SystemClock.elapsedRealtimeNanos(), System.nanoTime(), System.currentTimeMillis());
   }

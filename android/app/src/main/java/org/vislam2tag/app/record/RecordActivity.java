@@ -1,0 +1,166 @@
+package org.vislam2tag.app.record;
+
+import android.app.Activity;
+import android.content.ComponentName;
+import android.content.Intent;
+import android.content.ServiceConnection;
+import android.content.pm.PackageManager;
+import android.os.BatteryManager;
+import android.os.Bundle;
+import android.os.Handler;
+import android.os.IBinder;
+import android.os.Looper;
+import android.view.MotionEvent;
+import android.view.View;
+import android.view.ViewGroup;
+import android.view.WindowManager;
+import android.widget.TextView;
+import android.widget.Toast;
+import com.google.ar.core.ArCoreApk;
+import org.vislam2tag.app.R;
+import org.vislam2tag.app.ar.CameraView;
+import org.vislam2tag.app.recording.PhoneClocks;
+import org.vislam2tag.app.recording.Recording;
+import org.vislam2tag.app.recording.RecordingService;
+import org.vislam2tag.core.session.RecorderStatus;
+import org.vislam2tag.core.session.SessionEnd;
+
+/** The screen while a session is recorded. */
+public final class RecordActivity extends Activity implements ServiceConnection {
+  private static final long REFRESH_MS = 250;
+
+  private final Handler handler = new Handler(Looper.getMainLooper());
+  private final Runnable refresh = this::refresh;
+  private final StatusText text = new StatusText(this::getString);
+  private RecordingService.Link service;
+  private CameraView camera;
+
+  @Override protected void onCreate(Bundle saved) {
+    super.onCreate(saved);
+    setContentView(R.layout.record);
+    getWindow().addFlags(WindowManager.LayoutParams.FLAG_KEEP_SCREEN_ON);
+    findViewById(R.id.control_point).setOnTouchListener(this::touched);
+    findViewById(R.id.control_point).setOnClickListener(view -> press()); // screen readers click, and never touch
+    findViewById(R.id.undo).setOnClickListener(view -> undo());
+    findViewById(R.id.stop).setOnClickListener(view -> stop());
+    bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
+  }
+
+  @Override protected void onResume() {
+    super.onResume();
+    if (camera != null) {
+      camera.onResume();
+    }
+    handler.post(refresh);
+  }
+
+  @Override protected void onPause() {
+    handler.removeCallbacks(refresh);
+    if (camera != null) {
+      camera.onPause();
+    }
+    super.onPause();
+  }
+
+  @Override protected void onDestroy() {
+    unbindService(this);
+    super.onDestroy();
+  }
+
+  /** The way back leads to the home screen, not out of the recording. */
+  @Override public void onBackPressed() {
+    moveTaskToBack(true);
+  }
+
+  @Override public void onServiceConnected(ComponentName name, IBinder link) {
+    service = (RecordingService.Link) link;
+    Recording recording = service.recording();
+    if (recording != null && camera == null && canTrack()) {
+      camera = new CameraView(this);
+      camera.attach(recording, new PhoneClocks());
+      ((ViewGroup) findViewById(R.id.camera)).addView(camera);
+    }
+  }
+
+  @Override public void onServiceDisconnected(ComponentName name) {
+    service = null;
+  }
+
+  /** The press counts when the finger comes down: that is when the collector stands on the point. */
+  private boolean touched(View button, MotionEvent event) {
+    if (event.getActionMasked() == MotionEvent.ACTION_DOWN) {
+      press();
+      button.setPressed(true);
+    } else if (event.getActionMasked() == MotionEvent.ACTION_UP || event.getActionMasked() == MotionEvent.ACTION_CANCEL) {
+      button.setPressed(false);
+    }
+    return true;
+  }
+
+  private void press() {
+    Recording recording = recording();
+    if (recording != null) {
+      recording.recorder().press();
+    }
+  }
+
+  private void undo() {
+    Recording recording = recording();
+    if (recording != null) {
+      recording.recorder().undoPress();
+    }
+  }
+
+  private void stop() {
+    if (service != null) {
+      service.stop();
+    }
+  }
+
+  private void refresh() {
+    Recording recording = recording();
+    if (recording != null) {
+      show(recording.recorder().status());
+      ((MapView) findViewById(R.id.map)).show(recording.recorder().map());
+    } else if (service != null) {
+      over(service.lastEnd());
+      return;
+    }
+    handler.postDelayed(refresh, REFRESH_MS);
+  }
+
+  private void show(RecorderStatus status) {
+    set(R.id.walk, text.walk(status));
+    set(R.id.tracking, text.tracking(status.walk));
+    set(R.id.landmarks, text.landmarks(status.walk));
+    set(R.id.scans, text.scans(status));
+    BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);
+    set(R.id.supplies, text.supplies(RecordingService.sessions(this).getUsableSpace(),
+        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)));
+    String warnings = text.warnings(status.walk);
+    set(R.id.warnings, warnings);
+    findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);
+    set(R.id.control_point, getString(R.string.control_point, status.presses));
+    findViewById(R.id.undo).setEnabled(status.presses > 0);
+  }
+
+  private void over(SessionEnd end) {
+    if (end != null) {
+      Toast.makeText(this, getString(EndText.sentence(end), end.detail), Toast.LENGTH_LONG).show();
+    }
+    finish();
+  }
+
+  private boolean canTrack() {
+    return checkSelfPermission(android.Manifest.permission.CAMERA) == PackageManager.PERMISSION_GRANTED
+        && ArCoreApk.getInstance().checkAvailability(this) == ArCoreApk.Availability.SUPPORTED_INSTALLED;
+  }
+
+  private Recording recording() {
+    return service == null ? null : service.recording();
+  }
+
+  private void set(int id, String words) {
+    ((TextView) findViewById(id)).setText(words);
+  }
+}

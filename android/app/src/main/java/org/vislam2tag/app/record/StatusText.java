@@ -1,0 +1,90 @@
+package org.vislam2tag.app.record;
+
+import org.vislam2tag.app.R;
+import org.vislam2tag.core.record.TrackingState;
+import org.vislam2tag.core.session.RecorderStatus;
+import org.vislam2tag.core.walk.WalkStatus;
+import org.vislam2tag.core.walk.Warning;
+
+/** The recording's status in the collector's words. */
+final class StatusText {
+  /** Where sentences come from: {@code Context.getString} in the app. */
+  interface Words {
+    String of(int id, Object... parts);
+  }
+
+  private final Words words;
+
+  StatusText(Words words) {
+    this.words = words;
+  }
+
+  /** Time, way, frame rate. */
+  String walk(RecorderStatus status) {
+    long seconds = (long) status.elapsedS;
+    return words.of(R.string.status_walk, seconds / 60, seconds % 60, status.walk.walkedM, status.walk.framesPerS);
+  }
+
+  /** Whether the tracker knows where the phone is, and if not, why. */
+  String tracking(WalkStatus walk) {
+    if (walk.tracking == TrackingState.TRACKING) {
+      return words.of(R.string.tracking_good);
+    }
+    return words.of(walk.tracking == null ? R.string.tracking_no_camera : reason(walk.failure));
+  }
+
+  /** Landmarks seen, and how long ago the last one was. */
+  String landmarks(WalkStatus walk) {
+    if (walk.lastLandmark == null) {
+      return words.of(R.string.status_no_landmark_yet, walk.sinceLandmarkS, walk.sinceLandmarkM);
+    }
+    return words.of(R.string.status_landmarks, walk.landmarksSeen, walk.lastLandmark, walk.sinceLandmarkS, walk.sinceLandmarkM);
+  }
+
+  /** Scans, and whether they are held down. */
+  String scans(RecorderStatus status) {
+    String scans = words.of(R.string.status_scans, status.scans, status.wifiReadings, status.bleReadings);
+    boolean throttled = "on".equals(status.throttling) || status.scansRefused > 0;
+    return throttled ? scans + " " + words.of(R.string.status_throttled) : scans;
+  }
+
+  /** What is left on the phone. */
+  String supplies(long freeBytes, int batteryPercent) {
+    return words.of(R.string.status_supplies, freeBytes / 1e9, batteryPercent);
+  }
+
+  /** The warnings that are on, a line each; empty where there is none. */
+  String warnings(WalkStatus walk) {
+    StringBuilder lines = new StringBuilder();
+    for (Warning warning : walk.warnings) {
+      lines.append(lines.length() == 0 ? "" : "\n").append(words.of(sentence(warning)));
+    }
+    return lines.toString();
+  }
+
+  private static int sentence(Warning warning) {
+    switch (warning) {
+      case NO_LANDMARK:
+        return R.string.warning_no_landmark;
+      case TOO_FAST:
+        return R.string.warning_too_fast;
+      default:
+        return R.string.warning_tracking;
+    }
+  }
+
+  private static int reason(String failure) {
+    switch (failure) {
+      case "INSUFFICIENT_LIGHT":
+        return R.string.tracking_dark;
+      case "EXCESSIVE_MOTION":
+        return R.string.tracking_motion;
+      case "INSUFFICIENT_FEATURES":
+        return R.string.tracking_features;
+      case "CAMERA_UNAVAILABLE":
+        return R.string.tracking_no_camera;
+      default:
+        return R.string.tracking_lost;
+    }
+  }
+}

@@ -1,0 +1,28 @@
+package org.vislam2tag.app.recording;
+
+import java.util.List;
+import org.vislam2tag.app.ar.LandmarkImages;
+
+/** What the collector chose before the start. */
+public final class Plan {
+  public final String site;
+  public final int floor;
+  public final String device;
+  public final String note;
+  /** Hz, or {@link org.vislam2tag.core.session.SensorOn#FASTEST}. */
+  public final double sensorRateHz;
+  public final LandmarkImages landmarks;
+  /** Names of events that say what lacks from the start. */
+  public final List<String> eventsAtStart;
+
+  public Plan(String site, int floor, String device, String note, double sensorRateHz, LandmarkImages landmarks,
+      List<String> eventsAtStart) {
+    this.site = site;
+    this.floor = floor;
+    this.device = device;
+    this.note = note;
+    this.sensorRateHz = sensorRateHz;
+    this.landmarks = landmarks;
+    this.eventsAtStart = eventsAtStart;
+  }
+}

@@ -1,0 +1,183 @@
+package org.vislam2tag.app.recording;
+
+import android.app.Notification;
+import android.app.NotificationChannel;
+import android.app.NotificationManager;
+import android.app.PendingIntent;
+import android.app.Service;
+import android.bluetooth.BluetoothManager;
+import android.content.Context;
+import android.content.Intent;
+import android.content.pm.PackageManager;
+import android.content.pm.ServiceInfo;
+import android.hardware.SensorManager;
+import android.location.LocationManager;
+import android.media.AudioManager;
+import android.net.wifi.WifiManager;
+import android.os.Binder;
+import android.os.Build;
+import android.os.Handler;
+import android.os.IBinder;
+import android.os.Looper;
+import android.os.PowerManager;
+import android.os.VibrationEffect;
+import android.os.Vibrator;
+import java.io.File;
+import java.io.IOException;
+import java.util.Arrays;
+import org.vislam2tag.app.R;
+import org.vislam2tag.app.record.RecordActivity;
+import org.vislam2tag.app.sensing.BleLog;
+import org.vislam2tag.app.sensing.Calls;
+import org.vislam2tag.app.sensing.SensorLog;
+import org.vislam2tag.app.sensing.Surroundings;
+import org.vislam2tag.app.sensing.WifiLog;
+import org.vislam2tag.core.session.Recorder;
+import org.vislam2tag.core.session.RecorderListener;
+import org.vislam2tag.core.session.RecorderSettings;
+import org.vislam2tag.core.session.SessionDescription;
+import org.vislam2tag.core.session.SessionEnd;
+import org.vislam2tag.core.table.FileSink;
+import org.vislam2tag.core.walk.Warning;
+
+/** Keeps a recording alive while the screen is off or another app is in front. */
+public final class RecordingService extends Service implements RecorderListener {
+  private static final String CHANNEL = "recording";
+  private static final int NOTIFICATION = 1;
+  private static final String ARCORE = "com.google.ar.core";
+  private static final long WARNING_MS = 300;
+  private static final long LONGEST_MS = 12L * 3600 * 1000;
+
+  /** What the screen holds of the service. */
+  public final class Link extends Binder {
+    /** The recording that runs; null where none does. */
+    public Recording recording() {
+      return recording;
+    }
+
+    /**
+     * Starts one.
+     *
+     * @throws IOException if the session's files cannot be made
+     */
+    public void start(Plan plan) throws IOException {
+      RecordingService.this.start(plan);
+    }
+
+    /** Stops it. */
+    public void stop() {
+      RecordingService.this.stop();
+    }
+
+    /** How the latest session ended; null before the first. */
+    public SessionEnd lastEnd() {
+      return lastEnd;
+    }
+  }
+
+  private final PhoneClocks clocks = new PhoneClocks();
+  private volatile Recording recording;
+  private volatile SessionEnd lastEnd;
+  private PowerManager.WakeLock awake;
+
+  /** Where the sessions are kept: the app's own folder on the phone, which a cable reaches too. */
+  public static File sessions(Context context) {
+    File external = context.getExternalFilesDir(null);
+    File folder = new File(external == null ? context.getFilesDir() : external, "sessions");
+    folder.mkdirs();
+    return folder;
+  }
+
+  @Override public IBinder onBind(Intent intent) {
+    return new Link();
+  }
+
+  @Override public int onStartCommand(Intent intent, int flags, int startId) {
+    return START_NOT_STICKY; // a killed recording is finished by the next start of the app, not gone on with
+  }
+
+  @Override public void onDestroy() {
+    stop();
+    super.onDestroy();
+  }
+
+  @Override public void warning(Warning warning) {
+    Vibrator vibrator = (Vibrator) getSystemService(VIBRATOR_SERVICE);
+    vibrator.vibrate(VibrationEffect.createOneShot(WARNING_MS, VibrationEffect.DEFAULT_AMPLITUDE));
+  }
+
+  /** Also when a session ends by itself, as the disk is full: the service ends with it. */
+  @Override public void ended(SessionEnd end) {
+    lastEnd = end;
+    new Handler(Looper.getMainLooper()).post(this::stop);
+  }
+
+  private void start(Plan plan) throws IOException {
+    SensorLog sensors = new SensorLog((SensorManager) getSystemService(SENSOR_SERVICE), plan.sensorRateHz);
+    Recorder recorder = Recorder.start(
+        new Recorder.Setup(clocks, RecorderSettings.usual(), this, FileSink::new, null),
+        description(plan, sensors), sessions(this));
+    CrashGuard.guard(recorder);
+    goForeground();
+    BluetoothManager bluetooth = (BluetoothManager) getSystemService(BLUETOOTH_SERVICE);
+    BleLog ble = new BleLog(bluetooth == null ? null : bluetooth.getAdapter());
+    WifiManager wifi = (WifiManager) getApplicationContext().getSystemService(WIFI_SERVICE);
+    for (String event : plan.eventsAtStart) {
+      recorder.event(event, "");
+    }
+    Handler handler = new Handler(Looper.getMainLooper());
+    recording = new Recording(recorder, plan.landmarks, Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks), ble,
+        new Calls((AudioManager) getSystemService(AUDIO_SERVICE), handler),
+        new Surroundings(this, ble, (LocationManager) getSystemService(LOCATION_SERVICE))));
+  }
+
+  private void stop() {
+    Recording running = recording;
+    if (running == null) {
+      return;
+    }
+    recording = null;
+    running.stop();
+    CrashGuard.release();
+    if (awake != null && awake.isHeld()) {
+      awake.release();
+    }
+    stopForeground(true);
+    stopSelf();
+  }
+
+  private SessionDescription description(Plan plan, SensorLog sensors) {
+    SessionDescription.Builder description = new SessionDescription.Builder().place(plan.site, plan.floor).device(plan.device)
+        .note(plan.note).app(version(getPackageName()))
+        .phone(Build.MANUFACTURER, Build.MODEL, Build.VERSION.RELEASE, Build.VERSION.SDK_INT, version(ARCORE))
+        .landmarks(plan.landmarks.count(), plan.landmarks.refusedIds());
+    sensors.describe(description);
+    return description.build();
+  }
+
+  private String version(String app) {
+    try {
+      return getPackageManager().getPackageInfo(app, 0).versionName;
+    } catch (PackageManager.NameNotFoundException e) {
+      return null;
+    }
+  }
+
+  private void goForeground() {
+    startForegroundService(new Intent(this, RecordingService.class));
+    NotificationManager notifications = (NotificationManager) getSystemService(NOTIFICATION_SERVICE);
+    notifications.createNotificationChannel(
+        new NotificationChannel(CHANNEL, getString(R.string.recording_channel), NotificationManager.IMPORTANCE_LOW));
+    PendingIntent open = PendingIntent.getActivity(this, 0,
+        new Intent(this, RecordActivity.class).addFlags(Intent.FLAG_ACTIVITY_SINGLE_TOP), PendingIntent.FLAG_IMMUTABLE);
+    Notification notification = new Notification.Builder(this, CHANNEL).setContentTitle(getString(R.string.recording_notice))
+        .setSmallIcon(R.drawable.ic_recording).setContentIntent(open).setOngoing(true).build();
+    if (Build.VERSION.SDK_INT >= Build.VERSION_CODES.Q) {
+      startForeground(NOTIFICATION, notification, ServiceInfo.FOREGROUND_SERVICE_TYPE_LOCATION);
+    } else {
+      startForeground(NOTIFICATION, notification);
+    }
+    awake = ((PowerManager) getSystemService(POWER_SERVICE)).newWakeLock(PowerManager.PARTIAL_WAKE_LOCK, "vislam2tag:recording");
+    awake.acquire(LONGEST_MS);
+  }
+}

@@ -1,0 +1,56 @@
+package org.vislam2tag.app.sessions;
+
+import org.vislam2tag.app.R;
+import org.vislam2tag.app.record.EndText;
+import org.vislam2tag.core.handover.UploadException;
+import org.vislam2tag.core.session.StoredSession;
+
+/** Sessions and their uploads in the collector's words. */
+final class SessionText {
+  /** Where sentences come from: {@code Context.getString} in the app. */
+  interface Words {
+    String of(int id, Object... parts);
+  }
+
+  private final Words words;
+
+  SessionText(Words words) {
+    this.words = words;
+  }
+
+  /** Two lines about a session: where and by what; how long, how large, how it ended. */
+  String of(StoredSession session) {
+    String where = words.of(R.string.session_where, session.site, session.floor, session.device);
+    String size = words.of(R.string.session_size, minutes(session.durationS), session.bytes / 1e6);
+    String end = session.end.isEmpty() ? words.of(R.string.end_unknown) : words.of(EndText.sentence(session.end), session.endDetail);
+    return where + "\n" + size + " " + end;
+  }
+
+  /** Why an upload ended without the session filed. */
+  String of(UploadException failure) {
+    return words.of(sentence(failure.reason), failure.getMessage());
+  }
+
+  private static double minutes(double seconds) {
+    return Double.isNaN(seconds) ? 0 : seconds / 60;
+  }
+
+  private static int sentence(UploadException.Cause reason) {
+    switch (reason) {
+      case WRONG_TOKEN:
+        return R.string.upload_wrong_token;
+      case TOO_LARGE:
+        return R.string.upload_too_large;
+      case REFUSED:
+        return R.string.upload_refused;
+      case COMPUTER_FULL:
+        return R.string.upload_computer_full;
+      case NO_CONNECTION:
+        return R.string.upload_no_connection;
+      case CANCELLED:
+        return R.string.upload_cancelled;
+      default:
+        return R.string.upload_not_understood;
+    }
+  }
+}

@@ -1,0 +1,259 @@
+package org.vislam2tag.app.setup;
+
+import android.app.Activity;
+import android.content.ComponentName;
+import android.content.Intent;
+import android.content.ServiceConnection;
+import android.net.Uri;
+import android.os.Build;
+import android.os.Bundle;
+import android.os.IBinder;
+import android.provider.Settings;
+import android.view.View;
+import android.widget.ArrayAdapter;
+import android.widget.Button;
+import android.widget.EditText;
+import android.widget.LinearLayout;
+import android.widget.Spinner;
+import android.widget.TextView;
+import android.widget.Toast;
+import com.google.ar.core.ArCoreApk;
+import com.google.ar.core.exceptions.UnavailableException;
+import java.io.IOException;
+import java.util.ArrayList;
+import java.util.List;
+import java.util.concurrent.ExecutorService;
+import java.util.concurrent.Executors;
+import org.vislam2tag.app.R;
+import org.vislam2tag.app.about.AboutActivity;
+import org.vislam2tag.app.ar.LandmarkImages;
+import org.vislam2tag.app.record.RecordActivity;
+import org.vislam2tag.app.recording.Plan;
+import org.vislam2tag.app.recording.RecordingService;
+import org.vislam2tag.app.sessions.SessionsActivity;
+import org.vislam2tag.core.session.DeviceName;
+import org.vislam2tag.core.session.SessionStore;
+
+/** First screen: where, with which landmarks; what stands in the way; start. */
+public final class SetupActivity extends Activity implements ServiceConnection {
+  private static final int PICK = 1;
+  private static final int ASK = 2;
+
+  private final ExecutorService work = Executors.newSingleThreadExecutor();
+  private Choices choices;
+  private LandmarkImages landmarks;
+  private String trouble = "";
+  private RecordingService.Link service;
+
+  @Override protected void onCreate(Bundle saved) {
+    super.onCreate(saved);
+    setContentView(R.layout.setup);
+    choices = new Choices(this);
+    text(R.id.site).setText(choices.site());
+    text(R.id.floor).setText(choices.floor());
+    text(R.id.device).setText(choices.device());
+    text(R.id.width_cm).setText(Numbers.centimetres(choices.widthM()));
+    Spinner rate = findViewById(R.id.rate);
+    rate.setAdapter(new ArrayAdapter<>(this, android.R.layout.simple_spinner_dropdown_item,
+        getResources().getStringArray(R.array.rates)));
+    rate.setSelection(choices.rate());
+    onClick(R.id.start, this::start);
+    onClick(R.id.pick, this::pick);
+    onClick(R.id.sessions, () -> startActivity(new Intent(this, SessionsActivity.class)));
+    onClick(R.id.about, () -> startActivity(new Intent(this, AboutActivity.class)));
+    bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
+    loadLandmarks();
+  }
+
+  @Override protected void onResume() {
+    super.onResume();
+    show();
+  }
+
+  @Override protected void onPause() {
+    choices.keep(words(R.id.site), words(R.id.floor), words(R.id.device), rate(), widthM());
+    super.onPause();
+  }
+
+  @Override protected void onDestroy() {
+    unbindService(this);
+    work.shutdown();
+    super.onDestroy();
+  }
+
+  @Override public void onServiceConnected(ComponentName name, IBinder link) {
+    service = (RecordingService.Link) link;
+    if (service.recording() != null) {
+      startActivity(new Intent(this, RecordActivity.class));
+      return;
+    }
+    work.execute(this::recover);
+  }
+
+  @Override public void onServiceDisconnected(ComponentName name) {
+    service = null;
+  }
+
+  @Override protected void onActivityResult(int request, int result, Intent answer) {
+    if (request == PICK && result == RESULT_OK && answer != null && answer.getData() != null) {
+      Uri folder = answer.getData();
+      getContentResolver().takePersistableUriPermission(folder, Intent.FLAG_GRANT_READ_URI_PERMISSION);
+      choices.keepLandmarks(folder.toString());
+      loadLandmarks();
+    }
+  }
+
+  @Override public void onRequestPermissionsResult(int request, String[] permissions, int[] given) {
+    show();
+  }
+
+  private void recover() {
+    try {
+      new SessionStore(RecordingService.sessions(this)).recover(null);
+    } catch (IOException e) {
+      say(e.getMessage());
+    }
+  }
+
+  private void pick() {
+    startActivityForResult(new Intent(Intent.ACTION_OPEN_DOCUMENT_TREE), PICK);
+  }
+
+  private void loadLandmarks() {
+    String folder = choices.landmarks();
+    if (folder == null) {
+      return;
+    }
+    float widthM = widthM();
+    text(R.id.landmarks).setText(R.string.landmarks_loading);
+    work.execute(() -> {
+      LandmarkImages loaded = null;
+      String problem = "";
+      try {
+        loaded = LandmarkImages.load(new PickedFolder(getContentResolver(), Uri.parse(folder)), widthM);
+      } catch (IOException e) {
+        problem = e.getMessage();
+      }
+      LandmarkImages done = loaded;
+      String words = problem;
+      runOnUiThread(() -> {
+        landmarks = done;
+        trouble = words;
+        show();
+      });
+    });
+  }
+
+  private void show() {
+    PhoneFacts facts = new PhoneLook(this).facts(landmarks);
+    int count = landmarks == null ? 0 : landmarks.count();
+    text(R.id.landmarks).setText(trouble.isEmpty() ? getResources().getQuantityString(R.plurals.landmarks, count, count) : trouble);
+    LinearLayout list = findViewById(R.id.problems);
+    list.removeAllViews();
+    for (Problem problem : facts.problems()) {
+      list.addView(row(list, problem, facts));
+    }
+  }
+
+  private View row(LinearLayout list, Problem problem, PhoneFacts facts) {
+    View row = getLayoutInflater().inflate(R.layout.problem, list, false);
+    ((TextView) row.findViewById(R.id.sentence)).setText(getString(problem.sentence, facts.names(problem)));
+    Button fix = row.findViewById(R.id.fix);
+    fix.setVisibility(problem.fix == Problem.Fix.NONE ? View.GONE : View.VISIBLE);
+    fix.setOnClickListener(view -> fix(problem.fix));
+    return row;
+  }
+
+  private void fix(Problem.Fix fix) {
+    switch (fix) {
+      case ASK_PERMISSIONS:
+        requestPermissions(Permissions.needed(Build.VERSION.SDK_INT).toArray(new String[0]), ASK);
+        break;
+      case INSTALL_ARCORE:
+        installArCore();
+        break;
+      case PICK_LANDMARKS:
+        pick();
+        break;
+      case LOCATION_SETTINGS:
+        startActivity(new Intent(Settings.ACTION_LOCATION_SOURCE_SETTINGS));
+        break;
+      case WIFI_SETTINGS:
+        startActivity(new Intent(Settings.ACTION_WIFI_SETTINGS));
+        break;
+      case BLUETOOTH_SETTINGS:
+        startActivity(new Intent(Settings.ACTION_BLUETOOTH_SETTINGS));
+        break;
+      default:
+        startActivity(new Intent(Settings.ACTION_APPLICATION_DEVELOPMENT_SETTINGS));
+        break;
+    }
+  }
+
+  private void installArCore() {
+    try {
+      ArCoreApk.getInstance().requestInstall(this, true);
+    } catch (UnavailableException e) {
+      say(getString(R.string.problem_no_arcore));
+    }
+  }
+
+  private void start() {
+    int floor;
+    try {
+      floor = Integer.parseInt(words(R.id.floor));
+    } catch (NumberFormatException e) {
+      say(getString(R.string.floor_wrong));
+      return;
+    }
+    if (!DeviceName.isGood(words(R.id.device))) {
+      say(getString(R.string.device_wrong));
+      return;
+    }
+    if (landmarks == null || service == null) {
+      say(getString(R.string.problem_no_landmarks));
+      return;
+    }
+    try {
+      service.start(new Plan(words(R.id.site), floor, words(R.id.device), words(R.id.note), Choices.RATES_HZ[rate()], landmarks,
+          eventsAtStart()));
+      startActivity(new Intent(this, RecordActivity.class));
+    } catch (IOException e) {
+      say(getString(R.string.cannot_write, e.getMessage()));
+    }
+  }
+
+  private List<String> eventsAtStart() {
+    List<String> events = new ArrayList<>();
+    for (Problem problem : new PhoneLook(this).facts(landmarks).problems()) {
+      if (problem.event != null) {
+        events.add(problem.event);
+      }
+    }
+    return events;
+  }
+
+  private void say(String sentence) {
+    runOnUiThread(() -> Toast.makeText(this, sentence, Toast.LENGTH_LONG).show());
+  }
+
+  private float widthM() {
+    return Numbers.metres(words(R.id.width_cm), choices.widthM());
+  }
+
+  private int rate() {
+    return Math.max(0, ((Spinner) findViewById(R.id.rate)).getSelectedItemPosition());
+  }
+
+  private String words(int id) {
+    return ((EditText) findViewById(id)).getText().toString().trim();
+  }
+
+  private TextView text(int id) {
+    return findViewById(id);
+  }
+
+  private void onClick(int id, Runnable action) {
+    findViewById(id).setOnClickListener(view -> action.run());
+  }
+}

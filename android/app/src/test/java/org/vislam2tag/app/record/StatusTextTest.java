@@ -1,0 +1,61 @@
+package org.vislam2tag.app.record;
+
+import static org.junit.Assert.assertEquals;
+import static org.junit.Assert.assertNotEquals;
+import static org.junit.Assert.assertTrue;
+
+import java.util.Arrays;
+import java.util.Collections;
+import org.junit.Rule;
+import org.junit.Test;
+import org.junit.rules.TemporaryFolder;
+import org.vislam2tag.app.R;
+import org.vislam2tag.app.Recorded;
+import org.vislam2tag.app.recording.PhoneClocks;
+import org.vislam2tag.core.record.Pose;
+import org.vislam2tag.core.record.TrackedFrame;
+import org.vislam2tag.core.record.TrackedImage;
+import org.vislam2tag.core.record.TrackingState;
+import org.vislam2tag.core.session.RecorderStatus;
+
+public class StatusTextTest {
+  @Rule public final TemporaryFolder folder = new TemporaryFolder();
+  private final StatusText text = new StatusText((id, parts) -> id + Arrays.toString(parts));
+
+  @Test public void withoutCameraThatIsSaid() throws Exception {
+    RecorderStatus status = new Recorded(folder.getRoot()).recorder.status();
+    assertEquals(R.string.tracking_no_camera + "[]", text.tracking(status.walk));
+    assertTrue(text.landmarks(status.walk).startsWith(R.string.status_no_landmark_yet + "["));
+    assertEquals("", text.warnings(status.walk));
+  }
+
+  @Test public void whyTrackingIsLostIsSaid() throws Exception {
+    assertEquals(R.string.tracking_good + "[]", text.tracking(after(TrackingState.TRACKING, "NONE").walk));
+    assertEquals(R.string.tracking_dark + "[]", text.tracking(after(TrackingState.PAUSED, "INSUFFICIENT_LIGHT").walk));
+    assertEquals(R.string.tracking_lost + "[]", text.tracking(after(TrackingState.PAUSED, "A_NEW_REASON").walk));
+  }
+
+  @Test public void theLastLandmarkIsNamed() throws Exception {
+    RecorderStatus status = after(TrackingState.TRACKING, "NONE");
+    assertTrue(text.landmarks(status.walk).startsWith(R.string.status_landmarks + "[1, 12"));
+  }
+
+  @Test public void refusedScansAreToldWithTheRemedy() throws Exception {
+    Recorded recorded = new Recorded(folder.newFolder());
+    String before = text.scans(recorded.recorder.status());
+    recorded.recorder.scanRefused();
+    String after = text.scans(recorded.recorder.status());
+    assertNotEquals(before, after);
+    assertTrue(after.contains(R.string.status_throttled + "["));
+  }
+
+  private RecorderStatus after(TrackingState state, String failure) throws Exception {
+    Recorded recorded = new Recorded(folder.newFolder());
+    Pose pose = new Pose(0, 0, 0, 0, 0, 0, 1);
+    TrackedImage image = new TrackedImage("12", TrackingState.TRACKING, TrackedImage.SEEN_NOW, pose, 0.2f, 0.2f);
+    PhoneClocks clocks = new PhoneClocks();
+    recorded.recorder.frame(new TrackedFrame(clocks.read(), 1, state, failure, pose, Collections.singletonList(image)),
+        new NoAnchors());
+    return recorded.recorder.status();
+  }
+}

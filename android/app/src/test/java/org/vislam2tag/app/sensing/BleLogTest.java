@@ -1,0 +1,61 @@
+package org.vislam2tag.app.sensing;
+
+import static org.junit.Assert.assertEquals;
+import static org.mockito.ArgumentMatchers.any;
+import static org.mockito.Mockito.doThrow;
+import static org.mockito.Mockito.mock;
+import static org.mockito.Mockito.when;
+
+import android.bluetooth.BluetoothAdapter;
+import android.bluetooth.BluetoothDevice;
+import android.bluetooth.le.BluetoothLeScanner;
+import android.bluetooth.le.ScanResult;
+import java.util.Collections;
+import java.util.List;
+import org.junit.Before;
+import org.junit.Rule;
+import org.junit.Test;
+import org.junit.rules.TemporaryFolder;
+import org.vislam2tag.app.Recorded;
+
+public class BleLogTest {
+  @Rule public final TemporaryFolder folder = new TemporaryFolder();
+  private final BluetoothAdapter adapter = mock(BluetoothAdapter.class);
+  private final BluetoothLeScanner scanner = mock(BluetoothLeScanner.class);
+  private Recorded recorded;
+
+  @Before public void start() throws Exception {
+    recorded = new Recorded(folder.getRoot());
+    when(adapter.isEnabled()).thenReturn(true);
+    when(adapter.getBluetoothLeScanner()).thenReturn(scanner);
+  }
+
+  @Test public void anAdvertisementIsARow() throws Exception {
+    BluetoothDevice device = mock(BluetoothDevice.class);
+    when(device.getAddress()).thenReturn("AA:BB:CC:DD:EE:FF");
+    ScanResult heard = mock(ScanResult.class);
+    when(heard.getDevice()).thenReturn(device);
+    when(heard.getRssi()).thenReturn(-80);
+    when(heard.getTimestampNanos()).thenReturn(5L);
+    when(heard.getTxPower()).thenReturn(ScanResult.TX_POWER_NOT_PRESENT);
+    BleLog log = new BleLog(adapter);
+    log.start(recorded.recorder);
+    log.onScanResult(0, heard);
+    List<String> rows = recorded.rows("Ble.csv");
+    assertEquals(Collections.singletonList("aa:bb:cc:dd:ee:ff,,-80,,,,"), rows);
+  }
+
+  @Test public void switchedOffIsAnEvent() throws Exception {
+    when(adapter.isEnabled()).thenReturn(false);
+    new BleLog(adapter).start(recorded.recorder);
+    assertEquals(Collections.singletonList("bluetooth_off,"), recorded.events());
+  }
+
+  @Test public void aMissingPermissionIsAnEvent() throws Exception {
+    doThrow(new SecurityException()).when(scanner).startScan(any(), any(), any(BleLog.class));
+    BleLog log = new BleLog(adapter);
+    log.start(recorded.recorder);
+    log.stop();
+    assertEquals(Collections.singletonList("no_bluetooth_permission,"), recorded.events());
+  }
+}
