@@ -40,10 +40,10 @@ def residual_figure(floor: Floor, found: Registration) -> Figure:
     figure, (plan, bars) = panel_grid(2, 2, PAGE_IN, aspect_of(extent))
     draw_plan(plan, floor)
     magnified = _draw_points(plan, points, places, extent)
-    _draw_arrows(plan, found.residuals, magnified)
+    longer = _draw_arrows(plan, found.residuals, extent)
     in_metres(plan)
     show(plan, extent)
-    plan.set_title(f"95 % regions and residuals, {magnified:g} times as large", loc="left")
+    plan.set_title(f"95 % regions {magnified:g} times, residuals {longer:g} times as large", loc="left")
     _draw_residuals(bars, (*found.residuals, *found.tape_residuals))
     legend_below(figure, [plan, bars])
     return figure
@@ -64,8 +64,7 @@ def _draw_points(
         return 1.0
     values, vectors = np.linalg.eigh(np.array([one.covariance_m2 for one in points]))
     axes_m = 2 * np.sqrt(REGION_95 * values)
-    wanted = _LONGEST_SHARE * float(np.max(extent[1] - extent[0])) / float(np.median(axes_m.max(axis=1)))
-    magnified = float(10 ** max(np.floor(np.log10(wanted)), 0))
+    magnified = _magnified(float(np.median(axes_m.max(axis=1))), extent)
     turn = np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))
     colours = [_COLOURS[one.source] for one in points]
     regions = EllipseCollection(
@@ -90,12 +89,23 @@ def _draw_points(
     return magnified
 
 
-def _draw_arrows(axes: Axes, residuals: Sequence[Residual], magnified: float) -> None:
-    """Draw what each shot and known point is off by, from where its point lies."""
+def _magnified(length_m: float, extent: tuple[FloatArray, FloatArray]) -> float:
+    """The greatest of 1, 2, 5, 10, ... by which a length stays a small share of the plan."""
+    wanted = _LONGEST_SHARE * float(np.max(extent[1] - extent[0])) / max(length_m, 1e-9)
+    power = 10.0 ** np.floor(np.log10(max(wanted, 1.0)))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= max(wanted, 1.0)))
+
+
+def _draw_arrows(axes: Axes, residuals: Sequence[Residual], extent: tuple[FloatArray, FloatArray]) -> float:
+    """Draw what each shot and known point is off by, from where its point lies; return how much magnified."""
     arrows = np.array([(*one.at_m, *one.by_m) for one in residuals if one.at_m and one.by_m]).reshape(-1, 4)
+    if not len(arrows):
+        return 1.0
+    magnified = _magnified(float(np.hypot(*arrows[:, 2:].T).max()), extent)
     by_m = arrows[:, 2:] * magnified
     axes.quiver(*arrows[:, :2].T, *by_m.T, angles="xy", scale_units="xy", scale=1, width=0.002, color=TRUTH, zorder=6)
     axes.plot([], [], color=TRUTH, linewidth=0.8, label="residual")
+    return magnified
 
 
 def _draw_residuals(axes: Axes, residuals: Sequence[Residual]) -> None:
