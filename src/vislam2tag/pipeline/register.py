@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.errors import OutputError, SurveyError, UsageError
+from vislam2tag.errors import OutputError, UsageError
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.findings import Finding
@@ -113,8 +113,12 @@ def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: b
 
     Raises OutputError where other positions stand there and ``replace`` is not given; then nothing is written.
     """
-    folder = _floor_folder(root, floor)
+    folder = _folder_of(root, floor)
     texts = _texts(root, folder, floor, found, replace=replace)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made ({error.strerror})") from error
     for name, text in texts.items():
         with whole_file(folder / name) as partial:
             partial.write_text(text, encoding="utf-8", newline="")
@@ -123,7 +127,7 @@ def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: b
 
 def write_folder(out: Path, root: Path, floor: Floor, found: Registration) -> list[Path]:
     """Write the floor's files as they would be, the record and the figure into a folder of their own."""
-    texts = _texts(root, _floor_folder(root, floor), floor, found, replace=True)
+    texts = _texts(root, _folder_of(root, floor), floor, found, replace=True)
     figure = residual_figure(floor, found)
     with whole_folder(out, _is_ours) as partial:
         for name, text in texts.items():
@@ -144,14 +148,8 @@ def _is_ours(folder: Path) -> bool:
     return (folder / RECORD_FILE).is_file()
 
 
-def _floor_folder(root: Path, floor: Floor) -> Path:
-    folder = root / f"floor_{floor.number}"
-    if not folder.is_dir():
-        try:
-            folder.mkdir()
-        except OSError as error:
-            raise SurveyError(f"{folder}: cannot be made ({error.strerror})") from error
-    return folder
+def _folder_of(root: Path, floor: Floor) -> Path:
+    return root / f"floor_{floor.number}"
 
 
 def _texts(root: Path, folder: Path, floor: Floor, found: Registration, *, replace: bool) -> dict[str, str]:
