@@ -21,6 +21,8 @@ from vislam2tag.positioning.scans import RadioScans
 
 STOREY_SHARPNESS, STOREY_RIDGE = 1.0, 1.0
 """Of the kernel that tells storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
+PLACE_SHARPNESS, PLACE_RIDGE = 0.5, 0.15
+"""Of the kernel that regresses coordinates; by leaving out areas of a generated survey's training part."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _SEED_STEP = 1000
@@ -62,21 +64,32 @@ class CellAnswer(NamedTuple):
     storey_probability: FloatArray
     """(n, s)"""
     xy: FloatArray
-    """(n, 2) on the likeliest storey, metres."""
+    """(n, 2) the density's place on the likeliest storey, metres."""
+    regressed_xy: FloatArray
+    """(n, 2) the place by regression of coordinates: less exact, but it reaches where nobody was."""
     spread_m: FloatArray
-    """(n,) how far guesses lie apart: geometric mean of the density's mean distance from the answer and that of the
+    """(n,) how far guesses lie apart: geometric mean of the density's mean distance from its place and that of the
     most alike scans' places."""
     novelty: FloatArray
     """(n,) how unlike a scan is to all that was learned."""
 
+    def between(self, half: float) -> FloatArray:
+        """Return places (n, 2): the density's where nothing is new, midway at this novelty, the regressed far beyond.
+
+        With an infinite ``half`` the density's everywhere.
+        """
+        share = (self.novelty**2 / (self.novelty**2 + half**2))[:, None]
+        return np.asarray((1 - share) * self.xy + share * self.regressed_xy)
+
 
 @dataclass(frozen=True)
 class CellKernel:
-    """Cells, and the functions that tell how likely each cell and each storey is."""
+    """Cells, and the functions that tell how likely each cell and each storey is, and coordinates."""
 
     cells: DensityCells
     density: ScanKernel
     storeys: ScanKernel
+    coordinates: ScanKernel
     alike: AlikeScans
     networks: tuple[DenseLayers, ...] = ()
 
@@ -96,7 +109,7 @@ class CellKernel:
         xy = self.cells.median(density * self.cells.on(probability.argmax(axis=1)))
         dispersal_m, novelty = self.alike.compared(directions(level), xy)
         spread_m = np.sqrt(self.cells.spread_m(density, xy) * dispersal_m)
-        return CellAnswer(probability, xy, spread_m, novelty)
+        return CellAnswer(probability, xy, self.coordinates(level), spread_m, novelty)
 
 
 def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> CellKernel:
@@ -106,8 +119,9 @@ def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> Ce
     examples = scans, places
     (density,) = _solved(examples, lambda p: cells.blobs(p, shape.width_m), shape.sharpness, [shape.ridge], setup)
     (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
+    (coordinates,) = _solved(examples, lambda p: p.xy, PLACE_SHARPNESS, [PLACE_RIDGE], setup)
     alike = AlikeScans.of(density.centre, places.xy[_centres(len(scans), setup)])
-    return CellKernel(cells, density, storeys, alike, _networks(scans, places, cells, shape, setup))
+    return CellKernel(cells, density, storeys, coordinates, alike, _networks(scans, places, cells, shape, setup))
 
 
 def _networks(

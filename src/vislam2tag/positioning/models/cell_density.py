@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,9 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Arrays, Positioner, register
 from vislam2tag.positioning.cell_kernel import (
+    PLACE_SHARPNESS,
     STOREY_SHARPNESS,
+    CellAnswer,
     CellKernel,
     Setup,
     Shape,
@@ -46,10 +48,23 @@ _RADIUS_FOLDS, _NETWORK_FOLDS = 3, 2
 """Walks, phones and areas are dealt to so many folds; radii are fitted to some of them, to fewer where networks have to
 be trained for each."""
 _MANY_PHONES = 5
+_HALVES = (1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
+"""Tried, in median novelties of scans from areas that were left out."""
 _AREA_M = 15.0
 """Side of the squares that are left out to learn how radii grow where nobody was."""
 Mask = tuple[BoolArray, BoolArray]
 Part = tuple[RadioScans, Places]
+
+
+class Tried(NamedTuple):
+    """What was said of scans that were not learned from, and where they were."""
+
+    answer: CellAnswer
+    places: Places
+
+    def error_m(self, half: float) -> FloatArray:
+        """Return errors (n,) in the plane with this ``half`` of :meth:`CellAnswer.between`."""
+        return self.places.distance_m(self.answer.between(half))
 
 
 class CellDensity(Positioner):
@@ -57,11 +72,13 @@ class CellDensity(Positioner):
 
     How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
     errors on scans it did not learn from: those of other phones where there are five or more, else of other walks; how
-    they grow where a scan is unlike all that was learned, to errors in areas that were left out.
+    they grow where a scan is unlike all that was learned, to errors in areas that were left out. There coordinates are
+    regressed, as a density knows only places that were learned.
     """
 
     shape_: Shape
     kernel_: CellKernel
+    half_: float
     radii_: NoveltyRadii
     height_m_: FloatArray
 
@@ -83,7 +100,8 @@ class CellDensity(Positioner):
         familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks, networks=1))
         self._tell(0.85)
         strange = list(self._left_out(scans, places, areas, networks=0))
-        self.radii_ = fitted_novelty_radii(HeldOut.joined(familiar), HeldOut.joined(strange))
+        self.half_ = _half(familiar, strange)
+        self.radii_ = fitted_novelty_radii(_joined(familiar, self.half_), _joined(strange, self.half_))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self._tell(1.0)
@@ -116,22 +134,30 @@ class CellDensity(Positioner):
         best = np.unravel_index(error_m.argmin(), error_m.shape)
         return families[best[0]][best[1]]
 
-    def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[HeldOut]:
+    def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[Tried]:
         """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
         setup = self._setup(networks)
         for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else _RADIUS_FOLDS):
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
     def _predict(self, scans: RadioScans) -> Positions:
-        probability, xy, spread_m, novelty = self.kernel_.answer(scans)
-        storey = probability.argmax(axis=1)
-        radius_68_m, radius_95_m = self.radii_.radii_m(spread_m, novelty)
-        return Positions(self.storeys_, storey, xy, self.height_m_[storey], probability, radius_68_m, radius_95_m)
+        answer = self.kernel_.answer(scans)
+        storey = answer.storey_probability.argmax(axis=1)
+        radius_68_m, radius_95_m = self.radii_.radii_m(answer.spread_m, answer.novelty)
+        return Positions(
+            storeys=self.storeys_,
+            storey=storey,
+            xy=answer.between(self.half_),
+            z=self.height_m_[storey],
+            storey_probability=answer.storey_probability,
+            radius_68_m=radius_68_m,
+            radius_95_m=radius_95_m,
+        )
 
     def torch_module(self) -> Any:
         """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
         module = import_extra("vislam2tag.positioning.networks.cell_module")
-        return module.CellModule(self.kernel_, self.radii_, self.height_m_)
+        return module.CellModule(self.kernel_, self.half_, self.radii_, self.height_m_)
 
     def arrays(self) -> Arrays:
         """Return cells, the two regressions, radii and heights."""
@@ -145,6 +171,9 @@ class CellDensity(Positioner):
             "density_mean": density.mean,
             "storey_weight": storeys.weight,
             "storey_mean": storeys.mean,
+            "place_weight": self.kernel_.coordinates.weight,
+            "place_mean": self.kernel_.coordinates.mean,
+            "half": np.array([self.half_]),
             "centre_xy": self.kernel_.alike.xy,
             "centre_apart": self.kernel_.alike.apart,
             "radii": self.radii_.array(),
@@ -159,9 +188,11 @@ class CellDensity(Positioner):
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
             ScanKernel(centre, arrays["density_weight"], arrays["density_mean"], float(sharpness)),
             ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
+            ScanKernel(centre, arrays["place_weight"], arrays["place_mean"], PLACE_SHARPNESS),
             AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
             _networks_kept(arrays, self.networks),
         )
+        self.half_ = float(arrays["half"][0])
         self.radii_ = NoveltyRadii.restored(arrays, "radii")
         self.height_m_ = arrays["height_m"]
 
@@ -179,11 +210,31 @@ def _areas(places: Places, seed: int) -> Iterator[Mask]:
     return folds(area_of(places, _AREA_M), _DEALT, seed)
 
 
-def _tried(kernel: CellKernel, part: Part) -> HeldOut:
+def _tried(kernel: CellKernel, part: Part) -> Tried:
     """Try scans that were not learned from."""
     scans, places = part
-    answer = kernel.answer(scans)
-    return HeldOut(places.distance_m(answer.xy), answer.spread_m, answer.novelty)
+    return Tried(kernel.answer(scans), places)
+
+
+def _joined(tried: Sequence[Tried], half: float) -> HeldOut:
+    return HeldOut.joined([HeldOut(one.error_m(half), one.answer.spread_m, one.answer.novelty) for one in tried])
+
+
+def _half(familiar: Sequence[Tried], strange: Sequence[Tried]) -> float:
+    """Return at which novelty density and regression count the same, so that familiar and strange errors are small.
+
+    Both kinds weigh the same, as shares of what the density alone would err; infinite where nothing is new.
+    """
+    novelty = np.concatenate([np.empty(0), *(one.answer.novelty for one in strange)])
+    if not familiar or not (novelty > 0).any():
+        return np.inf
+    halves = [*(float(np.median(novelty[novelty > 0])) * np.array(_HALVES)), np.inf]
+    error_m = np.array([[_mean_error_m(kind, half) for kind in (familiar, strange)] for half in halves])
+    return float(halves[(error_m / np.maximum(error_m[-1], 1e-9)).sum(axis=1).argmin()])
+
+
+def _mean_error_m(tried: Sequence[Tried], half: float) -> float:
+    return float(np.concatenate([one.error_m(half) for one in tried]).mean())
 
 
 def _network_arrays(networks: Sequence[DenseLayers]) -> Arrays:

@@ -20,10 +20,10 @@ from vislam2tag.positioning.scan_kernel import EXPONENT, SMALLEST
 class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     """From levels (n, a) in dBm, NaN where not heard, to what a locator returns."""
 
-    def __init__(self, kernel: CellKernel, radii: NoveltyRadii, height_m: FloatArray) -> None:
+    def __init__(self, kernel: CellKernel, half: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()
-        self.radii = radii
-        self.sharpness = kernel.density.sharpness, kernel.storeys.sharpness
+        self.half, self.radii = half, radii
+        self.functions = {"density": kernel.density, "storeys": kernel.storeys, "coordinates": kernel.coordinates}
         self.networks = torch.nn.ModuleList(_Dense(network) for network in kernel.networks)
         self._keep("height_m", height_m)
         self._keep("cell_centre_m", kernel.cells.centre_m)
@@ -31,7 +31,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         self._keep("centre", kernel.density.centre)
         self._keep("centre_xy", kernel.alike.xy)
         self._keep("centre_apart", kernel.alike.apart)
-        for name, function in (("density", kernel.density), ("storeys", kernel.storeys)):
+        for name, function in self.functions.items():
             self._keep(f"{name}_weight", function.weight)
             self._keep(f"{name}_mean", function.mean)
 
@@ -49,6 +49,8 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         storey = probability.argmax(dim=1)
         xy = self._median(density * (self.cell_storey == storey[:, None]))
         spread_m, novelty = self._spread(density, cosine, xy)
+        share = (novelty**2 / (novelty**2 + self.half**2))[:, None]
+        xy = (1 - share) * xy + share * self._kernel("coordinates", cosine)
         scale_m = torch.sqrt(self.radii.base_m**2 + spread_m**2).clamp(min=SMALLEST_SCALE_M)
         return (
             torch.where(known[:, None], xy, torch.nan),
@@ -59,11 +61,14 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
             torch.where(known, _radius_m(self.radii.growth_95, scale_m, novelty), torch.nan),
         )
 
+    def _kernel(self, name: str, cosine: torch.Tensor) -> torch.Tensor:
+        like = torch.exp(2 * self.functions[name].sharpness * (cosine - 1))
+        return like @ getattr(self, f"{name}_weight") + getattr(self, f"{name}_mean")
+
     def _shared(self, level: torch.Tensor, cosine: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return storey probabilities (n, s) and densities (n, c)."""
-        like, like_storey = (torch.exp(2 * sharpness * (cosine - 1)) for sharpness in self.sharpness)
-        probability = _shares(like_storey @ self.storeys_weight + self.storeys_mean, 0.0)
-        density = _shares(like @ self.density_weight + self.density_mean, LEAST)
+        probability = _shares(self._kernel("storeys", cosine), 0.0)
+        density = _shares(self._kernel("density", cosine), LEAST)
         if not len(self.networks):
             return probability, density
         of_networks = torch.stack([network(level) for network in self.networks]).sum(dim=0)
