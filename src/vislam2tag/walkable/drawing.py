@@ -16,7 +16,7 @@ from vislam2tag.walkable.lettering import lettering
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.strokes import only_walls
 
-_FRACTION_BITS = 4
+_HOLDS_CELLS = 1.05
 _BELOW_PX = 5.0
 """What lies below text is guessed from so many pixels around."""
 _DIAGONAL = 0.4
@@ -64,12 +64,9 @@ def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) 
 
 
 def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArray:
-    """Tell which cells lie in walls given as segments (w, 2, 2)."""
-    canvas = np.zeros(grid.shape, dtype=np.uint8)
-    cells = (walls - np.array(grid.origin_m)) / grid.cell_m - 0.5
-    ends = np.round(cells * 2**_FRACTION_BITS).astype(np.int32)
-    cv2.polylines(canvas, list(ends), False, 1, max(1, round(thickness_m / grid.cell_m)), shift=_FRACTION_BITS)
-    return canvas > 0
+    """Tell which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold."""
+    half_m = max(thickness_m, _HOLDS_CELLS * grid.cell_m) / 2
+    return cells_in(shapely.union_all(shapely.buffer(shapely.linestrings(walls), half_m, cap_style="square")), grid)
 
 
 def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: WalkableSettings) -> BoolArray:

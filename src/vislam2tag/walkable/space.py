@@ -22,8 +22,9 @@ from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
 
 _Value = TypeVar("_Value", np.bool_, np.float64)
-_AT_WALL_CELLS = 2.0
-"""Ends of a line of sight may lie in a wall by so many cells: a sheet hangs on it."""
+_OFF_WALL_CELLS = 1.5
+"""Ends of a line of sight that lie in a wall's surface, as sheets do, are seen from so many cells off it."""
+_DIRECTIONS = 16
 
 
 @dataclass(frozen=True)
@@ -56,20 +57,34 @@ class WalkableSpace:
 
         An end may lie in a wall's surface, as that of a line to a sheet does.
         """
-        start, stop = np.broadcast_arrays(np.atleast_2d(start_m), np.atleast_2d(stop_m))
+        ends = np.broadcast_arrays(np.atleast_2d(start_m), np.atleast_2d(stop_m))
+        start, stop = self._off_wall(*ends), self._off_wall(*ends[::-1])
         length = np.linalg.norm(stop - start, axis=1)
         unit = (stop - start) / np.maximum(length, 1e-12)[:, None]
-        slack = _AT_WALL_CELLS * self.area.cell_m
-        gone = np.minimum(slack, length / 2)
+        gone = np.zeros(len(length))
         clear = np.ones(len(length), dtype=np.bool_)
-        active = np.flatnonzero(gone < length - slack)
+        active = np.arange(len(length))
         while len(active):
             # A step as long as the wall is far off crosses none.
             clearance = self.clearance_at(start[active] + gone[active, None] * unit[active])
             clear[active] = clearance > 0
             gone[active] += np.maximum(clearance, 0.5 * self.area.cell_m)
-            active = active[clear[active] & (gone[active] < length[active] - slack)]
+            active = active[clear[active] & (gone[active] < length[active])]
         return clear
+
+    def _off_wall(self, ends: FloatArray, others: FloatArray) -> FloatArray:
+        """The ends (n, 2) of lines, those in a wall's surface moved off it, to the side of the other ends."""
+        moved = np.array(ends, dtype=np.float64)
+        near = np.flatnonzero(self.clearance_at(moved) < self.area.cell_m)
+        towards = others[near] - moved[near]
+        best = np.zeros(len(near))
+        for angle in np.arange(_DIRECTIONS) * 2 * np.pi / _DIRECTIONS:
+            step = np.array((np.cos(angle), np.sin(angle)))
+            aside = ends[near] + _OFF_WALL_CELLS * self.area.cell_m * step
+            clearance = np.where(towards @ step > 0, self.clearance_at(aside), 0.0)
+            better = clearance > best
+            moved[near[better]], best[better] = aside[better], clearance[better]
+        return moved
 
     def _at(self, points_m: FloatArray, field: npt.NDArray[_Value]) -> npt.NDArray[_Value]:
         """Values (n,) of a field (rows, columns) at points (n, 2); 0 or False outside."""
