@@ -14,6 +14,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.sheets.printed import printed
 from tests.survey.site import write_survey
 from tests.surveys import bytes_of
+from vislam2tag.sheets.leaves import picture
 
 
 def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:
@@ -40,13 +41,14 @@ def test_ids_alone_and_the_same_bytes_again(tmp_path: Path) -> None:
 
 
 def test_own_images_keep_their_width(tmp_path: Path) -> None:
-    made = vislam2tag("sheets", "--ids", "1-2", "--seed", "3", "--out", tmp_path / "made")
-    assert made.returncode == 0
-    (tmp_path / "made/images/manifest.csv").unlink()
-    done = vislam2tag("sheets", "--images", tmp_path / "made/images", "--width", "0.1", "--out", tmp_path / "out")
+    own = tmp_path / "own"
+    own.mkdir()
+    for name in ("1", "2"):
+        Image.fromarray(picture(3, name)).save(own / f"{name}.png", optimize=True)
+    done = vislam2tag("sheets", "--images", own, "--width", "0.1", "--out", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n1,1.png,0.1\n2,2.png,0.1\n"
-    assert (tmp_path / "out/images/1.png").read_bytes() == (tmp_path / "made/images/1.png").read_bytes()
+    assert (tmp_path / "out/images/1.png").read_bytes() == (own / "1.png").read_bytes()
 
 
 @pytest.fixture(name="photos")
@@ -63,18 +65,9 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, phot
     shutil.copytree(survey, full)
     raw = bytes_of(full)
     for arguments, message in (
-        ((), "no landmark is named; give a site's folder, a file of landmarks, --ids or --images"),
         (("--ids", "1,01"), "'1' and '01' are one id, 1; name each once"),
-        (("--ids", ""), "--ids names no landmark"),
-        (("--ids", "1", "--paper", "B5"), "'B5' is no size of paper; there are: A4, Letter, A3"),
-        (
-            ("--ids", "1", "--width", "0.3"),
-            "does not fit A4 with 10 mm of white around (at most 0.19 m); choose A2 or A1",
-        ),
-        ((survey, "--ids", "99"), "has no landmark 99"),
-        ((tmp_path / "gone",), "cannot be opened (No such file or directory)"),
+        ((survey, "--paper", "B5"), "'B5' is no size of paper; there are: A4, Letter, A3"),
         (("--images", photos), "1 of 1 images cannot be landmarks: black.png (contrast 0, 30 is needed"),
-        (("--images", tmp_path), "holds no image (.png, .jpg, .jpeg)"),
     ):
         assert message in the_error(vislam2tag("sheets", *arguments, "--out", tmp_path / "out"))
     assert not (tmp_path / "out").exists()
@@ -82,9 +75,6 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, phot
         vislam2tag("sheets", "--ids", "1", "--out", full)
     )
     assert bytes_of(full) == raw
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    assert "cannot be made" in the_error(vislam2tag("sheets", "--ids", "1", "--out", blocked / "out"))
 
 
 def test_help_has_examples() -> None:

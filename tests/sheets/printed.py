@@ -39,7 +39,7 @@ def printed(pdf: Path, page: int = 0, dpi: float = 254.0) -> Printed:
         sheet = document[page]
         found = [one.get_bounds() for one in sheet.get_objects() if one.type == raw.FPDF_PAGEOBJ_IMAGE]
         return Printed(
-            size_m=tuple(side / POINTS_A_METRE for side in sheet.get_size()),  # type: ignore[arg-type]
+            size_m=tuple(side / POINTS_A_METRE for side in sheet.get_size()),
             images_m=tuple(tuple(edge / POINTS_A_METRE for edge in bounds) for bounds in found),
             text=sheet.get_textpage().get_text_range(),
             shown=np.array(sheet.render(scale=dpi / 72).to_pil().convert("L"), np.uint8),

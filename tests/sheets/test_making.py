@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from tests.surveys import bytes_of
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.errors import OutputError, SurveyError, UsageError
 from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.making import SheetOptions, make_sheets
 
@@ -58,3 +58,17 @@ def test_more_images_than_a_phone_holds_are_refused(tmp_path: Path) -> None:
     landmarks.write_text("id\n" + "\n".join(map(str, range(1001))))
     with pytest.raises(UsageError, match="1001 landmarks: a phone's database holds 1000 images; pick some with --ids"):
         make_sheets(SheetOptions(source=landmarks), tmp_path / "out")
+
+
+def test_a_folder_of_others_is_refused_before_any_work(own: Path, tmp_path: Path) -> None:
+    steps: list[int] = []
+    with pytest.raises(OutputError, match="is not empty and was not made by this command"):
+        make_sheets(SheetOptions(ids="1-500"), own, steps.append)
+    assert steps == []
+
+
+def test_a_set_that_fails_leaves_nothing(own: Path, tmp_path: Path) -> None:
+    Image.fromarray(picture(8, "3")).save(own / "copy.png")
+    with pytest.raises(SurveyError, match="these would be taken for each other: 3 and copy"):
+        make_sheets(SheetOptions(images=own), tmp_path / "out")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["own"]

@@ -15,8 +15,9 @@ from vislam2tag.errors import OutputError, SurveyError, UsageError
 from vislam2tag.sheets.asked import Asked
 from vislam2tag.sheets.images import LandmarkImage, generated_image
 from vislam2tag.sheets.leaves import picture
-from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, write_sheets
+from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
 from vislam2tag.survey.sheet_size import SHEET_SIZES
+from vislam2tag.whole_folder import whole_folder
 
 A4 = SHEET_SIZES["A4"]
 
@@ -28,7 +29,10 @@ def _images() -> list[LandmarkImage]:
 
 def write(out: Path, asked: list[Asked], images: list[LandmarkImage]) -> SheetsRecord:
     sheets = laid_out(asked, images, A4, None)
-    return write_sheets(out, sheets, images, apart(images, 0, lambda: None), 0)
+    with whole_folder(out, is_sheets) as folder:
+        record = recorded(sheets, images, apart(images, 0, lambda: None), 0)
+        write_sheets(folder, record, sheets, images)
+    return record
 
 
 def test_the_phone_finds_each_image_with_its_width(images: list[LandmarkImage], tmp_path: Path) -> None:

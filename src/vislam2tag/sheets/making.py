@@ -10,8 +10,9 @@ from vislam2tag.errors import SurveyError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.sheets.asked import MOST_SHEETS, Asked, asked_of
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
-from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, laid_out, write_sheets
+from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
 from vislam2tag.survey.sheet_size import sheet_size
+from vislam2tag.whole_folder import whole_folder
 
 Progress = Callable[[int], None]
 """Called after each of so many steps."""
@@ -36,7 +37,10 @@ class SheetOptions:
 
 
 def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _total: None) -> SheetsRecord:
-    """Make the sheets into ``out``; raises UsageError, SurveyError and OutputError as the steps do."""
+    """Make the sheets into ``out``, which appears whole or not at all.
+
+    Raises OutputError where it holds something else or cannot be written, UsageError and SurveyError as the steps do.
+    """
     paper = sheet_size(options.paper)
     files = {} if options.images is None else own_files(options.images)
     asked, findings = _asked(options, files)
@@ -45,11 +49,13 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _t
         raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
     total = 2 * len(names) + len(asked)
     step = lambda: progress(total)
-    images = _images(options, files, names, step)
-    sheets = laid_out(asked, images, paper, options.width_m)
     seed = options.seed if options.images is None else None
-    likeness = apart(images, seed, step)
-    return write_sheets(out, sheets, images, likeness, seed, findings, step)
+    with whole_folder(out, is_sheets) as folder:
+        images = _images(options, files, names, step)
+        sheets = laid_out(asked, images, paper, options.width_m)
+        record = recorded(sheets, images, apart(images, seed, step), seed, findings)
+        write_sheets(folder, record, sheets, images, step)
+    return record
 
 
 def _asked(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[Asked, ...], tuple[Finding, ...]]:

@@ -22,7 +22,6 @@ from vislam2tag.sheets.page import Sheet
 from vislam2tag.sheets.pdf import write_pdf
 from vislam2tag.sheets.quality import ImageQuality
 from vislam2tag.survey.sheet_size import SheetSize
-from vislam2tag.whole_folder import whole_folder
 
 PDF_FILE, RECORD_FILE, IMAGE_FOLDER, MANIFEST_FILE = "sheets.pdf", "sheets.json", "images", "manifest.csv"
 _PAIRS_NAMED = 10
@@ -71,7 +70,7 @@ class SheetsRecord(_Model):
 
 
 def is_sheets(folder: Path) -> bool:
-    """Whether a folder was written by :func:`write_sheets`."""
+    """Whether a folder holds sheets."""
     try:
         SheetsRecord.model_validate_json((folder / RECORD_FILE).read_bytes())
     except (OSError, ValidationError):
@@ -116,28 +115,23 @@ def apart(images: Sequence[LandmarkImage], seed: int | None, progress: Callable[
     return found
 
 
-def write_sheets(
-    out: Path,
+def recorded(
     sheets: Sequence[Sheet],
     images: Sequence[LandmarkImage],
     likeness: Sequence[Likeness],
     seed: int | None,
     findings: Sequence[Finding] = (),
-    progress: Callable[[], None] = lambda: None,
 ) -> SheetsRecord:
-    """Write PDF, images, manifest and record into ``out``, which appears whole or not at all.
-
-    Raises OutputError where ``out`` holds something else or cannot be written.
-    """
-    files = dict(zip((image.landmark for image in images), image_names([i.landmark for i in images]), strict=True))
+    """Sum up what is made: files, pages, what was measured, and what is worth knowing."""
+    files = image_names([image.landmark for image in images])
     boxes = {sheet.asked.landmark: sheet.layout.image for sheet in sheets}
-    record = SheetsRecord(
+    return SheetsRecord(
         version=__version__,
         seed=seed,
         images=tuple(
             ImageRecord(
                 landmark=image.landmark,
-                file=f"{IMAGE_FOLDER}/{files[image.landmark]}",
+                file=f"{IMAGE_FOLDER}/{file}",
                 width_m=boxes[image.landmark].width_m,
                 height_m=round(boxes[image.landmark].height_m, 6),
                 attempt=image.attempt,
@@ -145,19 +139,27 @@ def write_sheets(
                 most_like=like.other,
                 most_like_inliers=like.inliers,
             )
-            for image, like in zip(images, likeness, strict=True)
+            for image, file, like in zip(images, files, likeness, strict=True)
         ),
         pages=tuple(_page(number, sheet) for number, sheet in enumerate(sheets, start=1)),
         findings=(*findings, *_notes(sheets, images)),
     )
-    with whole_folder(out, is_sheets) as folder:
-        (folder / IMAGE_FOLDER).mkdir()
-        for image in images:
-            Image.fromarray(image.pixels).save(folder / IMAGE_FOLDER / files[image.landmark], optimize=True)
-        _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
-        write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
-        (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    return record
+
+
+def write_sheets(
+    folder: Path,
+    record: SheetsRecord,
+    sheets: Sequence[Sheet],
+    images: Sequence[LandmarkImage],
+    progress: Callable[[], None] = lambda: None,
+) -> None:
+    """Write PDF, images, manifest and record into an empty folder; raises OSError where that cannot be."""
+    (folder / IMAGE_FOLDER).mkdir()
+    for image, told in zip(images, record.images, strict=True):
+        Image.fromarray(image.pixels).save(folder / told.file, optimize=True)
+    _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
+    write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
+    (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
 
 
 def _page(number: int, sheet: Sheet) -> PageRecord:
