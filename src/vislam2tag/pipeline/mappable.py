@@ -8,6 +8,7 @@ from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
+from vislam2tag.survey.frames import in_frame_of
 from vislam2tag.survey.model import SessionRef, Site
 
 
@@ -19,4 +20,5 @@ def mappable_session(
     key, log = ref.key, session.landmarks
     considered = considered_landmarks(site, key.floor, log.ids)
     corrected, _ = corrected_landmarks(considered, corrections, key, settings.default_landmark_sigma_m)
-    return session, landmarks_of_session(corrected, key, session.camera, log).landmarks
+    here = in_frame_of(corrected, site, key.floor)
+    return session, landmarks_of_session(here, key, session.camera, log).landmarks

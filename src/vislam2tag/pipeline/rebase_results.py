@@ -29,10 +29,23 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
     if rescaled and (result.sigma is not None or result.errors is not None):
         message = "statistics of sigmas and errors are left out: the plan's scale changed; process the walk anew"
         findings.append(Finding(kind="statistics_left_out", file="", count=1, message=message, severity=Severity.INFO))
-    return result.model_copy(
+    turned = turned_result(result, changes)
+    return turned.model_copy(
         update={
             "fingerprint": _fingerprint(result.fingerprint, changes),
             "distance_m": result.distance_m * own.scale,
+            "sigma": None if rescaled else result.sigma,
+            "errors": None if rescaled else result.errors,
+            "findings": findings,
+        }
+    )
+
+
+def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> SessionResult:
+    """A result with every place that it tells of in the new frame of its floor."""
+    own = changes[result.floor]
+    return result.model_copy(
+        update={
             "visits": [
                 mark.model_copy(update={"position": _moved(mark.position, _on(mark.floor, own, changes))})
                 for mark in result.visits
@@ -42,9 +55,6 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
                 for mark in result.events
             ],
             "contradictions": [_contradiction(mark, changes[mark.floor]) for mark in result.contradictions],
-            "sigma": None if rescaled else result.sigma,
-            "errors": None if rescaled else result.errors,
-            "findings": findings,
             "drawing": _drawing(result.drawing, own),
             "elsewhere": {floor: _drawing(drawing, changes[floor]) for floor, drawing in result.elsewhere.items()},
         }

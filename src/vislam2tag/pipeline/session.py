@@ -24,6 +24,8 @@ from vislam2tag.pipeline.accuracy import error_record, truth_mark
 from vislam2tag.pipeline.drawing import draw
 from vislam2tag.pipeline.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.landmark_findings import landmark_findings
+from vislam2tag.pipeline.rebase_results import turned_result
+from vislam2tag.pipeline.rebase_tables import changed_table
 from vislam2tag.pipeline.store import OutputFolder
 from vislam2tag.pipeline.tables import reading_tables, trajectory_table, write_table
 from vislam2tag.results import RESULTS, FileAccount, SessionResult
@@ -39,6 +41,8 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.press_findings import press_findings
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
+from vislam2tag.survey.frame_change import FrameChange
+from vislam2tag.survey.frames import changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
 
 
@@ -58,10 +62,20 @@ class Job:
         return self.site.floor(self.ref.key.floor)
 
     def landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
-        """All landmarks that matter to the session if it logged these ids, corrected, and each use of a correction."""
-        considered = considered_landmarks(self.site, self.ref.key.floor, logged)
+        """All landmarks that matter to the session if it logged these ids, corrected, and each use of a correction.
+
+        They are in the BCS of the session's floor.
+        """
+        own = self.ref.key.floor
+        considered = considered_landmarks(self.site, own, logged)
         sigma_m = self.settings.default_landmark_sigma_m
-        return corrected_landmarks(considered, self.corrections, self.ref.key, sigma_m)
+        corrected, uses = corrected_landmarks(considered, self.corrections, self.ref.key, sigma_m)
+        return in_frame_of(corrected, self.site, own), uses
+
+    @property
+    def frames(self) -> dict[int, FrameChange]:
+        """From the BCS that the session is mapped in to that of each floor; none where all share one."""
+        return changes_from(self.site, self.ref.key.floor)
 
     def landmarks_of_all_floors(self) -> Landmarks:
         """The site's landmarks, corrected for the session; ids may repeat from floor to floor."""
@@ -141,6 +155,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         "storeys": None if storeys is None else [storeys.number.tolist(), storeys.elevation_m.tolist()],
         "control_points": job.floor.control_points.position_bcs.tolist(),
         "truth": truth_mark(job.ref.folder),
+        "frames": [change.model_dump(mode="json") for change in job.frames.values()],
     }
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
@@ -165,7 +180,7 @@ def _process(job: Job) -> SessionResult:
     pose_lag_s = session.camera.pose_lag_s
     drawings = draw(job.floor.number, session.camera, session.landmarks, landmarks, trajectory, labelled["wifi"])
     errors, truth_findings = error_record(job.ref.folder, trajectory, session.presses_ns, job.floor)
-    return _result(
+    result = _result(
         job,
         fingerprint=_fingerprint(job, {record.name: record.sha256 for record in session.files}, session.landmarks.ids),
         error=_mapping_error(session, trajectory, strategy.needs),
@@ -201,10 +216,13 @@ def _process(job: Job) -> SessionResult:
         elsewhere=drawings,
         corrections=[*landmark_uses, *session_uses],
     )
+    return turned_result(result, job.frames) if job.frames else result
 
 
 def _write_table(job: Job, name: str, table: pl.DataFrame) -> None:
     strategy = job.settings.strategy
+    if job.frames:  # it was mapped in one frame; each row is told in that of its own floor
+        table = changed_table(table.lazy(), job.frames).collect()
     job.out.write(f"{name}/{job.ref.slug}.parquet", lambda path: write_table(table, name, strategy, path))
 
 

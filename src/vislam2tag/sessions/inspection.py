@@ -19,6 +19,7 @@ from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, read_corrections
+from vislam2tag.survey.frames import in_frame_of
 from vislam2tag.survey.model import SessionRef, Survey
 
 
@@ -132,6 +133,7 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
     try:
         session = read_session(ref, settings.findings)
         considered = considered_landmarks(survey.site, key.floor, session.landmarks.ids)
+        considered = in_frame_of(considered, survey.site, key.floor)
         mine = landmarks_of_session(considered, key, session.camera, session.landmarks)
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
