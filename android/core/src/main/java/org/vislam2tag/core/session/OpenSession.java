@@ -20,7 +20,7 @@ final class OpenSession {
   private final SessionTables tables;
   private long forcedNs;
 
-  /** Makes all files, with their headers; throws an IOException where that fails. */
+  /** Makes all files, with their headers; throws an IOException where that fails, and leaves nothing then. */
   OpenSession(File sessions, SessionDescription description, ClockReading start, ZoneId zone, RowSink.Opener opener,
       FreeSpace space) throws IOException {
     this.zone = zone;
@@ -28,8 +28,14 @@ final class OpenSession {
     folder = SessionFiles.create(sessions, start.wallMs, zone);
     reserve = new SpaceReserve(sessions);
     json = SessionJson.started(folder.getName(), description, start, zone);
-    SessionFiles.writeJson(folder, json);
-    tables = new SessionTables(folder, opener);
+    try {
+      SessionFiles.writeJson(folder, json);
+      tables = new SessionTables(folder, opener);
+    } catch (IOException e) {
+      reserve.release();
+      SessionFiles.delete(folder);
+      throw e;
+    }
     forcedNs = start.bootNs;
   }
 

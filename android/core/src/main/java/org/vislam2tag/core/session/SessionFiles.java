@@ -59,4 +59,16 @@ public final class SessionFiles {
     byte[] bytes = Files.readAllBytes(new File(folder, JSON).toPath());
     return JsonReader.readObject(new String(bytes, StandardCharsets.UTF_8));
   }
+
+  /** Deletes a session for good, session.json last, so that a half-deleted one is still seen. */
+  static void delete(File folder) throws IOException {
+    File[] files = folder.listFiles();
+    for (File file : files == null ? new File[0] : files) {
+      if (!file.getName().equals(JSON)) {
+        Files.delete(file.toPath());
+      }
+    }
+    Files.deleteIfExists(new File(folder, JSON).toPath());
+    Files.delete(folder.toPath());
+  }
 }

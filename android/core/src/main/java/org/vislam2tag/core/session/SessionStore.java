@@ -48,16 +48,9 @@ public final class SessionStore {
     return killed;
   }
 
-  /** Deletes a session for good, session.json last, so that a half-deleted one is still seen. */
+  /** Deletes a session for good. */
   public void delete(StoredSession session) throws IOException {
-    File[] files = session.folder.listFiles();
-    for (File file : files == null ? new File[0] : files) {
-      if (!file.getName().equals(SessionFiles.JSON)) {
-        Files.delete(file.toPath());
-      }
-    }
-    Files.deleteIfExists(new File(session.folder, SessionFiles.JSON).toPath());
-    Files.delete(session.folder.toPath());
+    SessionFiles.delete(session.folder);
   }
 
   private List<File> folders(File open) {

@@ -343,6 +343,16 @@ public class RecorderTest {
     assertEquals("disk_full,10737418240", events(recorder).get(2));
   }
 
+  @Test public void aStartThatFailsLeavesNothing() {
+    try {
+      start(failing(Table.WIFI, 0, "No space left on device"));
+      fail("started");
+    } catch (IOException e) {
+      assertEquals("WiFi.csv: No space left on device", e.getMessage());
+    }
+    assertArrayEquals(new String[0], temporary.getRoot().list());
+  }
+
   @Test public void anotherFailureOfTheDiskNamesTheFile() throws IOException {
     Recorder recorder = start(failing(Table.WIFI, 200, "Input/output error"));
     for (int i = 0; i < 9; i++) {

@@ -15,12 +15,14 @@ import java.util.Arrays;
 import java.util.List;
 import java.util.concurrent.ExecutorService;
 import java.util.concurrent.Executors;
-import java.util.concurrent.TimeUnit;
 import org.junit.Rule;
 import org.junit.Test;
 import org.junit.rules.TemporaryFolder;
 
 public class RowFileTest {
+  /** Of each of the threads that add at once. */
+  private static final int ROWS = 20_000;
+
   @Rule public final TemporaryFolder temporary = new TemporaryFolder();
 
   /** A disk that takes so many bytes. */
@@ -141,13 +143,13 @@ public class RowFileTest {
     for (int t = 0; t < 4; t++) {
       int thread = t;
       threads.execute(() -> {
-        for (int i = 0; i < 5000; i++) {
+        for (int i = 0; i < ROWS; i++) {
           file.add(new Row().integer(thread).integer(i));
         }
       });
     }
     threads.shutdown();
-    while (!threads.awaitTermination(1, TimeUnit.MILLISECONDS)) {
+    while (!threads.isTerminated()) {
       file.flush();
     }
     file.close();
@@ -161,7 +163,7 @@ public class RowFileTest {
       String[] fields = lines[i].split(",");
       assertEquals(next[Integer.parseInt(fields[0])]++, Integer.parseInt(fields[1]));
     }
-    assertEquals(20001, lines.length);
+    assertEquals(4 * ROWS + 1, lines.length);
   }
 
   @Test public void aFileTakesUpWhereItEnded() throws IOException {
