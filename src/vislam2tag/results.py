@@ -162,6 +162,21 @@ class ScanStatistics(_Model):
     access_points: int
 
 
+class RecordingRecord(_Model):
+    """What the recorder says of its own work (the phone app's format)."""
+
+    ended: str
+    """``stopped``, or what else ended it; empty where it is not known."""
+    scans_refused: int
+    """Wi-Fi scans that the phone's system refused, or that failed."""
+    exposure_known: bool
+    """Whether frames have the time at which their images were exposed."""
+    note: str
+    """The collector's."""
+    events: dict[str, int]
+    """Everything that was logged as it happened, by name."""
+
+
 class Drawing(_Model):
     """Thinned polylines for the report."""
 
@@ -208,6 +223,8 @@ class SessionResult(_Model):
     visits: list[VisitMark] = []
     landmarks_logged: list[str] = []
     scans: ScanStatistics | None = None
+    recording: RecordingRecord | None = None
+    """None where the recorder says nothing of itself."""
     events: list[EventMark] = []
     contradictions: list[ContradictionMark] = []
     sigma: SigmaStatistics | None = None

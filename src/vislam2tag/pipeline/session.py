@@ -208,6 +208,7 @@ def _process(job: Job) -> SessionResult:
         visits=statistics.visit_marks(trajectory, job.floor.number),
         landmarks_logged=list(session.landmarks.ids),
         scans=statistics.scan_statistics(session.tables["wifi"]),
+        recording=statistics.recording_record(session),
         events=event_marks(trajectory, job.floor.number),
         contradictions=contradiction_marks(trajectory, landmarks),
         sigma=statistics.sigma_statistics(trajectory),

@@ -12,7 +12,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
 from vislam2tag.core.way import step_lengths, walked_steps, way_frames
-from vislam2tag.results import ScanStatistics, SigmaStatistics, VisitMark
+from vislam2tag.results import RecordingRecord, ScanStatistics, SigmaStatistics, VisitMark
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.wifi_table import median_scan_interval_s
 
 
@@ -99,6 +100,20 @@ def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
         readings=len(wifi),
         repeated=int(wifi["repeated"].sum()),
         access_points=wifi["bssid"].n_unique(),
+    )
+
+
+def recording_record(session: Session) -> RecordingRecord | None:
+    """What the recorder says of its own work; None where it says nothing."""
+    recording = session.recording
+    if recording is None:
+        return None
+    return RecordingRecord(
+        ended=recording.ended,
+        scans_refused=recording.scans_refused,
+        exposure_known=session.camera.exposure_known,
+        note=recording.note,
+        events=recording.events,
     )
 
 

@@ -67,6 +67,9 @@ class SessionOverview(_Model):
     ble_rows: int | None = None
     """None where no BLE was logged."""
     presses: int = 0
+    ended: str | None = None
+    """How the recording ended, by the recorder's word; None where it says nothing of itself."""
+    scans_refused: int | None = None
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -167,4 +170,6 @@ def _amounts(session: Session) -> dict[str, object]:
         "sensor_rows": session.tables["sensors"].height,
         "ble_rows": session.tables["ble"].height if "ble" in session.tables else None,
         "presses": len(session.presses_ns),
+        "ended": session.recording.ended if session.recording else None,
+        "scans_refused": session.recording.scans_refused if session.recording else None,
     }
