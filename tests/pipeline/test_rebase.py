@@ -14,7 +14,7 @@ from polars.testing import assert_frame_equal
 from tests.surveys import bytes_of
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.errors import OutputError, SurveyError, UsageError
 from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
 from vislam2tag.pipeline.rebase import rebase
 from vislam2tag.pipeline.run import process
@@ -154,6 +154,16 @@ def test_a_data_set_of_the_new_labels_tells_the_change(rebased: Path, tmp_path: 
     assert (ground["x"].drop_nulls() > 80).all()
 
 
+def test_landmarks_are_replaced_only_where_nothing_else_is(clean_survey: Path, tmp_path: Path) -> None:
+    rebase(clean_survey, tmp_path / "out", CHANGES)
+    before = bytes_of(tmp_path / "out")
+    rebase(clean_survey, tmp_path / "out", CHANGES)
+    assert bytes_of(tmp_path / "out") == before
+    (tmp_path / "out" / "floor_0" / "LG" / "walk").mkdir(parents=True)
+    with pytest.raises(OutputError, match="is not empty and was not made by this command"):
+        rebase(clean_survey, tmp_path / "out", CHANGES)
+
+
 def test_what_cannot_be_rebased(clean_run: Path, clean_survey: Path, new_survey: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="--to: labels and data sets need the new site"):
         rebase(clean_run, tmp_path / "out", CHANGES)
@@ -163,3 +173,7 @@ def test_what_cannot_be_rebased(clean_run: Path, clean_survey: Path, new_survey:
     with pytest.raises(SurveyError, match=r"marker_dict.csv: there is no change for floor 1"):
         rebase(clean_survey, tmp_path / "out", only_first)
     assert list(tmp_path.iterdir()) == []
+    with pytest.raises(UsageError, match="is what is to be rebased, and stays as it is"):
+        rebase(clean_run, clean_run, CHANGES, new_survey)
+    with pytest.raises(OutputError, match="is not empty and was not made by this command"):
+        rebase(clean_survey, new_survey, CHANGES)

@@ -42,6 +42,8 @@ def rebase(
     a data set with several calls it. Raises SurveyError or DatasetError where the source cannot be read or a floor has
     no change, UsageError where ``new_site`` or ``building`` is missing, OutputError where ``out`` cannot be written.
     """
+    if out.exists() and out.resolve() == source.resolve():
+        raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
     if source.is_file():
         text = changed_landmarks_text(source.parent, source, changes.by_floor, None)
         with whole_file(out) as partial:
@@ -65,10 +67,15 @@ def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, n
     for session in labelled.sessions:
         there |= floors_of_result(session.result())
     _refuse_missing(there, changes, site, new_site)
-    with whole_folder(out, is_labelled) as folder:
+    with whole_folder(out, _is_rebased) as folder:
         _write_run(labelled, folder, changes, site, new_site)
         refs = [_write_session(labelled, slug, folder, changes.by_floor) for slug in _slugs(labelled)]
         _reduce(labelled, folder, Survey(new_site, site, tuple(refs), findings))
+
+
+def _is_rebased(folder: Path) -> bool:
+    """Whether a folder holds labels that were rebased."""
+    return is_labelled(folder) and (folder / CHANGE_FILE).is_file()
 
 
 def _slugs(labelled: LabelledSurvey) -> Iterator[str]:

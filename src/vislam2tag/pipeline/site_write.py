@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -20,8 +21,11 @@ from vislam2tag.survey.plans.draw import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
 from vislam2tag.whole_folder import whole_folder
 
-_MADE = "written-by-vislam2tag"
-"""Marks a folder that these functions wrote and may replace."""
+_WRITTEN = re.compile(
+    rf"{re.escape(CHANGE_FILE)}|{re.escape(FLOOR_FILE)}"
+    rf"|floor_-?\d+(/({re.escape(LANDMARK_FILE)}|{re.escape(CONTROL_POINT_FILE)}|floorplan\.\w+))?"
+)
+"""What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
 
 
 def write_published(root: Path, out: Path) -> tuple[FrameChanges, tuple[Finding, ...]]:
@@ -45,7 +49,7 @@ def write_published(root: Path, out: Path) -> tuple[FrameChanges, tuple[Finding,
             own.mkdir()
             odd += _write_plan(floor, own)
         _write_surveyed(root, folder, changes.by_floor)
-        _mark(folder, changes)
+        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
     return changes, (*findings, *odd)
 
 
@@ -57,16 +61,13 @@ def write_changed_site(root: Path, out: Path, changes: FrameChanges) -> None:
     read_site(root)
     with whole_folder(out, _ours) as folder:
         _write_surveyed(root, folder, changes.by_floor)
-        _mark(folder, changes)
+        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
 
 
 def _ours(folder: Path) -> bool:
-    return (folder / _MADE).is_file()
-
-
-def _mark(folder: Path, changes: FrameChanges) -> None:
-    (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
-    (folder / _MADE).touch()
+    """Whether a folder holds what these functions wrote and nothing else."""
+    names = [path.relative_to(folder).as_posix() for path in folder.rglob("*")]
+    return CHANGE_FILE in names and all(_WRITTEN.fullmatch(name) for name in names)
 
 
 def _dimensions(floors: tuple[Floor, ...]) -> str:
