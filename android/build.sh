@@ -107,7 +107,7 @@ package() {
 
 verify() {
     step "verify"
-    local badging library
+    local badging contents expected library abi
     apksigner verify --verbose --min-sdk-version "$(property appMinSdk)" "$apk"
     zipalign -c -p 4 "$apk"
     badging=$(aapt dump badging "$apk")
@@ -119,7 +119,13 @@ verify() {
     aapt dump permissions "$apk" | sed -n "s/^uses-permission: name='\([^']*\)'.*/\1/p" | sort -u |
         diff expected-permissions.txt - || fail "permissions are not those of expected-permissions.txt (<)"
     for library in "$out"/package/lib/*/*.so; do check_needed "$library"; done
-    unzip -l "$apk" | awk '{ print $4 }' | grep -E '^lib/|dex$'
+    contents=$(unzip -Z1 "$apk")
+    for abi in $ABIS; do
+        for library in libarcore_sdk_jni.so libarcore_sdk_c.so; do
+            grep -qx "lib/$abi/$library" <<<"$contents" || fail "the APK lacks lib/$abi/$library"
+        done
+    done
+    du -h "$apk"
 }
 
 check_needed() { # each library that this one needs is the system's or in the package
