@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
@@ -81,3 +83,21 @@ def ring() -> tuple[WalkableSpace, CorridorGraph]:
 
 def nothing_given() -> Given:
     return Given(np.empty((0, 2)), (), np.empty((0, 4)))
+
+
+def write_ring_site(root: Path, floors: Sequence[int] = (1,)) -> Path:
+    """A site in the published layout whose plans show the ring."""
+    for number in floors:
+        folder = root / f"floor_{number}"
+        folder.mkdir(parents=True)
+        image = Image.new("RGB", (600, 320), "white")
+        draw = ImageDraw.Draw(image)
+        draw.rectangle((0, 0, 599, 319), outline="black", width=3)
+        # Closed rooms, each smaller than the corridor around them.
+        x0, y0, x1, y1 = (int(20 * value) for value in INNER)
+        for left in range(x0, x1, (x1 - x0) // 4):
+            draw.rectangle((left, y0, left + (x1 - x0) // 4, y1), outline="black", width=3)
+        image.save(folder / "floorplan.png")
+    rows = [f"{number},30,16" for number in floors]
+    (root / "floor_dimensions.csv").write_text("\n".join(("id,width,height", *rows)) + "\n")
+    return root

@@ -62,8 +62,6 @@ class PlanSettings(_Frozen):
     """A way that changes its direction by more than this makes a critical turn, rad."""
     rooms: bool = False
     """Whether rooms are ways like others; else they are looked into and left again."""
-    niche_m: float = Field(default=5.0, ge=0)
-    """Dead ends shorter than this are looked into and left again, like rooms, metres."""
     sheets: tuple[str, ...] = Field(default=("A4", "A3"), min_length=1)
     """Sizes of paper to choose from."""
     camera: CameraSettings = CameraSettings()
@@ -91,3 +89,8 @@ class PlanSettings(_Frozen):
     """The search ends after so many branches; unlike a time limit this ends it at the same place on every machine."""
     time_limit_s: float = Field(default=120.0, gt=0)
     """... and after this time for each floor, seconds."""
+
+    @property
+    def niche_m(self) -> float:
+        """Dead ends shorter than this are looked into and left again, like rooms: in and out within the spacing."""
+        return self.spacing_m / 2

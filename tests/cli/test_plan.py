@@ -1,0 +1,46 @@
+"""``vislam2tag plan`` as its users run it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.planning.floors import write_ring_site
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_ring_site(tmp_path_factory.mktemp("plan") / "site")
+
+
+def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
+    done = vislam2tag("plan", site, "--out", tmp_path / "plan", "--further", "0")
+    assert done.returncode == 0, done.stderr
+    assert "Landmarks" in done.stdout
+    assert "1 Floor 1" in done.stdout
+    assert done.stdout.endswith(f"page: {tmp_path / 'plan' / 'index.html'}\n")
+    assert len((tmp_path / "plan" / "landmarks.csv").read_text().splitlines()) == 7
+
+
+def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_path: Path) -> None:
+    forbidden = tmp_path / "glass.csv"
+    forbidden.write_text("floor,x0,y0,x1,y1\n1,3.5,-1,26.5,3\n")
+    done = vislam2tag("plan", site, "--out", tmp_path / "plan", "--further", "0", "--forbid", forbidden)
+    assert done.returncode == 1
+    assert "m without a wall for a sheet; put up a stand there" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--spacing", "0"), "--spacing-m 0.0"),
+        (("--sheet", "B5"), "'B5' is no size of paper"),
+        (("--floor", "9"), "--floor 9: the site has no such floor"),
+        (("--forbid", "/none.csv"), "/none.csv: cannot be opened"),
+    ],
+)
+def test_wrong_usage_is_told(site: Path, tmp_path: Path, arguments: tuple[str, ...], message: str) -> None:
+    assert message in the_error(vislam2tag("plan", site, "--out", tmp_path / "plan", *arguments))
+    assert not (tmp_path / "plan").exists()
