@@ -45,7 +45,7 @@ install() {
         apt-get -o DPkg::Lock::Timeout=300 install -y -qq --no-install-recommends $(missing) >/dev/null
     fi
     if [ -z "$(missing)" ]; then return; fi
-    echo "The script build lacks, on this machine, these packages of Debian 12 or later: "$(missing) >&2
+    echo "The script build lacks, on this machine, these packages of Debian 12: "$(missing) >&2
     echo "Install them as root, or build with Gradle or Android Studio: docs/android.md" >&2
     exit 1
 }

@@ -73,16 +73,18 @@ final class HttpAnswer {
 
   /** As long as told, else to the end of the connection. */
   private static String body(InputStream in, String length) throws IOException {
-    long expected = length != null && length.matches("[0-9]{1,9}") ? Long.parseLong(length) : MOST_BODY;
+    boolean told = length != null && length.matches("[0-9]{1,9}");
+    int most = told ? Math.min(Integer.parseInt(length), MOST_BODY) : MOST_BODY;
     ByteArrayOutputStream body = new ByteArrayOutputStream();
-    for (int b = 0; body.size() < Math.min(expected, MOST_BODY); body.write(b)) {
-      b = in.read();
-      if (b < 0 && length != null) {
+    while (body.size() < most) {
+      int b = in.read();
+      if (b < 0 && told) {
         throw new IOException("the answer broke off");
       }
       if (b < 0) {
         break;
       }
+      body.write(b);
     }
     return new String(body.toByteArray(), StandardCharsets.UTF_8);
   }
