@@ -59,7 +59,7 @@ def _train(
     seed: Annotated[int | None, typer.Option(min=0, help="Another seed, another draw.")] = None,
     technology: Annotated[str, typer.Option(help="Fingerprints of which radio.")] = "wifi",
     onnx: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks only).")
+        Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks and cell-density).")
     ] = None,
 ) -> None:
     plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx)

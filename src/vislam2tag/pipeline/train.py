@@ -34,7 +34,7 @@ class TrainPlan:
     seed: int | None = None
     technology: str = "wifi"
     onnx: Path | None = None
-    """Write the model as ONNX, too (networks only)."""
+    """Write the model as ONNX, too (networks and cell-density)."""
 
 
 @dataclass(frozen=True)
