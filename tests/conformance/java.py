@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 CORE = Path(__file__).resolve().parents[2] / "android" / "core" / "src"
-MAIN = "org.vislam2tag.tools.ReplayMain"
+REPLAY, UPLOAD = "org.vislam2tag.tools.ReplayMain", "org.vislam2tag.tools.UploadMain"
 
 
 def compiled_core(out: Path) -> Path:
@@ -25,5 +25,14 @@ def compiled_core(out: Path) -> Path:
 
 def replay(core: Path, script: Path, out: Path) -> subprocess.CompletedProcess[str]:
     """Let the app's core write a session from a script of what a phone saw."""
-    command = ["java", "-Duser.language=de", "-Duser.country=DE", "-cp", str(core), MAIN, str(script), str(out)]
+    return _run(core, REPLAY, str(script), str(out))
+
+
+def upload(core: Path, link: str, session_zip: Path) -> subprocess.CompletedProcess[str]:
+    """Hand a session's zip over with the app's own client."""
+    return _run(core, UPLOAD, link, str(session_zip))
+
+
+def _run(core: Path, main: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = ["java", "-Duser.language=de", "-Duser.country=DE", "-cp", str(core), main, *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

@@ -15,7 +15,7 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
-from tests.conformance.java import compiled_core, replay
+from tests.conformance.java import replay
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.mapping import strategy_named
@@ -33,11 +33,6 @@ SECONDS = 75.0
 PLENTY = 100_000_000
 FARTHEST_MEDIAN_M, FARTHEST_M = 0.1, 0.5
 """Labels of the published format are later by the pose lag (a few centimetres of walking), and its log tells less."""
-
-
-@pytest.fixture(scope="module")
-def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return compiled_core(tmp_path_factory.mktemp("core"))
 
 
 @pytest.fixture(scope="module")
