@@ -186,3 +186,16 @@ def test_inspect_and_site_show_a_site_with_a_pdf(tmp_path: Path) -> None:
     assert done.returncode in (0, 1), done.stderr
     floor = json.loads(done.stdout)["floors"][0]
     assert (floor["width_m"], floor["plan"]) == (pytest.approx(20.0), "floor_1/plan.pdf")
+
+
+@pytest.mark.parametrize(
+    ("command", "example"),
+    [
+        ("init", "vislam2tag site init old-survey"),
+        ("show", "vislam2tag site show survey --floor 1 --out floor-1.pdf"),
+        ("write", "vislam2tag site write survey --out published"),
+        ("rebase", "vislam2tag site rebase labels --from survey --to resurveyed --out labels-now"),
+    ],
+)
+def test_help_has_examples(command: str, example: str) -> None:
+    assert example in vislam2tag("site", command, "--help").stdout

@@ -29,6 +29,16 @@ def test_plan_covers_the_floor_in_metres(tmp_path: Path) -> None:
     assert not layout["xaxis"]["showgrid"]
 
 
+def test_plan_lies_where_the_floor_has_it(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path, plan=False)
+    floor = replace(survey.site.floors[0], lower_left_m=(-100.0, 50.0))
+    layout = parsed(survey, floor, PLAN)["layout"]
+    (image,) = layout["images"]
+    assert (image["x"], image["y"], image["sizex"], image["sizey"]) == (-100, 50 + HEIGHT_M, WIDTH_M, HEIGHT_M)
+    assert layout["xaxis"]["range"][0] == -101
+    assert layout["yaxis"]["range"][1] == 51 + HEIGHT_M
+
+
 def test_without_a_plan_there_is_a_metric_grid(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, plan=False)
     layout = parsed(survey, survey.site.floors[0])["layout"]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vislam2tag.core.similarity import Similarity2
@@ -19,6 +17,7 @@ from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.draw import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
+from vislam2tag.survey.site_table import rows_text
 from vislam2tag.whole_folder import whole_folder
 
 _WRITTEN = re.compile(
@@ -70,15 +69,13 @@ def _ours(folder: Path) -> bool:
     return CHANGE_FILE in names and all(_WRITTEN.fullmatch(name) for name in names)
 
 
-def _dimensions(floors: tuple[Floor, ...]) -> str:
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(("id", "width", "height", "elevation", "name"))
+def _dimensions(floors: Iterable[Floor]) -> str:
+    rows: list[tuple[object, ...]] = [("id", "width", "height", "elevation", "name")]
     for floor in floors:
         if floor.width_m is not None:
             elevation = "" if floor.elevation_m is None else repr(floor.elevation_m)
-            rows.writerow((floor.number, repr(floor.width_m), repr(floor.height_m), elevation, floor.name))
-    return text.getvalue()
+            rows.append((floor.number, repr(floor.width_m), repr(floor.height_m), elevation, floor.name))
+    return rows_text(rows)
 
 
 def _write_plan(floor: Floor, own: Path) -> list[Finding]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +11,7 @@ import numpy as np
 from vislam2tag.errors import SurveyError
 from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.ids import landmark_id
-from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
+from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table, rows_text
 
 
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
@@ -33,7 +31,7 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
         for column, text in _changed(table.header, row, change, f"{path}:{line}").items():
             row[table.header.index(column)] = text
         rows.append(row)
-    return _csv(rows)
+    return rows_text(rows)
 
 
 def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
@@ -44,7 +42,7 @@ def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
         if x is None or y is None:
             raise SurveyError(f"{path}:{line}: expected x,y in metres; correct it")
         rows.append([*_moved(x, y, change), *fields[2:]])
-    return _csv(rows)
+    return rows_text(rows)
 
 
 def _table(root: Path, path: Path, *, has_header: bool) -> SiteTable:
@@ -89,9 +87,3 @@ def _numbers(texts: Sequence[str], place: str) -> list[float | None]:
         return [finite_or_none(text) for text in texts]
     except ValueError as error:
         raise SurveyError(f"{place}: {error}; correct it") from error
-
-
-def _csv(rows: Sequence[Sequence[str]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
