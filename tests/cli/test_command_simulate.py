@@ -43,6 +43,14 @@ def test_writes_walks_over_floors_with_pressure_and_columns(monkeypatch: pytest.
     assert sensors.count("; PRESSURE; ") > 1000
 
 
+def test_writes_sessions_of_the_phone_app(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert run(monkeypatch, str(tmp_path / "out"), *SMALL, "--format", "phone", "--scripts") == 0
+    (session,) = tmp_path.rglob("session.json")
+    names = {path.name for path in session.parent.iterdir()}
+    assert names >= {"CameraPose.csv", "AnchorPose.csv", "Events.csv", "script.txt", "truth.csv"}
+    assert "poses.csv" not in names
+
+
 def test_usage_errors_end_with_2(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -51,6 +59,8 @@ def test_usage_errors_end_with_2(
     assert run(monkeypatch, str(tmp_path / "out"), "--minutes", "inf") == 2
     assert run(monkeypatch, str(tmp_path / "out"), *SMALL, "--climb", "lift") == 2
     assert "--floors 2 or more" in capsys.readouterr().err
+    assert run(monkeypatch, str(tmp_path / "out"), *SMALL, "--scripts") == 2
+    assert "--format phone" in capsys.readouterr().err
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     assert run(monkeypatch, str(tmp_path / "full"), *SMALL) == 2

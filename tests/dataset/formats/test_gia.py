@@ -18,6 +18,10 @@ from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.errors import DatasetError, UsageError
 from vislam2tag.findings import Finding
 from vislam2tag.pipeline.dataset import build_dataset
+from vislam2tag.pipeline.run import process
+from vislam2tag.settings import Settings
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
 from vislam2tag.survey.model import SessionKey
 
 KEY = b"0123456789abcdef"
@@ -215,3 +219,19 @@ def test_nothing_labelled(labels: Path, tmp_path: Path) -> None:
         table.with_columns(x=pl.lit(None, pl.Float64), y=pl.lit(None, pl.Float64)).write_parquet(file)
     with pytest.raises(DatasetError, match="no reading of it has a position"):
         exported(tmp_path / "labels", tmp_path / "out")
+
+
+def test_raw_files_of_the_phone_app_tell_nothing_that_is_hidden(tmp_path: Path) -> None:
+    scenario = regular_survey(3, "none", (0,), ("LG",), 1, 40.0)
+    simulate(scenario, tmp_path / "survey", WritingOptions(layout=Layout.PHONE))
+    process(tmp_path / "survey", tmp_path / "labels", Settings())
+    exported(tmp_path / "labels", tmp_path / "plain", survey=tmp_path / "survey")
+    (raw,) = tables_of(tmp_path / "survey", "WiFi.csv")
+    (copied,) = tables_of(tmp_path / "plain", "WiFi.csv")
+    assert copied.read_bytes() == raw.read_bytes()
+    exported(tmp_path / "labels", tmp_path / "hidden", survey=tmp_path / "survey", privacy=Privacy(hash_key=KEY))
+    left = {file.name for file in (tmp_path / "hidden").rglob("LG/*/*")}
+    assert left.isdisjoint({"WiFi.csv", "Ble.csv", "Events.csv", "session.json"})
+    assert left >= {"CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv", "Sensors.csv"}
+    bssid = pl.read_csv(raw)["bssid"][0].encode()
+    assert not [file for file in (tmp_path / "hidden").rglob("*.*") if file.is_file() and bssid in file.read_bytes()]

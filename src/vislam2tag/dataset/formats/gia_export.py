@@ -20,6 +20,7 @@ from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.results import SessionResult
 from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.published import FILE_NAMES
+from vislam2tag.sessions.registry import format_of
 from vislam2tag.survey.model import SessionKey
 
 WIFI_FILE, SENSORS_FILE = "wifi_annotated.csv", "sensors_annotated.csv"
@@ -28,7 +29,7 @@ OUTSIDE = ("after_last_landmark", "outside_frames")
 """Rows that the published program leaves out: nothing is mapped from there on."""
 _WITHOUT_ADDRESSES = frozenset(
     name for role in ("poses", "landmarks", "sensors", "presses") for name in FILE_NAMES[role]
-) | {"tachy.csv", "truth.csv", "route.csv"}
+) | {"AnchorPose.csv", "tachy.csv", "truth.csv", "route.csv"}
 """Raw files that hold no address or name of a network."""
 HOLDS = {
     "wifi": ("floor", "device", "session", "row", "scan", "time_ns", "bssid", "ssid", "rssi_dbm", "x", "y"),
@@ -156,7 +157,8 @@ def _raw_folder(raw: Mapping[SessionKey, Path], result: SessionResult, survey: P
 
 def _copy_session(source: Path, target: Path, session: LabelledSession, private: PrivateLabels, count: _Count) -> None:
     """Copy a session's raw files; those that would tell what is hidden are rewritten or left out."""
-    read = next((name for name in FILE_NAMES["wifi"] if (source / name).is_file()), None)
+    published = format_of(source) == "published"
+    read = next((name for name in FILE_NAMES["wifi"] if published and (source / name).is_file()), None)
     for file in sorted(entry for entry in source.iterdir() if entry.is_file() and not entry.name.startswith(".")):
         if file.name in (WIFI_FILE, SENSORS_FILE):
             continue
