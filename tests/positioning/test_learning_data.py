@@ -43,7 +43,7 @@ def test_parts_of_a_fold_hold_its_groups_only() -> None:
 def test_uncertain_labels_are_not_learned_from() -> None:
     dataset = small_dataset()
     status = pl.when(pl.col("device") == "Pixel").then(pl.lit("uncertain")).otherwise(pl.col("status"))
-    doubted = dataset.tables | {FINGERPRINTS: dataset.fingerprints.with_columns(status=status)}
+    doubted = {**dataset.tables, FINGERPRINTS: dataset.fingerprints.with_columns(status=status)}
     assert set(learning_data(Dataset(dataset.info, doubted)).scans.device) == {"Galaxy"}
 
 
