@@ -13,6 +13,8 @@ _LETTER_PX = (4, 14)
 _LEAST_LETTERS = 12
 _ALIKE = 30
 """Colours that differ by less in each channel (of 255) are one."""
+_UNLIKE = 60
+"""Colours that differ by more in some channel are two."""
 _AGREE = 0.6
 """This share of the letters has one colour ..."""
 _OTHERS = 0.35
@@ -37,7 +39,8 @@ def lettering(image: Bytes, ink: Bytes, walls: BoolArray, symbol_px: float) -> B
     seams = _widened(ink > ink[alike & walls].max(initial=0))
     alike &= walls & ~seams
     others = walls & (letters == 0)
-    if (alike & others).sum() > _OTHERS * others.sum():
+    unlike = others & ~alike
+    if (alike & others).sum() > _OTHERS * others.sum() or not _differ(colour, image[unlike], ink[unlike]):
         return np.zeros_like(walls)
     text = walls & _widened(alike) & ~seams
     return text & ~_going_on_below(walls & ~text)
@@ -69,6 +72,12 @@ def _colour_of(image: Bytes, ink: Bytes, letters: Bytes) -> Bytes | None:
     usual = np.median(colours, axis=0).astype(np.int16)
     agree = (np.abs(colours - usual) <= _ALIKE).all(axis=1).mean() >= _AGREE
     return np.asarray(usual) if agree else None
+
+
+def _differ(text: Bytes, walls: Bytes, ink: Bytes) -> bool:
+    """Whether text has another colour (3,) than walls (n, 3), seams left out; compression blurs both."""
+    core = walls[ink >= np.median(ink)] if len(ink) else walls
+    return len(core) > 0 and bool((np.abs(np.median(core, axis=0) - text) > _UNLIKE).any())
 
 
 def _going_on_below(walls: BoolArray) -> BoolArray:
