@@ -175,11 +175,13 @@ public class RecorderTest {
       recorder.frame(new TrackedFrame(clocks.read(), stamp, TrackingState.PAUSED, "NONE", pose, Collections.emptyList()), anchors);
     }
     clocks.pass(1.5);
-    recorder.frame(new TrackedFrame(clocks.read(), clocks.bootNs - 1_600_000_000L, TrackingState.PAUSED, "NONE", pose,
-        Collections.emptyList()), anchors);
+    for (long stamp : new long[] {clocks.bootNs - 1_600_000_000L, clocks.bootNs - 1_700_000_000L}) {
+      recorder.frame(new TrackedFrame(clocks.read(), stamp, TrackingState.PAUSED, "NONE", pose, Collections.emptyList()), anchors);
+    }
     recorder.stop();
     assertEquals(2, rows(recorder, Table.CAMERA).size());
-    assertEquals(Arrays.asList("started,", "frame_clock,boot", "frames_backward,1", "frames_backward,2", "stopped,"),
+    assertEquals(Arrays.asList("started,", "frame_clock,boot", "frames_backward,1", "frames_backward,2", "frames_backward,1",
+        "stopped,"),
         events(recorder));
   }
 
