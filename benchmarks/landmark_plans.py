@@ -15,7 +15,7 @@ import json
 import tarfile
 import tempfile
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,7 +26,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.mapping import strategy_named
-from vislam2tag.planning.floor import FloorDesign, Given, plan_floor
+from vislam2tag.planning.floor import FloorDesign, Given, longest_free_m, plan_floor
 from vislam2tag.planning.places import Places
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.sigma_map import CLASS_M
@@ -58,14 +58,32 @@ BUILDINGS = {
 DRAWS = 1
 """Random sets on each floor."""
 SIGMA_M = 0.02
+MOST_M = 60.0
+"""Walks without a landmark are followed so far."""
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of all frames (n,) of one survey, metres, NaN without a label; how far each is from a landmark (n,)."""
+    """Errors of all frames (n,) of one survey, metres, NaN without a label; how far each is from a landmark (n,).
+
+    ``session`` (n,) is the walk of each.
+    """
 
     error_m: FloatArray
     away_m: FloatArray
+    session: IntArray
+
+    @property
+    def measures(self) -> FloatArray:
+        """(w, 3) mean error, 95th percentile (NaN where nothing is labelled) and share of frames within 0.5 m."""
+        walks = [self.error_m[self.session == number] for number in range(int(self.session.max()) + 1)]
+        labelled = [error[np.isfinite(error)] for error in walks]
+        return np.array(
+            [
+                (some.mean(), np.quantile(some, 0.95), np.mean(error <= NEAR_M)) if len(some) else (np.nan, np.nan, 0.0)
+                for error, some in zip(walks, labelled, strict=True)
+            ]
+        )
 
 
 @dataclass(frozen=True)
@@ -78,6 +96,8 @@ class Task:
     seed: int
     sessions: int
     severity: str
+    longest_m: float
+    """Longest walk without a landmark, as the plan sees it."""
 
 
 def main() -> None:
@@ -99,7 +119,8 @@ def main() -> None:
         for kind, choices in sets.items():
             for choice in choices:
                 with_marks = replace(floor, landmarks=hung(design.places, choice))
-                tasks.append(Task(name, kind, with_marks, seed, options.sessions, options.severity))
+                longest_m = longest(design, choice)
+                tasks.append(Task(name, kind, with_marks, seed, options.sessions, options.severity, longest_m))
     with ProcessPoolExecutor(options.jobs) as pool:
         surveyed = list(pool.map(survey, tasks))
     print_comparison(designs, tasks, surveyed)
@@ -140,6 +161,12 @@ def walkable(floor: Floor) -> SiteFloor:
     space = walkable_space(plan)
     nobody = SiteLandmarks((), np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0))
     return SiteFloor(floor.number, floor.name, plan.extent_m, 0.0, space, corridor_graph(space), nobody)
+
+
+def longest(design: FloorDesign, choice: IntArray) -> float:
+    """Longest walk without one of the landmarks at these places, metres, at most :data:`MOST_M`."""
+    chosen = np.isin(np.arange(len(design.stations.way)), design.places.station[choice])
+    return longest_free_m(design.ways, design.stations, chosen, MOST_M / 2)
 
 
 def nothing_given() -> Given:
@@ -192,7 +219,7 @@ def survey(task: Task) -> Errors:
     parts = [mapped(scenario, number, task.floor) for number in range(len(scenario.sessions))]
     true, error_m = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
     away_m = WalkingDistances(task.floor.space).to_nearest(true, task.floor.landmarks.position)
-    return Errors(error_m, away_m)
+    return Errors(error_m, away_m, np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts]))
 
 
 def mapped(scenario: Scenario, number: int, floor: SiteFloor) -> tuple[FloatArray, FloatArray]:
@@ -222,23 +249,41 @@ def known(floor: SiteFloor) -> Landmarks:
 
 
 def print_comparison(designs: dict[str, FloorDesign], tasks: list[Task], surveyed: list[Errors]) -> None:
-    """Print the errors of each kind of set, building by building and over all."""
-    print("| floor | ways | landmarks | at least | | mean | p95 | frames within 0.5 m |")
-    print("| --- " * 8 + "|")
+    """Print the measures of each kind of set, building by building and over all; then how they differ walk by walk."""
+    print("| floor | ways | landmarks | at least | | longest way without | mean | p95 | frames within 0.5 m |")
+    print("| --- " * 9 + "|")
+    every = list(zip(tasks, surveyed, strict=True))
     for name, design in designs.items():
-        head = f"{design.ways.length_m.sum():.0f} m | {len(design.place)} | {design.cover.bound}"
-        print_rows(name, head, lambda task, name=name: task.building == name, tasks, surveyed)  # type: ignore[misc]
-    print_rows("all", " | | ", lambda _task: True, tasks, surveyed)
+        head = f"{name} | {design.ways.length_m.sum():.0f} m | {len(design.place)} | {design.cover.bound}"
+        print_rows(head, [one for one in every if one[0].building == name])
+    print_rows("all | | | ", every)
+    planned = measures_of(every, "planned")
+    for kind in ("grid", "random"):
+        less = planned - measures_of(every, kind)
+        told = ", ".join(
+            f"{name} {value:+.3f} +- {error:.3f}"
+            for name, value, error in zip(
+                ("mean", "p95", "share within 0.5 m"),
+                np.nanmean(less, axis=0),
+                np.nanstd(less, axis=0) / np.sqrt(len(less)),
+                strict=True,
+            )
+        )
+        print(f"\nplanned less {kind}, {len(less)} walks each: {told}")
 
 
-def print_rows(name: str, head: str, wanted: Callable[[Task], bool], tasks: list[Task], surveyed: list[Errors]) -> None:
-    """One row for each kind of set; means over its surveys."""
+def measures_of(every: list[tuple[Task, Errors]], kind: str) -> FloatArray:
+    """Measures (w, 3) of all walks past one kind of set."""
+    return np.vstack([errors.measures for task, errors in every if task.kind == kind])
+
+
+def print_rows(head: str, every: list[tuple[Task, Errors]]) -> None:
+    """One row for each kind of set; means over its walks, of errors over those that have labels."""
     for kind in ("planned", "grid", "random"):
-        errors = [one.error_m for task, one in zip(tasks, surveyed, strict=True) if wanted(task) and task.kind == kind]
-        mean = np.mean([np.nanmean(error) for error in errors])
-        p95 = np.mean([np.nanquantile(error, 0.95) for error in errors])
-        near = np.mean([np.mean(error <= NEAR_M) for error in errors])
-        print(f"| {name} | {head} | {kind} | {mean:.3f} m | {p95:.3f} m | {near:.1%} |", flush=True)
+        mean, p95, near = np.nanmean(measures_of(every, kind), axis=0)
+        far = max(task.longest_m for task, _ in every if task.kind == kind)
+        longest_m = f"{far:.0f} m" if far < MOST_M else f"> {MOST_M:.0f} m"
+        print(f"| {head} | {kind} | {longest_m} | {mean:.3f} m | {p95:.3f} m | {near:.1%} |", flush=True)
 
 
 def print_classes(designs: dict[str, FloorDesign], surveyed: list[tuple[Task, Errors]]) -> None:
