@@ -173,6 +173,34 @@ def test_hard_text_presses_undone_and_kills(core: Path, ending: str, tmp_path: P
     assert "malformed_lines" not in kinds
 
 
+def test_a_tracker_that_begins_anew_makes_a_new_part(core: Path, tmp_path: Path) -> None:
+    lines = [
+        *HAND_MADE.split("\n")[:9],
+        "camera\t84211000000000\tunavailable\tphone_call",
+        "part\t84212000000000",
+        "camera\t84212000000000\tavailable",
+        "frame\t84212371200456\t61112333500123\tPAUSED\tBAD_STATE\t0\t0\t0\t0\t0\t0\t1",
+        "frame\t84212404200456\t61112366500123\tTRACKING\tNONE\t7\t0\t0\t0\t0\t0\t1",
+        "anchor\t1\tTRACKING\t7\t0\t0\t0\t0\t0\t1",
+        "stop\t84213000000000",
+    ]
+    script = tmp_path / "script.txt"
+    script.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    done = replay(core, script, tmp_path / "survey" / "floor_4" / "LG")
+    assert done.returncode == 0, done.stderr
+    (session,) = sessions_of(tmp_path / "survey").values()
+    assert session.camera.state is not None
+    assert session.camera.state.part.tolist() == [0, 1, 1]
+    assert session.camera.state.tracking.tolist() == [True, False, True]
+    assert session.camera.anchors is not None
+    assert session.camera.anchors.anchor.tolist() == [0, 1]
+    assert session.recording is not None
+    assert session.recording.events["part"] == 1
+    found = {finding.kind: finding.message for finding in session.findings}
+    assert "bad state (1x)" in found["tracking_lost"]
+    assert "tracking_restarted" in found
+
+
 def test_a_script_that_is_wrong_is_told(core: Path, tmp_path: Path) -> None:
     script = tmp_path / "script.txt"
     script.write_text("set\tfloor\t4\nnonsense\n", encoding="utf-8")

@@ -125,6 +125,18 @@ def test_frames_without_any_pose_are_lost_and_held(folder: Path, frames: range) 
     assert {finding.kind for finding in session.findings} == {"tracking_lost"}
 
 
+def test_frames_are_held_within_their_part(folder: Path) -> None:
+    rows = clean_rows()
+    for frame in range(30, FRAMES):
+        line = camera_line(frame) if frame >= 33 else camera_line(frame, "PAUSED", "BAD_STATE")
+        rows["CameraPose.csv"][frame] = line.replace(",boot,0,", ",boot,1,")
+    session = read_rows(folder, rows)
+    assert (session.camera.position_acs[30:33] == session.camera.position_acs[33]).all()
+    assert session.camera.state is not None
+    assert session.camera.state.part.tolist() == [0] * 30 + [1] * 30
+    assert kinds(session) == {("tracking_lost", "CameraPose.csv"): 3, ("tracking_restarted", "CameraPose.csv"): 1}
+
+
 def test_a_tracked_frame_without_pose_is_invalid(folder: Path) -> None:
     rows = clean_rows()
     rows["CameraPose.csv"][3] = camera_line(3, pose=f",1.35,0.0,{IDENTITY}")

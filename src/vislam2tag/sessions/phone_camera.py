@@ -40,11 +40,11 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
 
 
 def _held(rows: pl.DataFrame) -> pl.DataFrame:
-    """Name the pose columns as usual; a frame without tracking gets the last tracked frame's pose, or the next's."""
+    """Name the pose columns as usual; a frame without tracking gets the pose last tracked in its part, or next."""
     rows = unit_poses(rows)
     tracking = pl.col("state") == TRACKING
     pose = pl.col(list(POSE_COLUMNS))
-    held = pl.when(tracking).then(pose).forward_fill().backward_fill()
+    held = pl.when(tracking).then(pose).forward_fill().backward_fill().over("part")
     at_rest = [pl.lit(1.0 if name == "qw" else 0.0).alias(name) for name in POSE_COLUMNS]
     filled = rows.with_columns(pl.when(tracking).then(pose).otherwise(held))
     return filled.with_columns(
