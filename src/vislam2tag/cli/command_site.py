@@ -22,7 +22,7 @@ from vislam2tag.pipeline.site_init import (
     describe_published,
     is_competition_floor,
 )
-from vislam2tag.pipeline.site_show import KINDS, SiteSummary, draw_site, look_at_site
+from vislam2tag.pipeline.site_show import KINDS, SiteSummary, draw_site, look_at_site, title_of
 from vislam2tag.pipeline.site_write import write_published
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChanges, estimated_changes, read_changes
@@ -188,7 +188,7 @@ def _show(
     summary = look_at_site(site, floor or ())
     _print_site(summary)
     if out is not None:
-        draw_site(summary, site.resolve().name, out)
+        draw_site(summary, title_of(site), out)
         typer.echo(f"drawn: {out}")
 
 

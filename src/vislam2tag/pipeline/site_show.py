@@ -15,6 +15,7 @@ from vislam2tag.report.page import write_page
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.site_file import has_site_file, read_site_file
 from vislam2tag.whole_file import whole_file
 
 KINDS = ("png", "pdf", "svg", "html")
@@ -71,6 +72,12 @@ def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
         message = str(error).removeprefix(f"{floor.plan}: ")
         name = str(floor.plan.relative_to(root))
         return None, [Finding(kind="unusable_plan", file=name, count=1, message=message, severity=Severity.WARNING)]
+
+
+def title_of(root: Path) -> str:
+    """What the building is called, else the folder."""
+    named = read_site_file(root).name if has_site_file(root) else ""
+    return named or root.resolve().name
 
 
 def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
