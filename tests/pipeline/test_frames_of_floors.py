@@ -11,14 +11,18 @@ import polars as pl
 import pytest
 from polars.testing import assert_frame_equal
 
+from vislam2tag.pipeline.landmark_survey import ReductionJob, reduce_session
 from vislam2tag.pipeline.rebase_tables import changed_table
 from vislam2tag.pipeline.run import process
 from vislam2tag.pipeline.site_init import describe_published
 from vislam2tag.pipeline.site_write import write_changed_site
+from vislam2tag.sessions import open_survey
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.site_files import SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.tour import Climb
+from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.frame_change import FrameChange, FrameChanges
 from vislam2tag.survey.site_file import Relation, read_site_file, site_file_text
 
@@ -75,3 +79,14 @@ def test_what_is_drawn_elsewhere_lies_there(surveys: tuple[Path, Path]) -> None:
                 assert change @ np.array(before["points"][0]) == pytest.approx(after["points"][0], abs=0.02)
                 drawn += 1
     assert drawn
+
+
+def test_landmarks_are_not_surveyed_across_frames(surveys: tuple[Path, Path]) -> None:
+    errors = []
+    for out in surveys:
+        survey = open_survey(out.parent / "survey")
+        job = ReductionJob(survey.sessions[0], survey.site, Corrections(), Settings())
+        errors.append(reduce_session(job).error)
+    assert errors[0] is None
+    assert errors[1] is not None
+    assert "floors whose frames differ" in errors[1]

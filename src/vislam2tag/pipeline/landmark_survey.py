@@ -26,6 +26,7 @@ from vislam2tag.sessions import corrected_session, open_survey, read_session
 from vislam2tag.sessions.floors_walked import CLIMB_M, considered_landmarks, landmarks_of_session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
+from vislam2tag.survey.frames import changes_from
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 
 
@@ -95,6 +96,8 @@ def _reduced(job: ReductionJob) -> ReducedSession:
     considered = considered_landmarks(job.site, key.floor, log.ids)
     corrected, _ = corrected_landmarks(considered, job.corrections, key, job.settings.default_landmark_sigma_m)
     mine = landmarks_of_session(corrected, key, camera, log)
+    if changes_from(job.site, key.floor) and (mine.landmarks.floor != key.floor).any():
+        raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
     log = log.select([i for i, name in enumerate(log.ids) if name not in mine.elsewhere])
     if camera.usable.sum() < FEWEST_FRAMES:
         raise SessionError(f"{key}: no usable camera frames; vislam2tag inspect says why")
