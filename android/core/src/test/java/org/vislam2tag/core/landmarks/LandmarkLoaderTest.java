@@ -72,7 +72,7 @@ public class LandmarkLoaderTest {
   }
 
   @Test public void whatIsWrongIsRefusedByName() throws IOException {
-    files.put("manifest.csv", "id,file,width_m\n1,a.png,0.2\n1,b.png,0.2\n2,none.png,0.2\n3,../a.png,0.2\n4,a.png,\"0,2\"\n"
+    files.put("manifest.csv", "id,file,width_m\n1,a.png,0.2\n1,b.png,0.2\n2,none.png,0.2\n3,../a.png,0.2\n3a,sub/a.png,0.2\n3b,sub\\a.png,0.2\n4,a.png,\"0,2\"\n"
         + "5,a.png,-1\n6,a.png,20\n7,a.png,NaN\n,a.png,0.2\n8,plain.png,0.2\n9,small.png,0.2\n10,text.png,0.2\n11,half.png,0.2\n12\n");
     files.put("a.png", "g");
     files.put("b.png", "g");
@@ -80,7 +80,7 @@ public class LandmarkLoaderTest {
     files.put("small.png", "s");
     files.put("text.png", "t");
     files.put("half.png", "e");
-    assertEquals("1=a.png@0.2 3:BAD_LINE 4:BAD_LINE 5:BAD_LINE 6:BAD_LINE 7:BAD_LINE row 9:BAD_LINE 12:BAD_LINE "
+    assertEquals("1=a.png@0.2 3:BAD_LINE 3a:BAD_LINE 3b:BAD_LINE 4:BAD_LINE 5:BAD_LINE 6:BAD_LINE 7:BAD_LINE row 11:BAD_LINE 12:BAD_LINE "
         + "1:DUPLICATE_ID 2:NO_FILE 8:TOO_PLAIN 9:TOO_SMALL 10:UNREADABLE 11:UNREADABLE", words(load()));
   }
 
