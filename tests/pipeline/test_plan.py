@@ -111,3 +111,17 @@ def test_a_fixed_landmark_outside_is_told_by_name(tmp_path: Path) -> None:
     (root / "floor_1" / "marker_dict.csv").write_text("id,x,y\n4,15.0,8.0\n")
     with pytest.raises(SurveyError, match=r"floor 1: landmark 4 at \(15.00, 8.00\) lies more than 1 m outside"):
         write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest())
+
+
+def test_a_site_without_floor_folders_gets_them_with_its_landmarks(tmp_path: Path) -> None:
+    layout = write_ring_site(tmp_path / "layout")
+    root = tmp_path / "site"
+    root.mkdir()
+    (layout / "floor_1" / "floorplan.png").rename(root / "first.png")
+    (root / "site.toml").write_text(
+        '[[floors]]\nnumber = 1\n[floors.plan]\nfile = "first.png"\n'
+        "[floors.plan.extent]\nwidth_m = 30.0\nheight_m = 16.0\n"
+    )
+    settings = SETTINGS.model_copy(update={"further": 0})
+    found = write_plans(root, tmp_path / "plan", settings, PlanRequest(write=True))
+    assert read_site(root)[0].landmarks.ids == tuple(landmark.id for landmark in found.landmarks)

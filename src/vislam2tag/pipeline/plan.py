@@ -147,7 +147,7 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
 
     Raises OutputError where one cannot be read or written.
     """
-    folders, _ = floor_folders(site_folder)
+    folders = _floor_folders(site_folder)
     for floor in result.floors:
         if not floor.landmarks:
             continue
@@ -160,3 +160,11 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         with whole_file(path) as partial:
             text = with_landmarks(before, floor.landmarks)
             partial.write_bytes(text.encode("utf-8", errors="surrogateescape"))
+
+
+def _floor_folders(site_folder: Path) -> dict[int, Path]:
+    """The folders of the floors; a site that site.toml describes may have none yet."""
+    try:
+        return floor_folders(site_folder)[0]
+    except SurveyError:
+        return {}
