@@ -44,9 +44,8 @@ _CHOSEN_WITH = 1000
 """Most scans that the choice looks at."""
 _CHOICE_FOLDS = 3
 _DEALT = 5
-_RADIUS_FOLDS, _NETWORK_FOLDS = 3, 2
-"""Walks, phones and areas are dealt to so many folds; radii are fitted to some of them, to fewer where networks have to
-be trained for each."""
+_AREA_FOLDS = 3
+"""Walks, phones and areas are dealt to so many folds; of those of areas, so many are left out in turn."""
 _MANY_PHONES = 5
 _HALVES = (1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
 """Tried, in median novelties of scans from areas that were left out."""
@@ -99,7 +98,7 @@ class CellDensity(Positioner):
         walks, areas = _phones_or_walks(scans, places, self.seed), _areas(places, self.seed)
         familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks, networks=1))
         self._tell(0.85)
-        strange = list(self._left_out(scans, places, areas, networks=0))
+        strange = list(self._left_out(scans, places, islice(areas, _AREA_FOLDS), networks=0))
         self.half_ = _half(familiar, strange)
         self.radii_ = fitted_novelty_radii(_joined(familiar, self.half_), _joined(strange, self.half_))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
@@ -137,7 +136,7 @@ class CellDensity(Positioner):
     def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[Tried]:
         """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
         setup = self._setup(networks)
-        for learn, left in islice(masks, _NETWORK_FOLDS if setup.networks else _RADIUS_FOLDS):
+        for learn, left in masks:
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
     def _predict(self, scans: RadioScans) -> Positions:
