@@ -44,6 +44,8 @@ public class UploadTest {
   private final Deque<String> instead = new ArrayDeque<>();
   /** The computer breaks the connection after so many bytes of a body, once. */
   private int breaksAfter = Integer.MAX_VALUE;
+  /** And after so many bytes of every request. */
+  private int breaksEvery = Integer.MAX_VALUE;
   private HttpServer computer;
   private File zip;
 
@@ -81,8 +83,12 @@ public class UploadTest {
 
   private boolean take(InputStream body) throws IOException {
     byte[] buffer = new byte[10_000];
+    int end = breaksEvery == Integer.MAX_VALUE ? breaksEvery : kept.size() + breaksEvery;
     for (int n = body.read(buffer); n >= 0; n = body.read(buffer)) {
       kept.write(buffer, 0, n);
+      if (kept.size() >= end) {
+        return false;
+      }
       if (kept.size() >= breaksAfter) {
         breaksAfter = Integer.MAX_VALUE;
         return false;
@@ -143,6 +149,13 @@ public class UploadTest {
     assertArrayEquals(zipBytes, kept.toByteArray());
     assertEquals(Arrays.asList(1000L), pauses);
     assertEquals("GET", requests.get(2));
+  }
+
+  @Test public void aBadConnectionOnlyTakesLonger() throws Exception {
+    breaksEvery = 900_000;
+    upload((bytes, ofBytes) -> true);
+    assertArrayEquals(zipBytes, kept.toByteArray());
+    assertTrue(pauses.size() + " breaks", pauses.size() > Upload.TRIES);
   }
 
   @Test public void itGoesOnFromWhereTheComputerSays() throws Exception {
