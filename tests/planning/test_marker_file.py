@@ -51,6 +51,12 @@ def test_what_was_there_stays_to_the_letter_and_the_new_ones_are_read_back(befor
         assert found.covariance_bcs[0, 0, 0] in (pytest.approx(0.02**2), pytest.approx(0.01**2))
 
 
+def test_sheets_of_the_site_are_those_planned() -> None:
+    text = with_landmarks("id,x,y,sheet\n1,4.0,5.0,A3\n", NEW[:1])
+    assert text.splitlines()[0].endswith("heading_sigma_rad,width_m")
+    assert text.splitlines()[2] == "7,1.25,2.5,A4,1.4,0.1,0.5,0.05,0.19"
+
+
 def test_adding_twice_is_adding_both() -> None:
     once = with_landmarks("id,x,y\n1,4.0,5.0\n", NEW[:1])
     assert with_landmarks(once, NEW[1:]) == with_landmarks("id,x,y\n1,4.0,5.0\n", NEW)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from vislam2tag.planning.records import PlannedLandmark
 
-COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_rad")
+COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_rad", "sheet", "width_m")
 PLANNED_SIGMA_M = 0.1
 """Who hangs a sheet where the plan says is off by so much, per axis, until it is surveyed."""
 PLANNED_HEADING_SIGMA_RAD = 0.05
@@ -44,5 +44,7 @@ def _row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:
         "sigma_m": PLANNED_SIGMA_M,
         "heading_rad": landmark.heading_rad,
         "heading_sigma_rad": PLANNED_HEADING_SIGMA_RAD,
+        "sheet": landmark.sheet,
+        "width_m": landmark.width_m,
     }
     return [landmark.id, *(str(values.get(name, "")) for name in names[1:])]
