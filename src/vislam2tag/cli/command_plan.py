@@ -13,6 +13,7 @@ from rich.table import Table
 from vislam2tag.cli.options import INTERRUPTED, Floors, wrong_values_told
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.errors import UsageError
 from vislam2tag.pipeline.plan import LANDMARKS_FILE, PAGE_FILE, SUMMARY_FILE, PlanRequest, write_plans
 from vislam2tag.planning.floor import STEPS
 from vislam2tag.planning.records import FloorSummary, PlanSummary
@@ -83,6 +84,8 @@ def _plan(
         bool, typer.Option("--write", help="Also add the new landmarks to the site's marker_dict.csv files.")
     ] = False,
 ) -> None:
+    if not all(10 <= angle <= 170 for angle in view):
+        raise UsageError(f"--view {view[0]:g} {view[1]:g}: angles of view lie between 10 and 170 degrees")
     with wrong_values_told():
         camera = CameraSettings(
             field_of_view_rad=(round(math.radians(view[0]), 4), round(math.radians(view[1]), 4)), nearest_m=nearest

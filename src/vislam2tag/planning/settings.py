@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from math import sqrt, tan
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from vislam2tag.survey.sheet_size import SHEET_SIZES, SheetSize
+
+
+Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 
 
 class _Frozen(BaseModel):
@@ -16,7 +20,7 @@ class _Frozen(BaseModel):
 class CameraSettings(_Frozen):
     """What a phone's camera sees, and how near the phone comes to a wall."""
 
-    field_of_view_rad: tuple[float, float] = (1.169, 0.925)
+    field_of_view_rad: tuple[Angle, Angle] = (1.169, 0.925)
     """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
     filled: float = Field(default=0.25, gt=0, le=1)
     """A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
