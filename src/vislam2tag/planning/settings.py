@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from vislam2tag.survey.sheet_size import SHEET_SIZES, SheetSize
 
-
 Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 
 
