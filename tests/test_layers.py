@@ -11,7 +11,7 @@ import vislam2tag
 
 ROOT = Path(vislam2tag.__file__).parent
 LAYERS = (
-    ("errors", "findings", "settings", "whole_file", "whole_folder"),
+    ("csv_rows", "errors", "findings", "settings", "whole_file", "whole_folder"),
     ("core",),
     ("survey",),
     ("walkable",),

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.evaluation.evaluation_record import DenseRow, Figure, Row, SessionEvaluation
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.table_text import latex_escaped, lines_csv
+from vislam2tag.evaluation.table_text import latex_escaped
 
 _ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -30,7 +31,7 @@ def rows_csv(rows: Sequence[Row]) -> str:
     """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
     names = ("labelled", *FIGURES, *DIRECTED)
     head = (*_ROW_KEYS, *(f"{name}{end}" for name in names for end in ("", "_low", "_high")))
-    return lines_csv(head, ((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows))
+    return csv_rows((head, *((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows)))
 
 
 def _bounds(row: Row, names: Sequence[str]) -> list[float | None]:
@@ -52,13 +53,13 @@ def sessions_csv(sessions: Sequence[SessionEvaluation]) -> str:
         if not session.measured:
             empty = (None,) * (4 + len(_WALK_FIGURES))
             lines.append((*own, *empty, session.error or "; ".join(session.missing)))
-    return lines_csv(head, lines)
+    return csv_rows((head, *lines))
 
 
 def dense_csv(rows: Sequence[DenseRow]) -> str:
     """One line for each strategy and distance, way or speed."""
     names = tuple(DenseRow.model_fields)
-    return lines_csv(names, (tuple(getattr(row, name) for name in names) for row in rows))
+    return csv_rows((names, *(tuple(getattr(row, name) for name in names) for row in rows)))
 
 
 def latex_text(rows: Sequence[Row]) -> str:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.evaluation.paper import PaperWalk
 from vislam2tag.evaluation.tables import PUBLISHED, Cell, PaperTable
 
@@ -15,31 +14,27 @@ NONE = "-"
 
 def csv_text(table: PaperTable) -> str:
     """One line for each cell: ``trajectories,metric,strategy,walks,here_m,paper_m``; empty where there is no figure."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(("trajectories", "metric", "strategy", "walks", "here_m", "paper_m"))
+    rows: list[Sequence[object]] = [("trajectories", "metric", "strategy", "walks", "here_m", "paper_m")]
     for row in table.rows:
         for cell in row.cells:
             here = "" if math.isnan(cell.here_m) else f"{cell.here_m:.4f}"
             paper = "" if cell.paper_m is None else f"{cell.paper_m:.2f}"
-            writer.writerow((row.selection, row.metric, cell.strategy, cell.walks, here, paper))
-    return buffer.getvalue()
+            rows.append((row.selection, row.metric, cell.strategy, cell.walks, here, paper))
+    return csv_rows(rows)
 
 
 def walks_csv(walks: Sequence[PaperWalk]) -> str:
     """One line for each walk and strategy; ``error_m`` is empty where the strategy labels nothing."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
     head = ("floor", "device", "session", "truth", "faulty", "movement_m", "strategy", "points", "labelled", "error_m")
-    writer.writerow(head)
+    rows: list[Sequence[object]] = [head]
     for walk in walks:
         means = walk.errors.error_m
         for name, points in walk.counted.items():
             key = (walk.key.floor, walk.key.device, walk.key.session, points.kind, walk.faulty)
             error = "" if math.isnan(means[name]) else f"{means[name]:.4f}"
             counts = (len(points), int(points.labelled.sum()))
-            writer.writerow((*key, f"{walk.movement_m:.4f}", name, *counts, error))
-    return buffer.getvalue()
+            rows.append((*key, f"{walk.movement_m:.4f}", name, *counts, error))
+    return csv_rows(rows)
 
 
 def markdown_text(table: PaperTable, names: Mapping[str, str]) -> str:
@@ -105,12 +100,3 @@ def _walks(cells: tuple[Cell, ...]) -> str:
 def latex_escaped(text: str) -> str:
     """Write text so that LaTeX prints it as it stands."""
     return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)
-
-
-def lines_csv(head: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
-    """Write a header and lines as CSV text."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(lines)
-    return buffer.getvalue()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from contextlib import ExitStack
 from pathlib import Path
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.errors import OutputError
 from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey
 from vislam2tag.whole_file import whole_file
@@ -49,11 +48,7 @@ def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = Non
 
 def completed_text(survey: LandmarkSurvey) -> str:
     """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(COLUMNS)
-    rows.writerows(_fields(row) for row in survey.landmarks)
-    return text.getvalue()
+    return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
 
 
 def _fields(row: LandmarkRow) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vislam2tag.core.similarity import Similarity2
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.errors import SurveyError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.survey.changed_files import changed_landmarks_text, changed_points_text
@@ -17,7 +18,6 @@ from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.draw import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
-from vislam2tag.survey.site_table import rows_text
 from vislam2tag.whole_folder import whole_folder
 
 _WRITTEN = re.compile(
@@ -75,7 +75,7 @@ def _dimensions(floors: Iterable[Floor]) -> str:
         if floor.width_m is not None:
             elevation = "" if floor.elevation_m is None else repr(floor.elevation_m)
             rows.append((floor.number, repr(floor.width_m), repr(floor.height_m), elevation, floor.name))
-    return rows_text(rows)
+    return csv_rows(rows)
 
 
 def _write_plan(floor: Floor, own: Path) -> list[Finding]:

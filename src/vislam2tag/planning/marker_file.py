@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.planning.records import PlannedLandmark
 
 COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_rad", "sheet", "width_m")
@@ -29,10 +29,8 @@ def with_landmarks(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
     lines = [",".join((first, *missing))]
     if rest.strip("\r\n"):
         lines.append(rest.rstrip("\r\n"))
-    written = io.StringIO()
-    rows = csv.writer(written, lineterminator=newline)
-    rows.writerows(_row(landmark, (*names, *missing)) for landmark in landmarks)
-    return newline.join((*lines, written.getvalue()))
+    rows = (_row(landmark, (*names, *missing)) for landmark in landmarks)
+    return newline.join((*lines, csv_rows(rows, newline)))
 
 
 def _row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.prediction import mean_error_m
 from vislam2tag.planning.refine import NARROW_M
@@ -234,12 +233,10 @@ def _metres(value: float, digits: int = 3) -> float:
 
 def landmarks_text(landmarks: Iterable[PlannedLandmark]) -> str:
     """``landmarks.csv``."""
-    text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(COLUMNS)
-    for one in landmarks:
-        rows.writerow((one.id, one.floor, one.x_m, one.y_m, one.z_m, one.heading_rad, one.sheet, one.width_m))
-    return text.getvalue()
+    rows = (
+        (one.id, one.floor, one.x_m, one.y_m, one.z_m, one.heading_rad, one.sheet, one.width_m) for one in landmarks
+    )
+    return csv_rows((COLUMNS, *rows))
 
 
 def new_ids(count: int, first: int, taken: Iterable[str]) -> list[str]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.evaluation.evaluation_record import Figure
-from vislam2tag.evaluation.table_text import latex_escaped, lines_csv
+from vislam2tag.evaluation.table_text import latex_escaped
 from vislam2tag.positioning.benchmark_record import BenchmarkRow, ModelTime
 from vislam2tag.positioning.benchmark_rows import ALL, FIGURES, SHARES
 
@@ -31,7 +32,7 @@ def rows_csv(rows: Sequence[BenchmarkRow]) -> str:
     """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
     keys = ("split", "fold", "model", "runs", "test_scans")
     head = (*keys, *(f"{name}{end}" for name in FIGURES for end in ("", "_low", "_high")))
-    return lines_csv(head, ((*(getattr(row, key) for key in keys), *_bounds(row)) for row in rows))
+    return csv_rows((head, *((*(getattr(row, key) for key in keys), *_bounds(row)) for row in rows)))
 
 
 def _bounds(row: BenchmarkRow) -> list[float | None]:
@@ -42,7 +43,7 @@ def _bounds(row: BenchmarkRow) -> list[float | None]:
 def times_csv(times: Sequence[ModelTime]) -> str:
     """One line a model: seconds to train, milliseconds to predict a scan, both as multiples of the reference's."""
     names = tuple(ModelTime.model_fields)
-    return lines_csv(names, ([_rounded(getattr(time, name)) for name in names] for time in times))
+    return csv_rows((names, *([_rounded(getattr(time, name)) for name in names] for time in times)))
 
 
 def _rounded(value: str | float | None) -> str | float | None:

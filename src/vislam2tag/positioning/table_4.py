@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.evaluation.table_text import latex_escaped
 from vislam2tag.positioning.benchmark_record import BenchmarkRow
 from vislam2tag.positioning.benchmark_rows import ALL
@@ -65,13 +64,11 @@ class Table4:
         return {"csv": self._csv(), "tex": self._latex(), "md": self._markdown()}
 
     def _csv(self) -> str:
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(("test", "model", *_COLUMNS, *(f"paper_{name}" for name in _COLUMNS)))
+        rows = [("test", "model", *_COLUMNS, *(f"paper_{name}" for name in _COLUMNS))]
         for row in self.rows:
             numbers = ("" if value is None else f"{value:.10g}" for value in (*row.here, *row.paper))
-            writer.writerow((row.test, row.model, *numbers))
-        return buffer.getvalue()
+            rows.append((row.test, row.model, *numbers))
+        return csv_rows(rows)
 
     def _markdown(self) -> str:
         lines = [

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.errors import OutputError, SurveyError
 from vislam2tag.registration.record import RegisteredPoint
 from vislam2tag.survey.ids import landmark_id
@@ -53,7 +52,7 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
             row[header.index("floor")] = str(floor)
         _fill(row, header, one)
         rows.append(row)
-    return _csv([header, *rows])
+    return csv_rows([header, *rows])
 
 
 def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoint], *, replace: bool) -> str:
@@ -81,7 +80,7 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
                 "the registered one in its place"
             )
         rows[number] = cells
-    return _csv(rows)
+    return csv_rows(rows)
 
 
 def _table(root: Path, path: Path) -> SiteTable:
@@ -128,9 +127,3 @@ def _fill(row: list[str], header: Sequence[str], one: RegisteredPoint) -> None:
     for column, text in _cells(one).items():
         if text:
             row[header.index(column)] = text
-
-
-def _csv(rows: Sequence[Sequence[str]]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from PIL import Image
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vislam2tag import __version__
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.errors import SurveyError, UsageError
 from vislam2tag.findings import Finding, Severity
 from vislam2tag.sheets.asked import Asked
@@ -175,10 +175,8 @@ def _page(number: int, sheet: Sheet) -> PageRecord:
 
 def _write_manifest(path: Path, images: Sequence[ImageRecord]) -> None:
     """Write what a phone loads: ``id,file,width_m``, one row an image, UTF-8, quoted as RFC 4180 says."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(("id", "file", "width_m"))
-        rows.writerows((image.landmark, Path(image.file).name, f"{image.width_m:g}") for image in images)
+    rows = ((image.landmark, Path(image.file).name, f"{image.width_m:g}") for image in images)
+    path.write_text(csv_rows((("id", "file", "width_m"), *rows)), encoding="utf-8", newline="")
 
 
 def _notes(sheets: Sequence[Sheet], images: Sequence[LandmarkImage]) -> list[Finding]:

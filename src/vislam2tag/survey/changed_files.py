@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.errors import SurveyError
 from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.ids import landmark_id
-from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table, rows_text
+from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
 
 
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
@@ -31,7 +32,7 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
         for column, text in _changed(table.header, row, change, f"{path}:{line}").items():
             row[table.header.index(column)] = text
         rows.append(row)
-    return rows_text(rows)
+    return csv_rows(rows)
 
 
 def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
@@ -42,7 +43,7 @@ def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
         if x is None or y is None:
             raise SurveyError(f"{path}:{line}: expected x,y in metres; correct it")
         rows.append([*_moved(x, y, change), *fields[2:]])
-    return rows_text(rows)
+    return csv_rows(rows)
 
 
 def _table(root: Path, path: Path, *, has_header: bool) -> SiteTable:

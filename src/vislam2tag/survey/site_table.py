@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,13 +39,6 @@ def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteT
     rows = tuple((number, _fields(line)) for number, line in lines if line.strip())
     header = tuple(name.lower() for name in rows[0][1]) if has_header and rows else ()
     return SiteTable(str(path.relative_to(root)), header, rows[1:] if has_header else rows)
-
-
-def rows_text(rows: Iterable[Sequence[object]]) -> str:
-    """Write rows as comma-separated text, as site files are."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
 
 
 def unreadable_file(file: str, error: OSError, consequence: str) -> Finding:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from vislam2tag.csv_rows import csv_rows
 from vislam2tag.dataset.measures.statistics_record import Walks
 from vislam2tag.evaluation.table_text import latex_escaped
 
@@ -61,14 +60,12 @@ class Table3:
 
 def csv_text(table: Table3) -> str:
     """One line for each device; empty where there is no number."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
     paper = [f"paper_{name}" for name in _COLUMNS] if table.beside_paper else []
-    writer.writerow(("device", *_COLUMNS, *paper))
+    rows = [("device", *_COLUMNS, *paper)]
     for device, numbers in table.rows:
         beside = PAPER.get(device, (None,) * len(_COLUMNS)) if table.beside_paper else ()
-        writer.writerow((device, *("" if number is None else f"{number:.10g}" for number in (*numbers, *beside))))
-    return buffer.getvalue()
+        rows.append((device, *("" if number is None else f"{number:.10g}" for number in (*numbers, *beside))))
+    return csv_rows(rows)
 
 
 def markdown_text(table: Table3) -> str:
