@@ -27,6 +27,16 @@ def test_cells_hold_what_their_walks_expect_and_nothing_lies_in_walls() -> None:
     assert found.sigma_m[tuple(side)] == pytest.approx(np.sqrt(0.06), rel=0.05)
 
 
+def test_all_that_can_be_walked_has_a_value_however_far_from_a_walk() -> None:
+    space, _ = ring()
+    short = Expected(np.array([(1.0, 1.0)]), np.eye(2)[None] * 0.04)
+    found = sigma_map(space, [short])
+    cells = np.argwhere(np.ones(found.grid.shape, dtype=np.bool_))
+    walkable = (space.clearance_at(found.grid.centres_m(cells)) > 0.2).reshape(found.grid.shape)
+    assert walkable.any()
+    assert found.sigma_m[walkable] == pytest.approx(0.2)
+
+
 def test_without_walks_nothing_is_expected() -> None:
     space, _ = ring()
     assert np.isnan(sigma_map(space, []).sigma_m).all()

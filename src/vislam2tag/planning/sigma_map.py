@@ -17,8 +17,6 @@ from vislam2tag.walkable.walking import WalkingDistances
 
 CELL_M = 0.25
 """Side of a cell of the map."""
-FILL_M = 8.0
-"""Cells no farther than this from a walk, around walls, take the values of those that were walked."""
 CLASS_M = 5.0
 """Width of a class of distances to the nearest landmark."""
 
@@ -45,8 +43,8 @@ class DistanceClass:
 
 
 def sigma_map(space: WalkableSpace, expected: Sequence[Expected]) -> SigmaMap:
-    """Gather the variances of all walks in cells; what lies beside a walk takes its neighbours' values, not through
-    walls.
+    """Gather the variances of all walks in cells. What lies beside the walks takes its neighbours' values, not through
+    walls: the inner end of a deep room has the value of the place from which one goes there.
     """
     left, right, low, high = space.area.grid.extent_m
     grid = CellGrid((left, low), CELL_M, int(np.ceil((high - low) / CELL_M)), int(np.ceil((right - left) / CELL_M)))
@@ -58,18 +56,19 @@ def sigma_map(space: WalkableSpace, expected: Sequence[Expected]) -> SigmaMap:
     cells = np.argwhere(np.ones(grid.shape, dtype=np.bool_))
     walkable = (space.clearance_at(grid.centres_m(cells)) > CELL_M / 2).reshape(grid.shape)
     variance = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    for _ in range(round(FILL_M / CELL_M)):
-        variance = _grown(variance, walkable)
-    return SigmaMap(grid, np.sqrt(variance))
+    return SigmaMap(grid, np.sqrt(_filled(variance, walkable)))
 
 
-def _grown(values: FloatArray, allowed: BoolArray) -> FloatArray:
-    """Give allowed cells without a value the mean of their neighbours that have one."""
-    known = np.isfinite(values)
-    sums = uniform_filter(np.where(known, values, 0.0), 3, mode="constant")
-    weight = uniform_filter(known.astype(np.float64), 3, mode="constant")
-    reached = allowed & ~known & (weight > 1e-6)
-    return np.where(reached, sums / np.maximum(weight, 1e-9), values)
+def _filled(values: FloatArray, allowed: BoolArray) -> FloatArray:
+    """Give allowed cells without a value, ring after ring, the mean of their neighbours that have one."""
+    while True:
+        known = np.isfinite(values)
+        weight = uniform_filter(known.astype(np.float64), 3, mode="constant")
+        reached = allowed & ~known & (weight > 1e-6)
+        if not reached.any():
+            return values
+        sums = uniform_filter(np.where(known, values, 0.0), 3, mode="constant")
+        values = np.where(reached, sums / np.maximum(weight, 1e-9), values)
 
 
 def distance_classes(space: WalkableSpace, landmarks: FloatArray, expected: Sequence[Expected]) -> list[DistanceClass]:
