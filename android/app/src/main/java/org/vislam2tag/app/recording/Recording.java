@@ -65,11 +65,15 @@ public final class Recording implements CameraView.Host {
     cameraOn = false;
   }
 
-  /** Ends the session and all that feeds it. */
-  public SessionEnd stop() {
+  /** Ends all that feeds the session; on the thread that started it. */
+  void stopFeeds() {
     for (Feed feed : feeds) {
       feed.stop();
     }
+  }
+
+  /** Ends the session. Waits for the disk. */
+  SessionEnd stop() {
     SessionEnd end = recorder.stop();
     ticker.close();
     return end;

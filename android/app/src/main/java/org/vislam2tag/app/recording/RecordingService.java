@@ -1,5 +1,6 @@
 package org.vislam2tag.app.recording;
 
+import android.Manifest;
 import android.app.Notification;
 import android.app.NotificationChannel;
 import android.app.NotificationManager;
@@ -25,6 +26,7 @@ import android.os.Vibrator;
 import java.io.File;
 import java.io.IOException;
 import java.util.Arrays;
+import java.util.List;
 import org.vislam2tag.app.R;
 import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.app.sensing.BleLog;
@@ -37,6 +39,8 @@ import org.vislam2tag.core.session.RecorderListener;
 import org.vislam2tag.core.session.RecorderSettings;
 import org.vislam2tag.core.session.SessionDescription;
 import org.vislam2tag.core.session.SessionEnd;
+import org.vislam2tag.core.session.SessionStore;
+import org.vislam2tag.core.session.StoredSession;
 import org.vislam2tag.core.table.FileSink;
 import org.vislam2tag.core.walk.Warning;
 
@@ -64,7 +68,7 @@ public final class RecordingService extends Service implements RecorderListener 
       RecordingService.this.start(plan);
     }
 
-    /** Stops it. */
+    /** Stops it; {@link #recording} becomes null, and {@link #lastEnd} known, once all is on the disk. */
     public void stop() {
       RecordingService.this.stop();
     }
@@ -75,10 +79,15 @@ public final class RecordingService extends Service implements RecorderListener 
     }
   }
 
+  /** Held while a session begins or those killed are looked for, which are known by not having ended. */
+  private static final Object STORE = new Object();
+  private static File open;
+
   private final PhoneClocks clocks = new PhoneClocks();
   private volatile Recording recording;
   private volatile SessionEnd lastEnd;
   private PowerManager.WakeLock awake;
+  private boolean stopping;
 
   /** Where the sessions are kept: the app's own folder on the phone, which a cable reaches too. */
   public static File sessions(Context context) {
@@ -86,6 +95,20 @@ public final class RecordingService extends Service implements RecorderListener 
     File folder = new File(external == null ? context.getFilesDir() : external, "sessions");
     folder.mkdirs();
     return folder;
+  }
+
+  /**
+   * The sessions on the phone but for the one being recorded; those that were killed are finished first. Not for the main
+   * thread.
+   *
+   * @throws IOException if one that was killed cannot be finished
+   */
+  public static List<StoredSession> endedSessions(Context context) throws IOException {
+    SessionStore store = new SessionStore(sessions(context));
+    synchronized (STORE) {
+      store.recover(open);
+      return store.list(open);
+    }
   }
 
   @Override public IBinder onBind(Intent intent) {
@@ -114,30 +137,51 @@ public final class RecordingService extends Service implements RecorderListener 
 
   private void start(Plan plan) throws IOException {
     SensorLog sensors = new SensorLog((SensorManager) getSystemService(SENSOR_SERVICE), plan.sensorRateHz);
-    Recorder recorder = Recorder.start(
-        new Recorder.Setup(clocks, RecorderSettings.usual(), this, FileSink::new, null),
-        description(plan, sensors), sessions(this));
+    Recorder recorder = begin(description(plan, sensors));
     CrashGuard.guard(recorder);
     goForeground();
     BluetoothManager bluetooth = (BluetoothManager) getSystemService(BLUETOOTH_SERVICE);
-    BleLog ble = new BleLog(bluetooth == null ? null : bluetooth.getAdapter());
+    Handler handler = new Handler(Looper.getMainLooper());
+    BleLog ble = new BleLog(bluetooth == null ? null : bluetooth.getAdapter(), handler);
     WifiManager wifi = (WifiManager) getApplicationContext().getSystemService(WIFI_SERVICE);
     for (String event : plan.eventsAtStart) {
       recorder.event(event, "");
     }
-    Handler handler = new Handler(Looper.getMainLooper());
     recording = new Recording(recorder, plan.landmarks, Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks), ble,
         new Calls((AudioManager) getSystemService(AUDIO_SERVICE), handler),
         new Surroundings(this, ble, (LocationManager) getSystemService(LOCATION_SERVICE))));
   }
 
+  private Recorder begin(SessionDescription description) throws IOException {
+    synchronized (STORE) {
+      Recorder recorder = Recorder.start(
+          new Recorder.Setup(clocks, RecorderSettings.usual(), this, FileSink::new, null), description, sessions(this));
+      open = recorder.folder();
+      return recorder;
+    }
+  }
+
   private void stop() {
     Recording running = recording;
-    if (running == null) {
+    if (running == null || stopping) {
       return;
     }
+    stopping = true;
+    running.stopFeeds();
+    new Thread(() -> close(running), "stop").start(); // waits for the disk
+  }
+
+  private void close(Recording running) {
+    lastEnd = running.stop();
+    synchronized (STORE) {
+      open = null;
+    }
+    new Handler(Looper.getMainLooper()).post(this::stopped);
+  }
+
+  private void stopped() {
     recording = null;
-    running.stop();
+    stopping = false;
     CrashGuard.release();
     if (awake != null && awake.isHeld()) {
       awake.release();
@@ -163,6 +207,17 @@ public final class RecordingService extends Service implements RecorderListener 
     }
   }
 
+  /** From Android 14 on a service that says location without the permission is ended at once. */
+  static int foregroundType(boolean locationAllowed) {
+    return ServiceInfo.FOREGROUND_SERVICE_TYPE_CONNECTED_DEVICE
+        | (locationAllowed ? ServiceInfo.FOREGROUND_SERVICE_TYPE_LOCATION : 0);
+  }
+
+  private boolean locationAllowed() {
+    return checkSelfPermission(Manifest.permission.ACCESS_FINE_LOCATION) == PackageManager.PERMISSION_GRANTED
+        || checkSelfPermission(Manifest.permission.ACCESS_COARSE_LOCATION) == PackageManager.PERMISSION_GRANTED;
+  }
+
   private void goForeground() {
     startForegroundService(new Intent(this, RecordingService.class));
     NotificationManager notifications = (NotificationManager) getSystemService(NOTIFICATION_SERVICE);
@@ -173,7 +228,7 @@ public final class RecordingService extends Service implements RecorderListener 
     Notification notification = new Notification.Builder(this, CHANNEL).setContentTitle(getString(R.string.recording_notice))
         .setSmallIcon(R.drawable.ic_recording).setContentIntent(open).setOngoing(true).build();
     if (Build.VERSION.SDK_INT >= Build.VERSION_CODES.Q) {
-      startForeground(NOTIFICATION, notification, ServiceInfo.FOREGROUND_SERVICE_TYPE_LOCATION);
+      startForeground(NOTIFICATION, notification, foregroundType(locationAllowed()));
     } else {
       startForeground(NOTIFICATION, notification);
     }

@@ -58,8 +58,9 @@ public class RecordingTest {
     Counting feed = new Counting();
     Recording recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.singletonList(feed));
     assertEquals(1, feed.begun);
-    assertEquals(EndState.STOPPED, recording.stop().state);
+    recording.stopFeeds();
     assertEquals(1, feed.ended);
+    assertEquals(EndState.STOPPED, recording.stop().state);
     assertTrue(recording.recorder().isEnded());
   }
 
@@ -69,6 +70,11 @@ public class RecordingTest {
     Recorded recorded = new Recorded(folder.newFolder());
     new Recording(recorded.recorder, LandmarkImages.load(new DiskFolder(images), 0.2f), Collections.emptyList()).stop();
     assertTrue(recorded.events().toString(), recorded.events().contains("landmark_refused,7 no_file: gone.png"));
+  }
+
+  @Test public void theServiceSaysLocationOnlyWhereItIsAllowed() {
+    assertEquals(0x10, RecordingService.foregroundType(false));
+    assertEquals(0x18, RecordingService.foregroundType(true));
   }
 
   private LandmarkImages none() throws Exception {
