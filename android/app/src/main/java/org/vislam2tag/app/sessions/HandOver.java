@@ -6,6 +6,7 @@ import android.net.Network;
 import android.net.NetworkCapabilities;
 import java.io.File;
 import java.io.IOException;
+import java.nio.file.Files;
 import javax.net.SocketFactory;
 import org.vislam2tag.core.handover.Receiver;
 import org.vislam2tag.core.handover.SessionZip;
@@ -21,13 +22,29 @@ final class HandOver {
     this.context = context;
   }
 
-  /** The session's zip; one that was packed before is taken again, as a session that ended does not change. */
+  /** The session's zip; one that was packed before is taken again where the session is not newer. */
   File pack(StoredSession session, SessionZip.Progress progress) throws IOException {
     File zip = new File(SessionZipProvider.folder(context), session.folder.getName() + ".zip");
-    if (!zip.isFile()) {
+    if (!isCurrent(zip, session.folder)) {
       SessionZip.pack(session.folder, zip, progress);
     }
     return zip;
+  }
+
+  /** Deletes the zip of a session that is deleted. */
+  void forget(StoredSession session) throws IOException {
+    Files.deleteIfExists(new File(SessionZipProvider.folder(context), session.folder.getName() + ".zip").toPath());
+  }
+
+  /** A session that was killed is finished later, and changes once more by that. */
+  static boolean isCurrent(File zip, File session) {
+    long packed = zip.lastModified(); // 0 where there is none
+    for (File file : session.listFiles()) {
+      if (file.lastModified() >= packed) {
+        return false;
+      }
+    }
+    return true;
   }
 
   /** Sends a zip; returns where the computer filed it. */

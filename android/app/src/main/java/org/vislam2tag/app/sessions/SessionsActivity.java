@@ -62,8 +62,8 @@ public final class SessionsActivity extends Activity {
   }
 
   private void list() {
-    work.execute(() -> {
-      List<StoredSession> sessions = store.list(null);
+    run(() -> {
+      List<StoredSession> sessions = RecordingService.endedSessions(this);
       runOnUiThread(() -> show(sessions));
     });
   }
@@ -115,7 +115,8 @@ public final class SessionsActivity extends Activity {
         .setNegativeButton(android.R.string.cancel, null)
         .setPositiveButton(R.string.delete, (dialog, which) -> run(() -> {
           store.delete(session);
-          list();
+          handOver.forget(session);
+          runOnUiThread(this::list);
         })).show();
   }
 
