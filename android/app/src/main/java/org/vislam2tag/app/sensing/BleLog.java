@@ -6,19 +6,26 @@ import android.bluetooth.le.ScanCallback;
 import android.bluetooth.le.ScanRecord;
 import android.bluetooth.le.ScanResult;
 import android.bluetooth.le.ScanSettings;
+import android.os.Handler;
 import org.vislam2tag.core.record.Beacon;
 import org.vislam2tag.core.record.BleReading;
 import org.vislam2tag.core.session.Recorder;
 
 /** Bluetooth LE advertisements, all that are heard. */
 public final class BleLog extends ScanCallback implements Feed {
+  /** Android quietly slows a scan down that runs for longer: 30 minutes at first, 10 in newer versions. */
+  static final long RENEW_MS = 8 * 60 * 1000;
+
   private final BluetoothAdapter adapter;
+  private final Handler handler;
+  private final Runnable renew = this::renew;
   private Recorder recorder;
   private BluetoothLeScanner scanner;
 
   /** Without Bluetooth ({@code adapter} null) it logs nothing. */
-  public BleLog(BluetoothAdapter adapter) {
+  public BleLog(BluetoothAdapter adapter, Handler handler) {
     this.adapter = adapter;
+    this.handler = handler;
   }
 
   /** Starts listening; also to be called when Bluetooth was switched on. */
@@ -33,6 +40,8 @@ public final class BleLog extends ScanCallback implements Feed {
       ScanSettings.Builder settings = new ScanSettings.Builder();
       settings.setScanMode(ScanSettings.SCAN_MODE_LOW_LATENCY);
       scanner.startScan(null, settings.build(), this);
+      handler.removeCallbacks(renew);
+      handler.postDelayed(renew, RENEW_MS);
     } catch (SecurityException e) {
       scanner = null;
       into.event("no_bluetooth_permission", "");
@@ -41,6 +50,7 @@ public final class BleLog extends ScanCallback implements Feed {
 
   /** Ends listening; nothing happens where it was not started. */
   @Override public void stop() {
+    handler.removeCallbacks(renew);
     if (scanner != null && adapter.isEnabled()) {
       try {
         scanner.stopScan(this);
@@ -49,6 +59,14 @@ public final class BleLog extends ScanCallback implements Feed {
       }
     }
     scanner = null;
+  }
+
+  /** Ends the scan and begins it again. */
+  void renew() {
+    if (scanner != null && adapter.isEnabled()) {
+      stop();
+      start(recorder);
+    }
   }
 
   @Override public void onScanResult(int callbackType, ScanResult result) {

@@ -2,14 +2,18 @@ package org.vislam2tag.app.sensing;
 
 import static org.junit.Assert.assertEquals;
 import static org.mockito.ArgumentMatchers.any;
+import static org.mockito.ArgumentMatchers.eq;
 import static org.mockito.Mockito.doThrow;
 import static org.mockito.Mockito.mock;
+import static org.mockito.Mockito.times;
+import static org.mockito.Mockito.verify;
 import static org.mockito.Mockito.when;
 
 import android.bluetooth.BluetoothAdapter;
 import android.bluetooth.BluetoothDevice;
 import android.bluetooth.le.BluetoothLeScanner;
 import android.bluetooth.le.ScanResult;
+import android.os.Handler;
 import java.util.Collections;
 import java.util.List;
 import org.junit.Before;
@@ -22,6 +26,7 @@ public class BleLogTest {
   @Rule public final TemporaryFolder folder = new TemporaryFolder();
   private final BluetoothAdapter adapter = mock(BluetoothAdapter.class);
   private final BluetoothLeScanner scanner = mock(BluetoothLeScanner.class);
+  private final Handler handler = mock(Handler.class);
   private Recorded recorded;
 
   @Before public void start() throws Exception {
@@ -38,7 +43,7 @@ public class BleLogTest {
     when(heard.getRssi()).thenReturn(-80);
     when(heard.getTimestampNanos()).thenReturn(5L);
     when(heard.getTxPower()).thenReturn(ScanResult.TX_POWER_NOT_PRESENT);
-    BleLog log = new BleLog(adapter);
+    BleLog log = new BleLog(adapter, handler);
     log.start(recorded.recorder);
     log.onScanResult(0, heard);
     List<String> rows = recorded.rows("Ble.csv");
@@ -47,15 +52,27 @@ public class BleLogTest {
 
   @Test public void switchedOffIsAnEvent() throws Exception {
     when(adapter.isEnabled()).thenReturn(false);
-    new BleLog(adapter).start(recorded.recorder);
+    new BleLog(adapter, handler).start(recorded.recorder);
     assertEquals(Collections.singletonList("bluetooth_off,"), recorded.events());
   }
 
   @Test public void aMissingPermissionIsAnEvent() throws Exception {
     doThrow(new SecurityException()).when(scanner).startScan(any(), any(), any(BleLog.class));
-    BleLog log = new BleLog(adapter);
+    BleLog log = new BleLog(adapter, handler);
     log.start(recorded.recorder);
     log.stop();
     assertEquals(Collections.singletonList("no_bluetooth_permission,"), recorded.events());
+  }
+
+  @Test public void aLongScanIsBegunAnewBeforeAndroidSlowsItDown() {
+    BleLog log = new BleLog(adapter, handler);
+    log.start(recorded.recorder);
+    log.renew();
+    verify(scanner, times(2)).startScan(any(), any(), any(BleLog.class));
+    verify(scanner).stopScan(log);
+    verify(handler, times(2)).postDelayed(any(), eq(BleLog.RENEW_MS));
+    log.stop();
+    log.renew();
+    verify(scanner, times(2)).startScan(any(), any(), any(BleLog.class));
   }
 }

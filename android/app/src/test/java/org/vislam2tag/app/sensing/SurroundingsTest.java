@@ -7,6 +7,7 @@ import static org.mockito.Mockito.mock;
 import static org.mockito.Mockito.when;
 
 import android.content.Context;
+import android.os.Handler;
 import android.content.Intent;
 import android.location.LocationManager;
 import android.media.AudioManager;
@@ -30,7 +31,7 @@ public class SurroundingsTest {
   @Before public void start() throws Exception {
     recorded = new Recorded(folder.getRoot());
     when(location.isProviderEnabled(LocationManager.GPS_PROVIDER)).thenReturn(true);
-    surroundings = new Surroundings(mock(Context.class), new BleLog(null), location);
+    surroundings = new Surroundings(mock(Context.class), new BleLog(null, mock(Handler.class)), location);
     surroundings.start(recorded.recorder);
   }
 
