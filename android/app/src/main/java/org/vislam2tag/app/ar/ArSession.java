@@ -18,9 +18,15 @@ final class ArSession implements Closeable {
   private final Session session;
   private final ArAnchors anchors;
 
-  /** A session on the camera of {@code context}'s phone that looks for landmarks. */
+  /** A session that looks for landmarks. Takes seconds for hundreds of them: not for the screen's threads. */
   static ArSession open(Context context, LandmarkImages landmarks) throws UnavailableException {
-    return new ArSession(new Session(context), landmarks);
+    Session session = new Session(context);
+    try {
+      return new ArSession(session, landmarks);
+    } catch (RuntimeException e) {
+      session.close();
+      throw e;
+    }
   }
 
   ArSession(Session session, LandmarkImages landmarks) {
@@ -58,9 +64,13 @@ final class ArSession implements Closeable {
     return frame;
   }
 
-  /** Gives the camera back; the session is over. */
-  @Override public void close() {
+  /** Gives the camera back. */
+  void pause() {
     session.pause();
+  }
+
+  /** The session is over. May take seconds too. */
+  @Override public void close() {
     session.close();
   }
 }

@@ -3,9 +3,14 @@ package org.vislam2tag.app.ar;
 import android.content.Context;
 import android.opengl.GLES20;
 import android.opengl.GLSurfaceView;
+import android.os.SystemClock;
 import android.view.WindowManager;
 import com.google.ar.core.exceptions.CameraNotAvailableException;
-import com.google.ar.core.exceptions.UnavailableException;
+import com.google.ar.core.exceptions.FatalException;
+import java.util.concurrent.ExecutionException;
+import java.util.concurrent.ExecutorService;
+import java.util.concurrent.Executors;
+import java.util.concurrent.Future;
 import javax.microedition.khronos.egl.EGLConfig;
 import javax.microedition.khronos.opengles.GL10;
 import org.vislam2tag.core.clock.Clocks;
@@ -37,6 +42,9 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
   private Clocks clocks;
   private CameraImage image;
   private ArSession session;
+  /** Makes and ends sessions, which may take seconds, one after the other. */
+  private final ExecutorService work = Executors.newSingleThreadExecutor();
+  private volatile Future<ArSession> opening;
   private boolean wanted;
   private long notBeforeMs;
   private int width;
@@ -70,6 +78,18 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
     super.onPause();
   }
 
+  /** Is the tracker being made ready? From the main thread. */
+  public boolean isPreparing() {
+    return opening != null;
+  }
+
+  /** Never shown again; after the last {@link #onPause}. */
+  public void release() {
+    Future<ArSession> unused = opening;
+    work.execute(() -> closeUnused(unused));
+    work.shutdown();
+  }
+
   @Override public void onSurfaceCreated(GL10 gl, EGLConfig config) {
     close("surface");
     image = new CameraImage();
@@ -87,7 +107,7 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
 
   @Override public void onDrawFrame(GL10 gl) {
     GLES20.glClear(GLES20.GL_COLOR_BUFFER_BIT);
-    if (session == null && wanted && System.currentTimeMillis() >= notBeforeMs) {
+    if (session == null && wanted && SystemClock.elapsedRealtime() >= notBeforeMs) {
       open();
     }
     if (session == null) {
@@ -97,31 +117,67 @@ public final class CameraView extends GLSurfaceView implements GLSurfaceView.Ren
       image.draw(session.update(host.recorder(), clocks));
     } catch (CameraNotAvailableException e) {
       close("camera in use");
+    } catch (FatalException e) {
+      close(e.getClass().getSimpleName()); // the tracker is at its end; Wi-Fi and sensors are not
     }
   }
 
   private void open() {
-    ArSession opened = null;
+    if (opening == null) {
+      opening = work.submit(() -> ArSession.open(getContext(), host.landmarks()));
+    } else if (opening.isDone()) {
+      resume(opening);
+      opening = null;
+    }
+  }
+
+  private void resume(Future<ArSession> made) {
     try {
-      opened = ArSession.open(getContext(), host.landmarks());
+      resume(made.get());
+    } catch (ExecutionException e) {
+      failed(e.getCause());
+    } catch (InterruptedException e) {
+      Thread.currentThread().interrupt(); // it was done: nothing is waited for
+    }
+  }
+
+  private void resume(ArSession opened) {
+    try {
       opened.resume(image.texture(), rotation(), width, height);
       session = opened;
       host.cameraAvailable();
-    } catch (CameraNotAvailableException | UnavailableException | SecurityException e) {
-      if (opened != null) {
-        opened.close();
-      }
-      notBeforeMs = System.currentTimeMillis() + RETRY_MS;
-      host.cameraUnavailable(e.getClass().getSimpleName());
+    } catch (CameraNotAvailableException | FatalException | SecurityException e) {
+      work.execute(opened::close);
+      failed(e);
     }
+  }
+
+  private void failed(Throwable cause) {
+    notBeforeMs = SystemClock.elapsedRealtime() + RETRY_MS;
+    host.cameraUnavailable(cause.getClass().getSimpleName());
   }
 
   private void close(String reason) {
     if (session != null) {
-      session.close();
+      ArSession over = session;
       session = null;
-      notBeforeMs = System.currentTimeMillis() + RETRY_MS;
+      over.pause();
+      work.execute(over::close);
+      notBeforeMs = SystemClock.elapsedRealtime() + RETRY_MS;
       host.cameraUnavailable(reason);
+    }
+  }
+
+  private static void closeUnused(Future<ArSession> made) {
+    if (made == null) {
+      return;
+    }
+    try {
+      made.get().close();
+    } catch (ExecutionException e) {
+      return; // there is none to close
+    } catch (InterruptedException e) {
+      Thread.currentThread().interrupt();
     }
   }
 

@@ -4,7 +4,6 @@ import android.graphics.Bitmap;
 import android.graphics.BitmapFactory;
 import com.google.ar.core.AugmentedImageDatabase;
 import com.google.ar.core.Session;
-import com.google.ar.core.exceptions.ImageInsufficientQualityException;
 import java.io.ByteArrayInputStream;
 import java.io.ByteArrayOutputStream;
 import java.io.IOException;
@@ -12,6 +11,7 @@ import java.io.InputStream;
 import java.util.ArrayList;
 import java.util.Collections;
 import java.util.List;
+import java.util.concurrent.CopyOnWriteArrayList;
 import org.vislam2tag.core.landmarks.GreyImage;
 import org.vislam2tag.core.landmarks.ImageFolder;
 import org.vislam2tag.core.landmarks.Landmark;
@@ -24,8 +24,13 @@ import org.vislam2tag.core.landmarks.Refusal.Reason;
 public final class LandmarkImages {
   private final ImageFolder folder;
   private final LandmarkList list;
-  private final List<Refusal> byTracker = new ArrayList<>();
+  private final List<Refusal> byTracker = new CopyOnWriteArrayList<>(); // the screen looks while the database is made
   private byte[] made;
+
+  /** Pixels of an image, about: more tell the tracker nothing. */
+  private static final long MOST_PIXELS = 4_000_000;
+  private static final int LEAST_SIDE = 600;
+  private static final int MOST_BYTES = 64 << 20;
 
   private LandmarkImages(ImageFolder folder, LandmarkList list) {
     this.folder = folder;
@@ -42,13 +47,18 @@ public final class LandmarkImages {
     return new LandmarkImages(folder, LandmarkLoader.load(folder, widthM, LandmarkImages::grey));
   }
 
+  /** No landmarks at all. */
+  public static LandmarkImages none() {
+    return new LandmarkImages(null, LandmarkLoader.nothing());
+  }
+
   /** How many images are looked for. */
-  public synchronized int count() {
+  public int count() {
     return list.landmarks.size() - byTracker.size();
   }
 
   /** All that are not looked for, and why. */
-  public synchronized List<Refusal> refusals() {
+  public List<Refusal> refusals() {
     List<Refusal> all = new ArrayList<>(list.refusals);
     all.addAll(byTracker);
     return Collections.unmodifiableList(all);
@@ -98,21 +108,57 @@ public final class LandmarkImages {
 
   private Refusal add(AugmentedImageDatabase images, Landmark landmark) {
     try (InputStream in = folder.open(landmark.fileName)) {
-      Bitmap bitmap = BitmapFactory.decodeStream(in);
+      Bitmap bitmap = bitmap(in);
       if (bitmap == null) {
         return new Refusal(landmark.id, Reason.UNREADABLE, landmark.fileName);
       }
       images.addImage(landmark.id, bitmap, landmark.widthM);
+      bitmap.recycle();
       return null;
-    } catch (ImageInsufficientQualityException e) {
+    } catch (IllegalArgumentException e) { // ImageInsufficientQualityException is one
       return new Refusal(landmark.id, Reason.TRACKER, "");
     } catch (IOException e) {
       return new Refusal(landmark.id, Reason.UNREADABLE, landmark.fileName + ": " + e.getMessage());
     }
   }
 
-  private static GreyImage grey(InputStream bytes) {
-    Bitmap bitmap = BitmapFactory.decodeStream(bytes);
+  /** An image of a size that a phone's memory takes, in the one kind of pixels that ARCore takes; null where it is none. */
+  private static Bitmap bitmap(InputStream in) throws IOException {
+    byte[] bytes = all(in);
+    BitmapFactory.Options options = new BitmapFactory.Options();
+    options.inJustDecodeBounds = true;
+    BitmapFactory.decodeByteArray(bytes, 0, bytes.length, options);
+    options.inSampleSize = sample(options.outWidth, options.outHeight);
+    options.inJustDecodeBounds = false;
+    Bitmap bitmap = BitmapFactory.decodeByteArray(bytes, 0, bytes.length, options);
+    boolean usual = bitmap == null || bitmap.getConfig() == Bitmap.Config.ARGB_8888; // with 16 bits a colour it is not
+    return usual ? bitmap : bitmap.copy(Bitmap.Config.ARGB_8888, false);
+  }
+
+  /** Every how manyth pixel of a large image is taken. */
+  static int sample(int width, int height) {
+    int sample = 1;
+    while ((long) width * height / ((long) sample * sample) > MOST_PIXELS
+        && Math.min(width, height) / (2 * sample) >= LEAST_SIDE) {
+      sample *= 2;
+    }
+    return sample;
+  }
+
+  private static byte[] all(InputStream in) throws IOException {
+    ByteArrayOutputStream bytes = new ByteArrayOutputStream();
+    byte[] buffer = new byte[1 << 16];
+    for (int n = in.read(buffer); n >= 0; n = in.read(buffer)) {
+      bytes.write(buffer, 0, n);
+      if (bytes.size() > MOST_BYTES) {
+        throw new IOException("larger than " + (MOST_BYTES >> 20) + " MB");
+      }
+    }
+    return bytes.toByteArray();
+  }
+
+  private static GreyImage grey(InputStream bytes) throws IOException {
+    Bitmap bitmap = bitmap(bytes);
     if (bitmap == null) {
       return null;
     }

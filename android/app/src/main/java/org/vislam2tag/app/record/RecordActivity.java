@@ -64,6 +64,9 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   @Override protected void onDestroy() {
     unbindService(this);
+    if (camera != null) {
+      camera.release();
+    }
     super.onDestroy();
   }
 
@@ -131,7 +134,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   private void show(RecorderStatus status) {
     set(R.id.walk, text.walk(status));
-    set(R.id.tracking, text.tracking(status.walk));
+    set(R.id.tracking, camera != null && camera.isPreparing() ? getString(R.string.tracking_preparing) : text.tracking(status.walk));
     set(R.id.landmarks, text.landmarks(status.walk));
     set(R.id.scans, text.scans(status));
     BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);

@@ -44,7 +44,7 @@ final class StatusText {
   /** Scans, and whether they are held down. */
   String scans(RecorderStatus status) {
     String scans = words.of(R.string.status_scans, status.scans, status.wifiReadings, status.bleReadings);
-    boolean throttled = "on".equals(status.throttling) || status.scansRefused > 0;
+    boolean throttled = "on".equals(status.throttling) || !"off".equals(status.throttling) && status.scansRefused > 0;
     return throttled ? scans + " " + words.of(R.string.status_throttled) : scans;
   }
 

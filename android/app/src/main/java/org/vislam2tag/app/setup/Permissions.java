@@ -35,6 +35,12 @@ final class Permissions {
     return api < ANDROID_12 || isGiven(context, BLUETOOTH_SCAN);
   }
 
+  /** Was it refused in a way that Android does not show its question again? The notice's permission is nobody's worry. */
+  static boolean isAskedNoMore(String permission, int given, boolean mayAskAgain) {
+    return given != PackageManager.PERMISSION_GRANTED && !mayAskAgain && !permission.equals(POST_NOTIFICATIONS)
+        && !permission.equals(Manifest.permission.ACCESS_COARSE_LOCATION);
+  }
+
   static boolean isGiven(Context context, String permission) {
     return context.checkSelfPermission(permission) == PackageManager.PERMISSION_GRANTED;
   }

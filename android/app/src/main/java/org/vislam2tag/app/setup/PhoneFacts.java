@@ -8,7 +8,7 @@ import org.vislam2tag.core.session.RecorderSettings;
 /** What was found of the phone before a start. */
 public final class PhoneFacts {
   /** Whether there is ARCore. */
-  public enum ArCore { READY, NEEDS_INSTALL, UNSUPPORTED }
+  public enum ArCore { READY, BEING_LOOKED_UP, NEEDS_INSTALL, UNSUPPORTED }
 
   ArCore arCore = ArCore.READY;
   boolean cameraAllowed = true;

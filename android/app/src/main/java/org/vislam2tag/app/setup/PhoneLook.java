@@ -26,7 +26,7 @@ final class PhoneLook {
     this.context = context;
   }
 
-  /** What there is; {@code landmarks} may be null. */
+  /** What there is. */
   PhoneFacts facts(LandmarkImages landmarks) {
     PhoneFacts facts = new PhoneFacts();
     facts.arCore = arCore();
@@ -40,17 +40,15 @@ final class PhoneLook {
     facts.bluetoothOn = bluetoothOn();
     facts.missingSensors = missingSensors();
     facts.freeBytes = RecordingService.sessions(context).getUsableSpace();
-    if (landmarks != null) {
-      facts.landmarks = landmarks.count();
-      facts.refusedLandmarks = Arrays.asList(landmarks.refusedIds());
-    }
+    facts.landmarks = landmarks.count();
+    facts.refusedLandmarks = Arrays.asList(landmarks.refusedIds());
     return facts;
   }
 
   private PhoneFacts.ArCore arCore() {
     ArCoreApk.Availability known = ArCoreApk.getInstance().checkAvailability(context);
     if (known.isTransient()) {
-      return PhoneFacts.ArCore.READY; // being looked up: the next look tells
+      return PhoneFacts.ArCore.BEING_LOOKED_UP;
     }
     switch (known) {
       case SUPPORTED_INSTALLED:

@@ -18,11 +18,14 @@ import org.vislam2tag.core.landmarks.ImageFolder;
 final class PickedFolder implements ImageFolder {
   private final ContentResolver resolver;
   private final Uri tree;
+  private final String sentence;
   private Map<String, String> documents;
 
-  PickedFolder(ContentResolver resolver, Uri tree) {
+  /** {@code sentence} says that the folder can no longer be read. */
+  PickedFolder(ContentResolver resolver, Uri tree, String sentence) {
     this.resolver = resolver;
     this.tree = tree;
+    this.sentence = sentence;
   }
 
   @Override public List<String> fileNames() throws IOException {
@@ -34,11 +37,15 @@ final class PickedFolder implements ImageFolder {
     if (document == null) {
       throw new FileNotFoundException(fileName);
     }
-    InputStream in = resolver.openInputStream(DocumentsContract.buildDocumentUriUsingTree(tree, document));
-    if (in == null) {
-      throw new FileNotFoundException(fileName);
+    try {
+      InputStream in = resolver.openInputStream(DocumentsContract.buildDocumentUriUsingTree(tree, document));
+      if (in == null) {
+        throw new FileNotFoundException(fileName);
+      }
+      return in;
+    } catch (SecurityException | IllegalArgumentException e) {
+      throw gone(e);
     }
-    return in;
   }
 
   private Map<String, String> documents() throws IOException {
@@ -58,9 +65,14 @@ final class PickedFolder implements ImageFolder {
           found.put(rows.getString(0), rows.getString(1));
         }
       }
-    } catch (SecurityException e) {
-      throw new IOException("the folder may no longer be read: pick it again", e);
+    } catch (SecurityException | IllegalArgumentException e) {
+      throw gone(e);
     }
     return found;
+  }
+
+  /** Providers throw the one where the leave was withdrawn, the other where the folder or its card is not there any more. */
+  private IOException gone(RuntimeException cause) {
+    return new IOException(sentence, cause);
   }
 }

@@ -7,7 +7,9 @@ import android.content.ServiceConnection;
 import android.net.Uri;
 import android.os.Build;
 import android.os.Bundle;
+import android.os.Handler;
 import android.os.IBinder;
+import android.os.Looper;
 import android.provider.Settings;
 import android.view.View;
 import android.widget.ArrayAdapter;
@@ -32,17 +34,20 @@ import org.vislam2tag.app.recording.Plan;
 import org.vislam2tag.app.recording.RecordingService;
 import org.vislam2tag.app.sessions.SessionsActivity;
 import org.vislam2tag.core.session.DeviceName;
-import org.vislam2tag.core.session.SessionStore;
 
 /** First screen: where, with which landmarks; what stands in the way; start. */
 public final class SetupActivity extends Activity implements ServiceConnection {
   private static final int PICK = 1;
   private static final int ASK = 2;
+  private static final long LOOK_MS = 300;
 
   private final ExecutorService work = Executors.newSingleThreadExecutor();
   private Choices choices;
-  private LandmarkImages landmarks;
+  private final Handler handler = new Handler(Looper.getMainLooper());
+  private LandmarkImages landmarks = LandmarkImages.none();
   private String trouble = "";
+  private boolean loading;
+  private float loadedWidthM;
   private RecordingService.Link service;
 
   @Override protected void onCreate(Bundle saved) {
@@ -71,6 +76,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
   }
 
   @Override protected void onPause() {
+    handler.removeCallbacksAndMessages(null);
     choices.keep(words(R.id.site), words(R.id.floor), words(R.id.device), rate(), widthM());
     super.onPause();
   }
@@ -103,13 +109,20 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     }
   }
 
+  /** What was refused for good Android asks no more: only the app's own page of its settings gives it then. */
   @Override public void onRequestPermissionsResult(int request, String[] permissions, int[] given) {
     show();
+    for (int i = 0; i < given.length; i++) {
+      if (Permissions.isAskedNoMore(permissions[i], given[i], shouldShowRequestPermissionRationale(permissions[i]))) {
+        startActivity(new Intent(Settings.ACTION_APPLICATION_DETAILS_SETTINGS, Uri.fromParts("package", getPackageName(), null)));
+        return;
+      }
+    }
   }
 
   private void recover() {
     try {
-      new SessionStore(RecordingService.sessions(this)).recover(null);
+      RecordingService.endedSessions(this);
     } catch (IOException e) {
       say(e.getMessage());
     }
@@ -125,12 +138,14 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       return;
     }
     float widthM = widthM();
-    text(R.id.landmarks).setText(R.string.landmarks_loading);
+    loadedWidthM = widthM;
+    loading = true;
+    show();
     work.execute(() -> {
-      LandmarkImages loaded = null;
+      LandmarkImages loaded = LandmarkImages.none();
       String problem = "";
       try {
-        loaded = LandmarkImages.load(new PickedFolder(getContentResolver(), Uri.parse(folder)), widthM);
+        loaded = LandmarkImages.load(new PickedFolder(getContentResolver(), Uri.parse(folder), getString(R.string.folder_gone)), widthM);
       } catch (IOException e) {
         problem = e.getMessage();
       }
@@ -139,6 +154,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       runOnUiThread(() -> {
         landmarks = done;
         trouble = words;
+        loading = false;
         show();
       });
     });
@@ -146,12 +162,19 @@ public final class SetupActivity extends Activity implements ServiceConnection {
 
   private void show() {
     PhoneFacts facts = new PhoneLook(this).facts(landmarks);
-    int count = landmarks == null ? 0 : landmarks.count();
-    text(R.id.landmarks).setText(trouble.isEmpty() ? getResources().getQuantityString(R.plurals.landmarks, count, count) : trouble);
+    int count = landmarks.count();
+    String counted = trouble.isEmpty() ? getResources().getQuantityString(R.plurals.landmarks, count, count) : trouble;
+    text(R.id.landmarks).setText(loading ? getString(R.string.landmarks_loading) : counted);
     LinearLayout list = findViewById(R.id.problems);
     list.removeAllViews();
     for (Problem problem : facts.problems()) {
-      list.addView(row(list, problem, facts));
+      if (problem != Problem.NO_LANDMARKS || !loading) {
+        list.addView(row(list, problem, facts));
+      }
+    }
+    if (facts.arCore == PhoneFacts.ArCore.BEING_LOOKED_UP) {
+      handler.removeCallbacksAndMessages(null);
+      handler.postDelayed(this::show, LOOK_MS);
     }
   }
 
@@ -210,8 +233,11 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       say(getString(R.string.device_wrong));
       return;
     }
-    if (landmarks == null || service == null) {
-      say(getString(R.string.problem_no_landmarks));
+    if (loadedWidthM != widthM()) { // it was changed since; without a folder there is nothing to load
+      loadLandmarks();
+    }
+    if (loading || service == null) {
+      say(getString(R.string.landmarks_loading));
       return;
     }
     try {

@@ -17,6 +17,14 @@ public class PermissionsTest {
     assertTrue(Permissions.needed(33).contains(Permissions.POST_NOTIFICATIONS));
   }
 
+  @Test public void aQuestionThatIsNoLongerShownIsNoticed() {
+    int no = PackageManager.PERMISSION_DENIED;
+    assertTrue(Permissions.isAskedNoMore("android.permission.CAMERA", no, false));
+    assertFalse(Permissions.isAskedNoMore("android.permission.CAMERA", no, true));
+    assertFalse(Permissions.isAskedNoMore("android.permission.CAMERA", PackageManager.PERMISSION_GRANTED, false));
+    assertFalse(Permissions.isAskedNoMore(Permissions.POST_NOTIFICATIONS, no, false));
+  }
+
   @Test public void bluetoothHasItsOwnPermissionFromAndroid12() {
     Context context = mock(Context.class);
     when(context.checkSelfPermission(Permissions.BLUETOOTH_SCAN)).thenReturn(PackageManager.PERMISSION_DENIED);

@@ -49,6 +49,11 @@ public final class LandmarkLoader {
     return load(folder, widthM, decoder, MOST);
   }
 
+  /** Of no folder. */
+  public static LandmarkList nothing() {
+    return new LandmarkList(Collections.emptyList(), Collections.emptyList());
+  }
+
   static LandmarkList load(ImageFolder folder, float widthM, Decoder decoder, int most) throws IOException {
     LandmarkLoader loader = new LandmarkLoader(folder, decoder, most);
     List<String> names = new ArrayList<>(folder.fileNames());
