@@ -64,7 +64,7 @@ def test_landmarks_written_into_the_site_are_fixed_the_next_time(tmp_path: Path)
     assert first.floors[0].fixed == ("main",)
     assert [landmark.id for landmark in first.landmarks][:2] == ["1", "3"]
     text = (root / "floor_1" / "marker_dict.csv").read_text()
-    assert text.startswith("id,x,y,z,sigma_m,heading_rad,heading_sigma_rad\n2,,\nmain,10.0,0.1\n1,")
+    assert text.startswith("id,x,y,z,sigma_m,heading_rad,heading_sigma_rad,sheet,width_m\n2,,\nmain,10.0,0.1\n1,")
     landmarks = read_site(root)[0].landmarks
     assert landmarks.ids == ("2", "main", *(landmark.id for landmark in first.landmarks))
     again = write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest(write=True))
@@ -125,3 +125,15 @@ def test_a_site_without_floor_folders_gets_them_with_its_landmarks(tmp_path: Pat
     settings = SETTINGS.model_copy(update={"further": 0})
     found = write_plans(root, tmp_path / "plan", settings, PlanRequest(write=True))
     assert read_site(root)[0].landmarks.ids == tuple(landmark.id for landmark in found.landmarks)
+
+
+def test_rooms_without_a_door_and_ids_given_twice_are_told(tmp_path: Path) -> None:
+    root = write_ring_site(tmp_path / "site")
+    (root / "floor_1" / "marker_dict.csv").write_text("id,x,y\n4,1.0,8.0\n4,2.0,8.0\n")
+    settings = SETTINGS.model_copy(update={"further": 0})
+    found = write_plans(root, tmp_path / "plan", settings, PlanRequest())
+    assert [one.kind for one in found.floors[0].findings] == ["closed_off"]
+    assert [one.kind for one in found.findings] == ["duplicate_landmarks"]
+    page = (tmp_path / "plan" / "index.html").read_text()
+    assert "closed off by walls" in page
+    assert "an id may appear once on a floor" in page

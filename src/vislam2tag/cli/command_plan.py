@@ -118,6 +118,8 @@ def _print(result: PlanSummary, out: Path, write: bool) -> None:
     for floor in result.floors:
         for note in _notes(floor):
             console.print(f"floor {floor.floor}: {escape(note)}", soft_wrap=True)
+    for finding in result.findings:
+        console.print(f"{finding.severity}: {escape(finding.file)}: {escape(finding.message)}", soft_wrap=True)
     if write:
         console.print("the new landmarks are in the site's marker_dict.csv files, until surveyed with a sigma of 0.1 m")
     console.print(f"page: {escape(str(out / PAGE_FILE))}", soft_wrap=True)
@@ -143,7 +145,7 @@ def _table(result: PlanSummary) -> Table:
 
 
 def _notes(floor: FloorSummary) -> list[str]:
-    notes = [unmet.message for unmet in floor.unmet]
+    notes = [finding.message for finding in floor.findings] + [unmet.message for unmet in floor.unmet]
     if floor.not_passed:
         notes.append(f"no way leads past landmark {', '.join(floor.not_passed)}")
     if floor.on_a_line:

@@ -75,7 +75,7 @@ def write_plans(
     Raises SurveyError where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError
     where something cannot be written.
     """
-    site, _ = read_site(site_folder)
+    site, findings = read_site(site_folder)
     floors = _floors(site, request.floors)
     if request.mask is not None and len(request.floors) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
@@ -93,7 +93,12 @@ def write_plans(
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
             planned.append(PlannedFloor(floor, design, summary))
-        result = PlanSummary(version=__version__, settings=settings, floors=tuple(one.summary for one in planned))
+        result = PlanSummary(
+            version=__version__,
+            settings=settings,
+            floors=tuple(one.summary for one in planned),
+            findings=tuple(one for one in findings if one.file.endswith(LANDMARK_FILE) and one.kind != "missing_file"),
+        )
         _write(folder, planned, result)
     if request.write:
         add_to_site(site_folder, result)

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.csv_rows import csv_rows
+from vislam2tag.findings import Finding
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.prediction import mean_error_m
 from vislam2tag.planning.refine import NARROW_M
@@ -110,6 +111,8 @@ class FloorSummary(_Record):
     expected: tuple[ClassSummary, ...]
     further: tuple[FurtherLandmark, ...]
     tour: TourSummary
+    findings: tuple[Finding, ...]
+    """What is doubtful of the walkable space: rooms that walls close off."""
 
 
 class PlanSummary(_Record):
@@ -118,6 +121,8 @@ class PlanSummary(_Record):
     version: str
     settings: PlanSettings
     floors: tuple[FloorSummary, ...]
+    findings: tuple[Finding, ...]
+    """Problems of the landmarks that the site has."""
 
     @property
     def landmarks(self) -> tuple[PlannedLandmark, ...]:
@@ -170,6 +175,7 @@ def floor_summary(
             for one in design.further
         ),
         tour=_tour(design, every, settings.speed_m_s),
+        findings=design.space.findings,
     )
 
 
