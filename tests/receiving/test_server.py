@@ -200,9 +200,23 @@ def test_an_answer_that_got_lost_is_asked_for_again(phone: Phone) -> None:
     assert phone.bring(b"", len(DATA)).json()["state"] == "filed"
 
 
+def test_a_phone_that_fell_silent_does_not_hold_its_upload(phone: Phone, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.receiving.server.SILENT_S", 0.05)
+
+    async def silent() -> AsyncIterator[bytes]:
+        yield DATA[:100]
+        await asyncio.sleep(60)
+
+    headers = AUTHORIZED | {"Upload-Offset": "0", "Upload-Length": str(len(DATA))}
+    answer = phone.ask("PATCH", f"/v1/uploads/{NAME}", content=silent(), headers=headers)
+    assert (answer.status_code, answer.json()["received"]) == (409, 100)
+    assert phone.bring(DATA[100:], 100).json()["state"] == "filed"
+
+
 def test_an_upload_that_somebody_else_writes_is_locked(phone: Phone) -> None:
     with phone.uploads.writing(NAME, len(DATA)):
-        assert phone.bring(DATA).status_code == 423
+        answer = phone.bring(DATA)
+        assert (answer.status_code, answer.headers["Retry-After"]) == (423, "3")
     assert phone.bring(DATA).status_code == 200
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from dataclasses import asdict, dataclass
 
 from starlette.applications import Starlette
@@ -21,6 +22,10 @@ from vislam2tag.receiving.uploads import UPLOAD_NAME, BusyError, Uploads, Upload
 
 MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
+SILENT_S = 10.0
+"""A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
+BUSY_S = 3
+"""So long a client waits that finds its upload being written by a connection that may be dead."""
 _HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
@@ -83,7 +88,8 @@ class Receiver:
                 return _answer(UploadState("partial", received, length))
             return await self._finish(name)
         except BusyError:
-            raise RefusalError(423, "this upload is being written by another connection; ask again") from None
+            message = "this upload is being written by another connection; ask again"
+            raise RefusalError(423, message, {"Retry-After": str(BUSY_S)}) from None
         except WrongLengthError:
             raise RefusalError(400, "Upload-Length is another than when the upload began") from None
         except OSError as error:
@@ -95,7 +101,7 @@ class Receiver:
         """Write the body as it comes; returns how many bytes of the upload there are then."""
         most = min(length, received + MOST_PER_REQUEST)
         try:
-            async for block in request.stream():
+            async for block in _blocks(request):
                 if received + len(block) > most:
                     raise RefusalError(400 if most == length else 413, "the request brings more bytes than it may")
                 _write_all(write, block)
@@ -103,6 +109,9 @@ class Receiver:
                 self._listener.received(name, received, length)
         except ClientDisconnect:
             raise RefusalError(400, "the request broke off; what came is kept") from None
+        except TimeoutError:
+            state = UploadState("partial" if received else "none", received, length)
+            raise RefusalError(409, "nothing came for too long; go on from what is kept", state=state) from None
         return received
 
     async def _finish(self, name: str) -> Response:
@@ -148,6 +157,18 @@ class Receiver:
     async def _unknown(self, _request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
         return JSONResponse({"message": "no such address or method; this is vislam2tag receive"}, status, _HEADERS)
+
+
+async def _blocks(request: Request) -> AsyncIterator[bytes]:
+    """The body as it comes; raises TimeoutError after a silence of ``SILENT_S``."""
+    stream = request.stream()
+    while True:
+        try:
+            async with asyncio.timeout(SILENT_S):
+                block = await anext(stream)
+        except StopAsyncIteration:
+            return
+        yield block
 
 
 def _whole(request: Request, header: str) -> int:
