@@ -14,7 +14,6 @@ from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.errors import UsageError
 from vislam2tag.findings import Finding
-from vislam2tag.pipeline.rebase import rebase
 from vislam2tag.pipeline.site_init import (
     NewFloor,
     add_floor,
@@ -219,6 +218,8 @@ def _rebase(
     ] = None,
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
 ) -> None:
+    from vislam2tag.pipeline.rebase import rebase  # reads data sets: the other commands do without
+
     changes = _changes(source, to, old, by, rigid, tuple(without or ()))
     changes = changes.inverse if back else changes
     _print_changes(changes)

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
 from vislam2tag.cli.options import Floors
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.pipeline.site_walkable import RECORD, WalkableFloor, write_walkable
-from vislam2tag.walkable.graph import NodeKind
 from vislam2tag.walkable.settings import WalkableSettings
 
-WALKABLE_HELP = f"""
+if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
+    from vislam2tag.pipeline.site_walkable import WalkableFloor
+
+WALKABLE_HELP = """
 Show where floors can be walked, as planning and simulating take it from the plans (docs/walkable.md).
 
 Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres) and
 OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give it to
---mask here, of plan and of simulate. {RECORD} has figures and findings.
+--mask here, of plan and of simulate. walkable.json has figures and findings.
 
 Exit code: 0 all right, 2 wrong usage, no plan, nothing that can be walked, or OUT cannot be written, 130 interrupted.
 
@@ -50,12 +51,16 @@ def site_walkable(
     ] = None,
 ) -> None:
     """Find and draw walkable space."""
+    from vislam2tag.pipeline.site_walkable import write_walkable
+
     found = write_walkable(site, out, floor or (), WalkableSettings(wall_contrast=wall_contrast), mask)
     _print(found)
     typer.echo(f"written: {out}")
 
 
 def _print(found: tuple[WalkableFloor, ...]) -> None:
+    from vislam2tag.walkable.graph import NodeKind
+
     console = table_console()
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]
     rows = table("Walkable space", ("floor",), ("area", "ways", *(kind.value for kind in kinds)))

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.dataset.formats.ilc20_site import floor_number
 from vislam2tag.errors import OutputError, SurveyError, UsageError
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
@@ -44,6 +43,8 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
 
     ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
     """
+    from vislam2tag.dataset.formats.ilc20_site import floor_number  # all else of a site does without data sets
+
     path = folder / INFO
     try:
         extent = json.loads(path.read_bytes())["map_info"]
