@@ -139,7 +139,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     set(R.id.scans, text.scans(status));
     BatteryManager battery = (BatteryManager) getSystemService(BATTERY_SERVICE);
     set(R.id.supplies, text.supplies(RecordingService.sessions(this).getUsableSpace(),
-        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)));
+        battery.getIntProperty(BatteryManager.BATTERY_PROPERTY_CAPACITY)) + text.clock(status));
     String warnings = text.warnings(status.walk);
     set(R.id.warnings, warnings);
     findViewById(R.id.warnings).setVisibility(warnings.isEmpty() ? View.GONE : View.VISIBLE);

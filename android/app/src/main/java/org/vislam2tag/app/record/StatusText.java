@@ -53,6 +53,11 @@ final class StatusText {
     return words.of(R.string.status_supplies, freeBytes / 1e9, batteryPercent);
   }
 
+  /** That the phone's clock was set, which the tables' times do not follow; empty where it was not. */
+  String clock(RecorderStatus status) {
+    return status.clockJumpMs == 0 ? "" : "\n" + words.of(R.string.status_clock_changed, status.clockJumpMs / 1000.0);
+  }
+
   /** The warnings that are on, a line each; empty where there is none. */
   String warnings(WalkStatus walk) {
     StringBuilder lines = new StringBuilder();

@@ -1,6 +1,7 @@
 package org.vislam2tag.app.record;
 
 import static org.junit.Assert.assertEquals;
+import static org.junit.Assert.assertFalse;
 import static org.junit.Assert.assertNotEquals;
 import static org.junit.Assert.assertTrue;
 
@@ -47,6 +48,17 @@ public class StatusTextTest {
     String after = text.scans(recorded.recorder.status());
     assertNotEquals(before, after);
     assertTrue(after.contains(R.string.status_throttled + "["));
+  }
+
+  @Test public void refusalsWithoutThrottlingAreNotTakenForIt() throws Exception {
+    Recorded recorded = new Recorded(folder.newFolder());
+    recorded.recorder.throttling(false);
+    recorded.recorder.scanRefused(); // Wi-Fi is just off, for instance
+    assertFalse(text.scans(recorded.recorder.status()).contains(R.string.status_throttled + "["));
+  }
+
+  @Test public void aClockThatRunsAsItShouldIsNotSpokenOf() throws Exception {
+    assertEquals("", text.clock(new Recorded(folder.newFolder()).recorder.status()));
   }
 
   private RecorderStatus after(TrackingState state, String failure) throws Exception {

@@ -50,6 +50,7 @@ public final class Recorder {
   private final Map<SensorKind, SensorClock> sensorClocks = new EnumMap<>(SensorKind.class);
   private final ScanLog scans = new ScanLog();
   private final PressCount presses = new PressCount();
+  private long clockJumpMs;
   private SessionEnd end;
 
   private Recorder(Setup setup, SessionDescription description, File sessions) throws IOException {
@@ -249,7 +250,7 @@ public final class Recorder {
   public synchronized RecorderStatus status() {
     long nowNs = nowNs();
     return new RecorderStatus((nowNs - start.bootNs) / 1e9, walk.status(nowNs), frames.part(), scans, tables.rows(Table.BLE),
-        presses.counting(), end);
+        presses.counting(), clockJumpMs, end);
   }
 
   /** The walk so far, for drawing. */
@@ -265,6 +266,7 @@ public final class Recorder {
     ClockReading now = clocks.read();
     long jumpMs = wallClock.jumpMs(now);
     if (jumpMs != 0) {
+      clockJumpMs = jumpMs;
       event("wall_clock_changed", (jumpMs > 0 ? "+" : "") + jumpMs);
     }
     if (storage.falls(bytesLeft)) {

@@ -23,10 +23,13 @@ public final class RecorderStatus {
   public final long bleReadings;
   /** Presses of the control-point button that count. */
   public final int presses;
+  /** By how much the wall clock jumped last, ms, with sign; 0 where it never did. */
+  public final long clockJumpMs;
   /** Null while recording. */
   public final SessionEnd end;
 
-  RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, long bleReadings, int presses, SessionEnd end) {
+  RecorderStatus(double elapsedS, WalkStatus walk, int part, ScanLog scans, long bleReadings, int presses, long clockJumpMs,
+      SessionEnd end) {
     this.elapsedS = elapsedS;
     this.walk = walk;
     this.part = part;
@@ -37,6 +40,7 @@ public final class RecorderStatus {
     this.throttling = scans.throttling();
     this.bleReadings = bleReadings;
     this.presses = presses;
+    this.clockJumpMs = clockJumpMs;
     this.end = end;
   }
 }

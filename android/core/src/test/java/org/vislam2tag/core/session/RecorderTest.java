@@ -267,6 +267,7 @@ public class RecorderTest {
     Recorder recorder = start();
     clocks.wallSetMs = 3_600_000;
     recorder.tick();
+    assertEquals(3_600_000, recorder.status().clockJumpMs);
     clocks.wallSetMs = 0;
     recorder.tick();
     freeBytes = 500L << 20;
