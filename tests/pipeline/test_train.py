@@ -78,7 +78,7 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     assert entries["model"] == "multi-cel"
     assert '"dataset":"small"' in entries["origin"]
     assert load(tmp_path / "model.v2t").name == "multi-cel"
-    with pytest.raises(UsageError, match="only networks are exported"):
+    with pytest.raises(UsageError, match="only networks and cell-density are"):
         trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.onnx")
     with pytest.raises(UsageError, match="is the file of --out"):
         trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.v2t")

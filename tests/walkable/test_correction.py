@@ -34,7 +34,9 @@ def test_colours_that_say_nothing() -> None:
 
 
 def test_transparent_paint_says_nothing(tmp_path: Path) -> None:
-    Image.new("RGBA", (40, 20), (0, 255, 0, 0)).save(tmp_path / "mask.png")
+    image = Image.new("RGBA", (40, 20), (0, 255, 0, 0))
+    image.paste((255, 0, 0, 255), (0, 0, 5, 5))
+    image.save(tmp_path / "mask.png")
     walkable, _ = corrected_cells(read_mask(tmp_path / "mask.png"), GRID)
     assert not walkable.any()
 
@@ -47,4 +49,10 @@ def test_no_mask_corrects_nothing() -> None:
 def test_a_file_that_is_no_image_is_told(tmp_path: Path) -> None:
     (tmp_path / "mask.png").write_text("no image")
     with pytest.raises(SurveyError, match=r"mask\.png.*green"):
+        read_mask(tmp_path / "mask.png")
+
+
+def test_a_mask_without_green_and_red_is_no_correction(tmp_path: Path) -> None:
+    Image.new("RGB", (40, 20), "black").save(tmp_path / "mask.png")
+    with pytest.raises(SurveyError, match=r"mask\.png: nothing in it is green"):
         read_mask(tmp_path / "mask.png")

@@ -24,25 +24,35 @@ _MASK_PIXELS = 8192
 
 
 def read_mask(path: Path) -> Bytes:
-    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is no image."""
+    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is no image or says nothing."""
     try:
         image = load_plan(path, _MASK_PIXELS).convert("RGBA")
     except OSError as error:
         raise SurveyError(f"{path}: {error}; expected an image painted green (walkable) and red (not)") from error
     image.thumbnail((_MASK_PIXELS, _MASK_PIXELS), Image.Resampling.NEAREST)
-    return np.asarray(image)
+    mask = np.asarray(image)
+    if not any(painted.any() for painted in _painted(mask)):
+        raise SurveyError(
+            f"{path}: nothing in it is green (walkable) or red (not): paint with pure colours, such as those of the mask "
+            "that site walkable writes"
+        )
+    return mask
 
 
 def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
     """Tell which cells are painted walkable and which not; the mask covers the grid's extent, row 0 at the top."""
     if mask is None:
         return np.zeros(grid.shape, dtype=np.bool_), np.zeros(grid.shape, dtype=np.bool_)
-    colour = mask[::-1, :, :3].astype(np.int16)
-    opaque = mask[::-1, :, 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
-    red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]
-    walkable = opaque & (green - np.maximum(red, blue) > _VIVID)
-    blocked = opaque & (red - np.maximum(green, blue) > _VIVID)
+    walkable, blocked = _painted(mask[::-1])
     return _on(grid, walkable), _on(grid, blocked)
+
+
+def _painted(mask: Bytes) -> tuple[BoolArray, BoolArray]:
+    """Which pixels are green and which are red; what is transparent is neither."""
+    colour = mask[..., :3].astype(np.int16)
+    opaque = mask[..., 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
+    red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]
+    return opaque & (green - np.maximum(red, blue) > _VIVID), opaque & (red - np.maximum(green, blue) > _VIVID)
 
 
 def _on(grid: CellGrid, painted: BoolArray) -> BoolArray:
