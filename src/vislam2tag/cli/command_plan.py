@@ -66,7 +66,13 @@ def _plan(
     mask: Annotated[
         Path | None, typer.Option(metavar="IMAGE", help="With one --floor: green can be walked, red cannot.")
     ] = None,
-    anew: Annotated[bool, typer.Option("--anew", help="Leave the landmarks that the site has out of account; --write then adds to them all the same.")] = False,
+    anew: Annotated[
+        bool,
+        typer.Option(
+            "--anew",
+            help="Leave the landmarks that the site has out of account; --write then adds to them all the same.",
+        ),
+    ] = False,
     rooms: Annotated[bool, typer.Option("--rooms", help="Rooms are ways like others, with landmarks.")] = False,
     view: Annotated[
         tuple[float, float], typer.Option(metavar="LONG SHORT", help="The camera's angles of view, degrees.")

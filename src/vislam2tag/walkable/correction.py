@@ -33,8 +33,8 @@ def read_mask(path: Path) -> Bytes:
     mask = np.asarray(image)
     if not any(painted.any() for painted in _painted(mask)):
         raise SurveyError(
-            f"{path}: nothing in it is green (walkable) or red (not): paint with pure colours, such as those of the mask "
-            "that site walkable writes"
+            f"{path}: nothing in it is green (walkable) or red (not): paint with pure colours, such as those of the "
+            "mask that site walkable writes"
         )
     return mask
 
