@@ -1,6 +1,7 @@
 package org.vislam2tag.app.record;
 
 import android.app.Activity;
+import android.app.AlertDialog;
 import android.content.ComponentName;
 import android.content.Intent;
 import android.content.ServiceConnection;
@@ -42,7 +43,7 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     findViewById(R.id.control_point).setOnTouchListener(this::touched);
     findViewById(R.id.control_point).setOnClickListener(view -> press()); // screen readers click, and never touch
     findViewById(R.id.undo).setOnClickListener(view -> undo());
-    findViewById(R.id.stop).setOnClickListener(view -> stop());
+    findViewById(R.id.stop).setOnClickListener(view -> askToStop());
     bindService(new Intent(this, RecordingService.class), this, BIND_AUTO_CREATE);
   }
 
@@ -112,6 +113,12 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     if (recording != null) {
       recording.recorder().undoPress();
     }
+  }
+
+  /** Stop stands beside Undo, under a thumb that walks. */
+  private void askToStop() {
+    new AlertDialog.Builder(this).setMessage(R.string.stop_question).setNegativeButton(R.string.go_on, null)
+        .setPositiveButton(R.string.stop, (dialog, which) -> stop()).show();
   }
 
   private void stop() {
