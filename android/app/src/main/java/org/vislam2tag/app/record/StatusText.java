@@ -1,6 +1,7 @@
 package org.vislam2tag.app.record;
 
 import org.vislam2tag.app.R;
+import org.vislam2tag.app.Words;
 import org.vislam2tag.core.record.TrackingState;
 import org.vislam2tag.core.session.RecorderStatus;
 import org.vislam2tag.core.walk.WalkStatus;
@@ -8,11 +9,6 @@ import org.vislam2tag.core.walk.Warning;
 
 /** The recording's status in the collector's words. */
 final class StatusText {
-  /** Where sentences come from: {@code Context.getString} in the app. */
-  interface Words {
-    String of(int id, Object... parts);
-  }
-
   private final Words words;
 
   StatusText(Words words) {

@@ -89,10 +89,15 @@ public final class Surroundings extends BroadcastReceiver implements Feed {
     }
   }
 
+  /** Is any way of finding the place switched on? {@code location} may be null. */
+  public static boolean isLocationOn(LocationManager location) {
+    return location != null && (location.isProviderEnabled(LocationManager.GPS_PROVIDER)
+        || location.isProviderEnabled(LocationManager.NETWORK_PROVIDER));
+  }
+
   /** Without location services Android hands out no scans. */
   private void tellLocation() {
-    boolean on = location != null
-        && (location.isProviderEnabled(LocationManager.GPS_PROVIDER) || location.isProviderEnabled(LocationManager.NETWORK_PROVIDER));
+    boolean on = isLocationOn(location);
     if (on != locationOn) {
       locationOn = on;
       recorder.event(on ? "location_on" : "location_off", "");

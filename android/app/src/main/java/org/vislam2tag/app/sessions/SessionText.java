@@ -1,17 +1,13 @@
 package org.vislam2tag.app.sessions;
 
 import org.vislam2tag.app.R;
+import org.vislam2tag.app.Words;
 import org.vislam2tag.app.record.EndText;
 import org.vislam2tag.core.handover.UploadException;
 import org.vislam2tag.core.session.StoredSession;
 
 /** Sessions and their uploads in the collector's words. */
 final class SessionText {
-  /** Where sentences come from: {@code Context.getString} in the app. */
-  interface Words {
-    String of(int id, Object... parts);
-  }
-
   private final Words words;
 
   SessionText(Words words) {

@@ -14,6 +14,7 @@ import java.util.Arrays;
 import java.util.List;
 import org.vislam2tag.app.ar.LandmarkImages;
 import org.vislam2tag.app.recording.RecordingService;
+import org.vislam2tag.app.sensing.Surroundings;
 import org.vislam2tag.core.record.SensorKind;
 
 /** Looks at the phone before a start. */
@@ -33,7 +34,7 @@ final class PhoneLook {
     facts.cameraAllowed = Permissions.isGiven(context, android.Manifest.permission.CAMERA);
     facts.locationAllowed = Permissions.isGiven(context, android.Manifest.permission.ACCESS_FINE_LOCATION);
     facts.bluetoothAllowed = Permissions.bluetoothAllowed(context, Build.VERSION.SDK_INT);
-    facts.locationOn = locationOn();
+    facts.locationOn = Surroundings.isLocationOn((LocationManager) context.getSystemService(Context.LOCATION_SERVICE));
     WifiManager wifi = (WifiManager) context.getApplicationContext().getSystemService(Context.WIFI_SERVICE);
     facts.wifiOn = wifi != null && (wifi.isWifiEnabled() || wifi.isScanAlwaysAvailable());
     facts.scansThrottled = wifi != null && Build.VERSION.SDK_INT >= ANDROID_11 && wifi.isScanThrottleEnabled();
@@ -58,12 +59,6 @@ final class PhoneLook {
       default: // too old, not installed, or not to be known: asking to install tells
         return PhoneFacts.ArCore.NEEDS_INSTALL;
     }
-  }
-
-  private boolean locationOn() {
-    LocationManager location = (LocationManager) context.getSystemService(Context.LOCATION_SERVICE);
-    return location != null && (location.isProviderEnabled(LocationManager.GPS_PROVIDER)
-        || location.isProviderEnabled(LocationManager.NETWORK_PROVIDER));
   }
 
   private boolean bluetoothOn() {
