@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.core.drift import STATES, Drift, Kind, transitions
+from vislam2tag.core.drift import STATES, Directed, Drift, Kind, transitions
 
 
 def wiggly(seed: int, n: int) -> tuple[ComplexArray, FloatArray]:
@@ -48,6 +48,16 @@ def test_drift_over_two_stretches_is_that_of_the_whole(seed: int, ends: tuple[in
         carry = transitions(path, b, c)
         joined = carry @ drift.between(a, b) @ carry.transpose(0, 2, 1) + drift.between(b, c)
         np.testing.assert_allclose(drift.between(a, c), joined, atol=1e-8)
+
+
+@given(seed=st.integers(0, 2**32 - 1), ends=st.tuples(*[st.integers(0, 19)] * 2))
+def test_directed_drift_is_the_sum_of_every_steps_square(seed: int, ends: tuple[int, int]) -> None:
+    path, _ = wiggly(seed, 20)
+    by, (a, b) = np.diff(path), sorted(ends)
+    axes = np.stack((by.real, by.imag), axis=1)[a:b]
+    total = np.zeros((STATES, STATES))
+    total[:2, :2] = axes.T @ axes
+    np.testing.assert_allclose(Directed.along(by).between(np.array([a]), np.array([b]))[0], total, atol=1e-9)
 
 
 def test_random_walks_of_heading_scale_and_position_spread_as_stated() -> None:

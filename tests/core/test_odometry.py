@@ -122,6 +122,22 @@ def test_a_break_is_taken_out_and_reported(size_m: float) -> None:
     assert np.count_nonzero(odometry.jump_m2) == 1
 
 
+@pytest.mark.parametrize("turned_rad", [0.0, 2.0])
+def test_a_step_that_may_have_slipped_stays_and_says_which_way(turned_rad: float) -> None:
+    _, session = logged(4)
+    session = moved(session, after(session, 500), turned_rad, 3.0 + 0j)  # a map update: the ACS is another one
+    before = continuous_odometry(*session)
+    shift = 0.025 * np.exp(1j)  # more than five, less than ten times the scatter
+    in_acs = complex(shift * np.exp(1j * turned_rad))
+    slipped = continuous_odometry(*moved(session, after(session, 1000), 0.0, in_acs, with_map=False))
+    (step,) = np.flatnonzero(np.abs(slipped.doubt - before.doubt) > MILLIMETRE)
+    assert step == 999
+    assert np.angle(slipped.doubt[step] / shift) == pytest.approx(0, abs=0.3)
+    assert 0.2 * abs(shift) < abs(slipped.doubt[step]) < 0.7 * abs(shift)
+    assert not slipped.jump_m2.any()
+    np.testing.assert_allclose(np.diff(slipped.path)[step] - np.diff(before.path)[step], shift, atol=MILLIMETRE)
+
+
 def test_a_camera_that_holds_its_pose_for_long_is_lost() -> None:
     walk, (camera, log) = logged(5)
     frozen = slice(900, 990)

@@ -52,10 +52,10 @@ def test_a_doubtful_step_says_when_it_happened_and_a_known_jump_is_not_told_twic
     walk = loops(7, TYPICAL, marks=8, laps=2, survey_m=0.02)
     walked = walk.walked()
     step = int(walked.nodes[6]) + 10
-    doubtful = np.zeros(len(walked.odometry.path) - 1)
-    doubtful[step] = 1e-4
+    doubt = np.zeros(len(walked.odometry.path) - 1, dtype=np.complex128)
+    doubt[step] = 0.01j
     walked = slipped(walked, step, 2.0j)
-    (event,) = found(walk, replace(walked, odometry=replace(walked.odometry, jump_m2=doubtful)))
+    (event,) = found(walk, replace(walked, odometry=replace(walked.odometry, doubt=doubt)))
     assert event.frame == step + 1
-    known = replace(walked.odometry, jump_m2=doubtful, jumped=doubtful > 0)
+    known = replace(walked.odometry, doubt=doubt, jumped=doubt != 0)
     assert found(walk, replace(walked, odometry=known)) == ()

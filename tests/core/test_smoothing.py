@@ -161,6 +161,23 @@ def test_a_jump_in_an_unknown_direction_bends_only_its_own_stretch() -> None:
     assert error[outside].max() < 2 * clean.max() + 0.1
 
 
+@pytest.mark.parametrize("along", [True, False])
+def test_a_slip_is_put_at_the_doubtful_step_that_it_fits(*, along: bool) -> None:
+    walk = loops(12, TYPICAL, marks=8, laps=1)
+    walked = walk.walked()
+    first, last = walked.nodes[3], walked.nodes[4]
+    early, late = int(0.2 * last + 0.8 * first), int(0.8 * last + 0.2 * first)
+    slip = 1.2 * np.exp(0.7j)
+    path = walked.odometry.path.copy()
+    path[late + 1 :] += slip
+    doubt = np.zeros(len(path) - 1, dtype=np.complex128)
+    doubt[early], doubt[late] = 0.3j * slip, (0.3 if along else 0.3j) * slip
+    walked = replace(walked, odometry=replace(walked.odometry, path=path, doubt=doubt))
+    middle = slice(early + 1, late + 1)
+    error = lengths(errors(walk, solved(walk, walked=walked)))[middle].mean()
+    assert error < 0.15 if along else error > 0.3
+
+
 def test_covariances_hold_what_they_say_on_walks_of_the_model() -> None:
     inside = []
     for seed in range(10):

@@ -40,7 +40,7 @@ def test_turning_lets_the_heading_drift_but_not_the_position() -> None:
         Walked.of(*loops(2, marks=2, laps=1, size_m=size).logged(), range_m=6.0) for size in ((60.0, 59.0), (2.5, 2.4))
     )
     per_metre = {
-        name: {source: walk.step_variance[source].sum() / walk.odometry.walked_m.sum() for source in Source}
+        name: {source: steps.sum() / walk.odometry.walked_m.sum() for source, steps in walk.step_variance.items()}
         for name, walk in (("straight", straight), ("curved", curved))
     }
     assert per_metre["curved"][Source.HEADING] > 1.2 * per_metre["straight"][Source.HEADING]

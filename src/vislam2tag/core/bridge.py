@@ -15,7 +15,7 @@ from vislam2tag.core.model import LEAST_DRIFT, Model
 from vislam2tag.core.noise import Source
 
 KNOT_S = 0.25
-"""States are computed this densely, at all nodes and at both ends of every jump and pause; linear between.
+"""States are computed this densely, at all nodes and at both ends of every jump, doubt and pause; linear between.
 
 A pause is a step that lasts longer: interpolation goes by frame, so that its start must be a knot, too.
 """
@@ -82,7 +82,7 @@ def _knots(model: Model) -> IntArray:
     wanted[model.walked.nodes] = True
     wanted[np.flatnonzero(np.diff(np.floor(odometry.time_s / KNOT_S)) > 0) + 1] = True
     paused = np.diff(odometry.time_s) > KNOT_S
-    apart = np.flatnonzero(paused | (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0))
+    apart = np.flatnonzero(paused | (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0) | (odometry.doubt != 0))
     wanted[apart] = wanted[apart + 1] = True
     return np.flatnonzero(wanted)
 

@@ -43,9 +43,7 @@ class Drift:
         if kind is not Kind.POSITION:
             x, y = centred.real[1:], centred.imag[1:]
             terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
-        sums = np.zeros((len(terms), len(path)))
-        np.cumsum(terms, axis=1, out=sums[:, 1:])
-        return cls(kind, centred, sums)
+        return cls(kind, centred, _summed(terms))
 
     def between(self, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
@@ -68,6 +66,34 @@ class Drift:
         drift[:, 0, row] = drift[:, row, 0] = mean_x
         drift[:, 1, row] = drift[:, row, 1] = mean_y
         return drift
+
+
+@dataclass(frozen=True)
+class Directed:
+    """Running sums of position drift along a direction of its own at each step; make it by :meth:`along`."""
+
+    sums: FloatArray
+    """(3, n): xx, xy, yy after each step."""
+
+    @classmethod
+    def along(cls, by: ComplexArray) -> Directed:
+        """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
+        return cls(_summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
+
+    def between(self, a: IntArray, b: IntArray) -> FloatArray:
+        """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
+        xx, xy, yy = self.sums.take(b, axis=1) - self.sums.take(a, axis=1)
+        drift = np.zeros((len(a), STATES, STATES))
+        drift[:, 0, 0], drift[:, 1, 1] = xx, yy
+        drift[:, 0, 1] = drift[:, 1, 0] = xy
+        return drift
+
+
+def _summed(terms: FloatArray) -> FloatArray:
+    """Running sums (t, n) of terms (t, n - 1), from nothing at the first frame."""
+    sums = np.zeros((len(terms), terms.shape[1] + 1))
+    np.cumsum(terms, axis=1, out=sums[:, 1:])
+    return sums
 
 
 def transitions(path: ComplexArray, a: IntArray, b: IntArray) -> FloatArray:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.drift import STATES, Drift, Kind, transitions
+from vislam2tag.core.drift import STATES, Directed, Drift, Kind, transitions
 from vislam2tag.core.noise import Source
 from vislam2tag.core.walked import Walked
 
@@ -47,13 +47,16 @@ class Model:
     rough: bool
 
     @cached_property
-    def sums(self) -> dict[Source, tuple[Drift, ...]]:
+    def sums(self) -> dict[Source, tuple[Drift | Directed, ...]]:
         """Running sums of each source's drift along the reference path."""
         kinds = ROUGH_KINDS if self.rough else KINDS
         variance = self.walked.step_variance
-        return {
-            source: tuple(Drift.along(kind, self.path, variance[source]) for kind in kinds[source]) for source in Source
+        sums: dict[Source, tuple[Drift | Directed, ...]] = {
+            source: tuple(Drift.along(kind, self.path, steps) for kind in kinds[source])
+            for source, steps in variance.items()
         }
+        doubt = Directed.along(self.walked.odometry.doubt * self.turn[:-1])
+        return {**sums, Source.DOUBT: (doubt,)}
 
     def drift(self, source: Source, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""

@@ -17,10 +17,12 @@ class Source(Enum):
     """Steps that are no motion: what is not known of where they led."""
     JUMP_TURN = "jump_turn"
     """... and of how they turned."""
+    DOUBT = "doubt"
+    """Steps that may have slipped, along what they exceed plausible ones by."""
 
 
 ESTIMATED = (Source.POSITION, Source.HEADING, Source.SCALE)
-"""Sources whose level is estimated; the level of jumps is given with each jump."""
+"""Sources whose level is estimated; that of jumps and doubts is given with each of them."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ TAIL = {
     Source.SCALE: 20.0,
     Source.JUMP: 2.0,
     Source.JUMP_TURN: 2.0,
+    Source.DOUBT: 2.0,
 }
 """Degrees of freedom of Student's t for the drift of a stretch: the fewer, the more often far worse than usual."""
 SIGHTING_TAIL = 3.0

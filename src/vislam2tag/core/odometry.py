@@ -34,7 +34,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 BEFORE, AFTER = (-3, -2, -1), (1, 2, 3)
 """Neighbouring steps whose median predicts a step."""
 SUSPICIOUS = 5.0
-"""A step that misses its prediction by more than this many standard deviations may be no motion in part."""
+"""A step that misses its prediction by more than this many standard deviations may have slipped by the excess."""
 IMPOSSIBLE = 10.0
 """... and by more than this, and by more than anybody walks, is none at all."""
 LEAST_SPREAD_M = 0.003
@@ -60,7 +60,8 @@ class Odometry:
     ``frame`` (n,) indices into the camera track; ``time_s`` (n,) from the first; ``path`` (n,) complex, metres;
     ``turn`` (n,) complex, unit: ``continuous_R_acs`` of each frame. For the n - 1 steps: ``walked_m``, ``turned_rad``
     (camera, about the vertical), ``jump_m2`` and ``jump_rad2``: variances per axis, beyond the usual drift, of
-    steps that are not trusted.
+    steps that are not trusted. ``doubt`` (n - 1,) complex, metres, continuous frame: which way and by how much steps
+    that are taken for motion exceed plausible ones; they may have slipped along it.
     """
 
     frame: IntArray
@@ -71,6 +72,7 @@ class Odometry:
     turned_rad: FloatArray
     jump_m2: FloatArray
     jump_rad2: FloatArray
+    doubt: ComplexArray
     rewritten: BoolArray
     """(n,) frames at which the tracker rewrote its map: a landmark that moved then was not seen then."""
     aside_m2: FloatArray
@@ -98,6 +100,12 @@ class _Steps:
     def miss_m(self) -> FloatArray:
         """Distance of each step from its prediction."""
         return np.abs(self.moved - self.expected)
+
+    @property
+    def excess(self) -> ComplexArray:
+        """How each step misses its prediction, but for what is usual: complex metres in the ACS plane."""
+        share = 1 - SUSPICIOUS * self.spread_m / np.maximum(self.miss_m, SUSPICIOUS * self.spread_m)
+        return np.asarray((self.moved - self.expected) * share)
 
 
 @dataclass(frozen=True)
@@ -147,6 +155,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         turned_rad=np.abs(steps.twist),
         jump_m2=jump_m2,
         jump_rad2=jump_rad2,
+        doubt=np.where(verdict.motion, steps.excess, 0) * turn[:-1],
         rewritten=np.concatenate(([False], moves.moved)),
         aside_m2=aside_m2,
         jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
@@ -206,9 +215,8 @@ def _told(moves: MapMoves) -> BoolArray:
 
 def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatArray, FloatArray]:
     """Variances (n - 1,) of where the steps led, m^2 per axis, and of how they turned, rad^2."""
-    excess = np.maximum(steps.miss_m - SUSPICIOUS * steps.spread_m, 0.0)
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
-    jump_m2 = np.where(verdict.jump, led, np.where(verdict.motion, excess**2, 0.0))
+    jump_m2 = np.where(verdict.jump, led, 0.0)
     # A camera that turned in no time may have been turned with its map, or not.
     camera_turn = steps.twist - np.real(_predicted(steps.twist.astype(np.complex128), steps.dt, BEFORE + AFTER))
     turn = np.where(_told(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))

@@ -30,7 +30,7 @@ def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
     for k in np.flatnonzero(unusual).tolist():
         start, stop = walked.nodes[k : k + 2].tolist()
         if not walked.odometry.jumped[start:stop].any():
-            doubt = walked.odometry.jump_m2[start:stop]
+            doubt = np.abs(walked.odometry.doubt[start:stop])
             at = start + int(doubt.argmax()) + 1 if doubt.any() else (start + stop) // 2
             frame = int(walked.odometry.frame[at])
             found.append(TrackerEvent(EventKind.SLIP, frame, float(size[k]), float(off[k, 3])))

@@ -42,7 +42,7 @@ class Walked:
 
     @cached_property
     def step_variance(self) -> dict[Source, FloatArray]:
-        """For each source the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
+        """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
         odometry = self.odometry
         way = odometry.walked_m + METRES_PER_S * np.diff(odometry.time_s)
         turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)

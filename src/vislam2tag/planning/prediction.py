@@ -137,6 +137,7 @@ def _walked(path: FloatArray, sheets: Sheets, at: IntArray, landmark: IntArray) 
         turned_rad=turned,
         jump_m2=nothing,
         jump_rad2=nothing,
+        doubt=nothing.astype(np.complex128),
         rewritten=np.zeros(count, dtype=np.bool_),
         aside_m2=zero,
         jumped=np.zeros(count - 1, dtype=np.bool_),
