@@ -61,6 +61,13 @@ def test_familiar_errors_are_held_whatever_is_strange(familiar: int, strange: in
     assert np.mean(part.error_m <= r95 * (1 + 1e-9)) >= min(0.95, 1 - 1 / familiar)
 
 
+def test_radii_stop_growing_where_nothing_was_tried() -> None:
+    radii = fitted_novelty_radii(held_out(500, 0.02, 8.0, 0), held_out(500, 0.3, 8.0, 1))
+    new = np.array([0.1, 10.0, 1000.0])
+    for grown in radii.radii_m(np.ones(3), new):
+        assert grown[0] < grown[1] == grown[2]
+
+
 def test_without_any_error_nothing_is_promised() -> None:
     nothing = HeldOut.joined([])
     r68, r95 = fitted_novelty_radii(nothing, held_out(9, 0.1, 1.0, 0)).radii_m(np.zeros(2), np.zeros(2))

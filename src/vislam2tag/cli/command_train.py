@@ -90,6 +90,8 @@ def _print(trained: Trained, seconds: float) -> None:
         f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
         f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
     )
+    for remark in model.remarks():
+        typer.echo(remark)
     typer.echo("not tested: give --split" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
         typer.echo(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")

@@ -6,7 +6,7 @@ import importlib
 import math
 import pkgutil
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -69,6 +69,10 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Return the mean error in the plane in metres, negated (scikit-learn: greater is better)."""
         error = np.hypot(*(self.predict(scans).xy - places.xy).T)
         return -float(np.nanmean(error))
+
+    def remarks(self) -> Sequence[str]:
+        """Return what somebody who trained the model should know of its training data, a sentence each."""
+        return ()
 
     @abstractmethod
     def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.altered_scans import altered
+from vislam2tag.positioning.contradicted import contradicted
 from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.extra import import_extra
@@ -27,7 +28,11 @@ _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _SEED_STEP = 1000
 """Between the seeds of two networks."""
+_STOREY_TRAINING = {"steps": 500, "batch_size": 64, "learning_rate": 2e-3, "widths": (192,)}
+"""Of networks that tell storeys; by cross-validation on Tampere's training part."""
 _AT_ONCE = 1024
+NETWORKS_WEIGHT = 2.0
+"""Of what the networks say on average, however many there are; the kernel's weight is 1."""
 LEAST = 1e-9
 """What a cell of the storey is worth at least, so that every scan has a place."""
 Targets = Callable[[Places], FloatArray]
@@ -40,7 +45,9 @@ class Setup:
     copies: int
     """Altered copies of each scan for the kernels."""
     networks: Sequence[float]
-    """A network is trained for each of these exponents of levels."""
+    """A network learns cells for each of these exponents of levels."""
+    storey_networks: Sequence[float]
+    """The same for storeys."""
     seed: int
 
 
@@ -92,6 +99,9 @@ class CellKernel:
     coordinates: ScanKernel
     alike: AlikeScans
     networks: tuple[DenseLayers, ...] = ()
+    storey_networks: tuple[DenseLayers, ...] = ()
+    contradicted: int = 0
+    """Scans that were not learned from, as the others contradict their storey."""
 
     def answer(self, scans: RadioScans) -> CellAnswer:
         """Say where scans (n) were taken."""
@@ -102,10 +112,9 @@ class CellKernel:
         probability = _shares(self.storeys(level), 0.0)
         density = _shares(self.density(level), LEAST)
         if self.networks:
-            of_networks = np.sum([network(level) for network in self.networks], axis=0)
-            density += of_networks
-            on = np.eye(probability.shape[1])[self.cells.storey]
-            probability = (probability + of_networks @ on / len(self.networks)) / 2
+            density += NETWORKS_WEIGHT * np.mean([network(level) for network in self.networks], axis=0)
+        if self.storey_networks:
+            probability = (probability + np.mean([network(level) for network in self.storey_networks], axis=0)) / 2
         xy = self.cells.median(density * self.cells.on(probability.argmax(axis=1)))
         dispersal_m, novelty = self.alike.compared(directions(level), xy)
         spread_m = np.sqrt(self.cells.spread_m(density, xy) * dispersal_m)
@@ -113,7 +122,9 @@ class CellKernel:
 
 
 def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> CellKernel:
-    """Learn cells and storeys."""
+    """Learn cells and storeys from the scans whose storey the others do not contradict."""
+    doubted = contradicted(scans, places.storey, _centres(len(scans), setup))
+    scans, places = scans[~doubted], places[~doubted]
     cells = cells_near(places, shape.cell_m)
     one_hot = np.eye(len(places.storeys))
     examples = scans, places
@@ -121,25 +132,35 @@ def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> Ce
     (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
     (coordinates,) = _solved(examples, lambda p: p.xy, PLACE_SHARPNESS, [PLACE_RIDGE], setup)
     alike = AlikeScans.of(density.centre, places.xy[_centres(len(scans), setup)])
-    return CellKernel(cells, density, storeys, coordinates, alike, _networks(scans, places, cells, shape, setup))
+    networks = _networks(examples, lambda p: cells.blobs(p, shape.width_m), setup.networks, {}, setup.seed)
+    of_storeys = _networks(
+        examples, lambda p: one_hot[p.storey], setup.storey_networks, _STOREY_TRAINING, setup.seed + _SEED_STEP
+    )
+    return CellKernel(cells, density, storeys, coordinates, alike, networks, of_storeys, int(doubted.sum()))
 
 
 def _networks(
-    scans: RadioScans, places: Places, cells: DensityCells, shape: Shape, setup: Setup
+    examples: tuple[RadioScans, Places],
+    targets: Targets,
+    exponents: Sequence[float],
+    training: Mapping[str, Any],
+    seed: int,
 ) -> tuple[DenseLayers, ...]:
-    if not len(setup.networks):
+    """Train a network onto targets of places for each exponent of levels."""
+    if not len(exponents):
         return ()
-    training = import_extra("vislam2tag.positioning.networks.density_network")
+    network = import_extra("vislam2tag.positioning.networks.density_network")
+    scans, places = examples
     level = levels(scans)
     return tuple(
-        training.trained(
+        network.trained(
             level,
-            lambda rows: cells.blobs(places[rows], shape.width_m),
+            lambda rows: targets(places[rows]),
             exponent,
-            training.Training(),
-            setup.seed + _SEED_STEP * number,
+            network.Training(**training),
+            seed + _SEED_STEP * number,
         )
-        for number, exponent in enumerate(setup.networks)
+        for number, exponent in enumerate(exponents)
     )
 
 

@@ -23,6 +23,8 @@ ALIKE, ANSWERING = 3, 5
 _MOST_GROWTH = 16.0
 """Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
 signals hardly tell both apart, familiar ones would pay for the others."""
+_AS_NEW = 0.75
+"""Radii grow up to the novelty that this share of scans from left-out places has: beyond, nothing was tried."""
 _STEPS = 40
 
 
@@ -110,22 +112,25 @@ class NoveltyRadii:
     """Median of the errors on familiar scans; scale where guesses do not spread."""
     growth_68: Growth
     growth_95: Growth
+    most_novel: float
+    """Whatever is newer counts as this."""
 
     def radii_m(self, spread_m: FloatArray, novelty: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the 68 % and 95 % radii (n,) of scans whose guesses spread this far."""
-        scale_m = _scale(self.base_m, spread_m)
+        scale_m, novelty = _scale(self.base_m, spread_m), np.minimum(novelty, self.most_novel)
         return self.growth_68.radius_m(scale_m, novelty), self.growth_95.radius_m(scale_m, novelty)
 
     def array(self) -> FloatArray:
-        """Return the five numbers, for saving."""
+        """Return the six numbers, for saving."""
         growths = (self.growth_68, self.growth_95)
-        return np.array([self.base_m, *(number for one in growths for number in (one.factor, one.by_novelty))])
+        numbers = (number for one in growths for number in (one.factor, one.by_novelty))
+        return np.array([self.base_m, *numbers, self.most_novel])
 
     @classmethod
     def restored(cls, arrays: Mapping[str, AnyArray], name: str) -> Self:
         """Take back what :meth:`array` gave."""
-        base_m, *growth = (float(number) for number in arrays[name])
-        return cls(base_m, Growth(*growth[:2]), Growth(*growth[2:]))
+        base_m, *growth, most_novel = (float(number) for number in arrays[name])
+        return cls(base_m, Growth(*growth[:2]), Growth(*growth[2:]), most_novel)
 
 
 def _scale(base_m: float, spread_m: FloatArray) -> FloatArray:
@@ -138,10 +143,14 @@ def fitted_novelty_radii(familiar: HeldOut, strange: HeldOut) -> NoveltyRadii:
     Circles hold their share of both; where signals cannot tell them apart, of the familiar ones.
     """
     if not len(familiar):
-        return NoveltyRadii(UNKNOWN_M, Growth(1.0, 0.0), Growth(2.0, 0.0))
+        return NoveltyRadii(UNKNOWN_M, Growth(1.0, 0.0), Growth(2.0, 0.0), 0.0)
     base_m = float(np.median(familiar.error_m))
-    near, far = (HeldOut(one.error_m, _scale(base_m, one.scale_m), one.novelty) for one in (familiar, strange))
-    return NoveltyRadii(base_m, _growth(near, far, SIXTY_EIGHT), _growth(near, far, NINETY_FIVE))
+    most_novel = float(np.quantile(strange.novelty, _AS_NEW)) if len(strange) else 0.0
+    near, far = (
+        HeldOut(one.error_m, _scale(base_m, one.scale_m), np.minimum(one.novelty, most_novel))
+        for one in (familiar, strange)
+    )
+    return NoveltyRadii(base_m, _growth(near, far, SIXTY_EIGHT), _growth(near, far, NINETY_FIVE), most_novel)
 
 
 def _growth(familiar: HeldOut, strange: HeldOut, share: float) -> Growth:

@@ -63,20 +63,24 @@ class NormalEquations:
         """Count in examples, part after part: levels (n, a) and what to answer (n, t)."""
         for level, target in examples:
             for rows in (slice(at, at + _AT_ONCE) for at in range(0, len(level), _AT_ONCE)):
-                like = _likeness(level[rows], self.centre, self.sharpness)
+                like = self.likeness(level[rows])
                 self.gram += like.T @ like
                 self.moment += like.T @ (target[rows] - self.mean)
         return self
 
+    def likeness(self, level: FloatArray) -> FloatArray:
+        """Return how like the centres scans of these levels (n, a) are: (n, m) from 0 to 1."""
+        return _likeness(level, self.centre, self.sharpness)
+
+    def normal(self, ridge: float) -> FloatArray:
+        """Return the matrix (m, m) of the equations, smoothed by this much."""
+        among = np.exp(2 * self.sharpness * (self.centre @ self.centre.T - 1))
+        return np.asarray(self.gram + ridge * among + _JITTER * np.eye(len(among)))
+
     def solved(self, ridges: Sequence[float]) -> list[ScanKernel]:
         """Return the function for each ridge."""
-        among = np.exp(2 * self.sharpness * (self.centre @ self.centre.T - 1))
-        functions = []
-        for ridge in ridges:
-            normal = self.gram + ridge * among + _JITTER * np.eye(len(among))
-            weight = cho_solve(cho_factor(normal), self.moment)
-            functions.append(ScanKernel(self.centre, weight, self.mean, self.sharpness))
-        return functions
+        weights = (cho_solve(cho_factor(self.normal(ridge)), self.moment) for ridge in ridges)
+        return [ScanKernel(self.centre, weight, self.mean, self.sharpness) for weight in weights]
 
 
 def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:

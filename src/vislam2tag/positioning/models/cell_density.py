@@ -43,10 +43,8 @@ WIDTHS_M = (2.5, 5.0)
 _CHOSEN_WITH = 1000
 """Most scans that the choice looks at."""
 _CHOICE_FOLDS = 3
-_DEALT = 5
-_AREA_FOLDS = 3
-"""Walks, phones and areas are dealt to so many folds; of those of areas, so many are left out in turn."""
-_MANY_PHONES = 5
+_DEALT, _TRIED = 5, 3
+"""Scans and areas are dealt to so many folds, of which so many are left out in turn."""
 _HALVES = (1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
 """Tried, in median novelties of scans from areas that were left out."""
 _AREA_M = 15.0
@@ -70,9 +68,8 @@ class CellDensity(Positioner):
     """The model.
 
     How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
-    errors on scans it did not learn from: those of other phones where there are five or more, else of other walks; how
-    they grow where a scan is unlike all that was learned, to errors in areas that were left out. There coordinates are
-    regressed, as a density knows only places that were learned.
+    errors on scans it did not learn from; how they grow where a scan is unlike all that was learned, to errors in areas
+    that were left out. There coordinates are regressed, as a density knows only places that were learned.
     """
 
     shape_: Shape
@@ -81,10 +78,18 @@ class CellDensity(Positioner):
     radii_: NoveltyRadii
     height_m_: FloatArray
 
-    def __init__(self, *, copies: int = 4, networks: Sequence[float] = (), seed: int = 0) -> None:
-        """Take altered copies of each scan, and the exponent of levels for each network to average in."""
+    def __init__(
+        self,
+        *,
+        copies: int = 4,
+        networks: Sequence[float] = (),
+        storey_networks: Sequence[float] = (),
+        seed: int = 0,
+    ) -> None:
+        """Take altered copies of each scan, and the exponent of levels for each network of cells and of storeys."""
         self.copies = copies
         self.networks = networks
+        self.storey_networks = storey_networks
         self.seed = seed
 
     def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
@@ -95,10 +100,11 @@ class CellDensity(Positioner):
         self.kernel_ = learned(scans, places, self.shape_, setup)
         self._tell(0.7)
         given = usable(validation)
-        walks, areas = _phones_or_walks(scans, places, self.seed), _areas(places, self.seed)
-        familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, walks, networks=1))
+        apart = folds(np.arange(len(scans)), _DEALT, self.seed)
+        familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, apart, networks=1))
         self._tell(0.85)
-        strange = list(self._left_out(scans, places, islice(areas, _AREA_FOLDS), networks=0))
+        areas = folds(area_of(places, _AREA_M), _DEALT, self.seed)
+        strange = list(self._left_out(scans, places, areas, networks=0))
         self.half_ = _half(familiar, strange)
         self.radii_ = fitted_novelty_radii(_joined(familiar, self.half_), _joined(strange, self.half_))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
@@ -106,9 +112,10 @@ class CellDensity(Positioner):
         self._tell(1.0)
 
     def _setup(self, networks: int | None = None) -> Setup:
-        if self.copies < 0 or any(exponent <= 0 for exponent in self.networks):
-            raise UsageError(f"copies={self.copies}, networks={self.networks}: must be 0 or more, and above 0")
-        return Setup(self.copies, self.networks[:networks], self.seed)
+        exponents = [*self.networks, *self.storey_networks]
+        if self.copies < 0 or any(exponent <= 0 for exponent in exponents):
+            raise UsageError(f"copies={self.copies}, networks={exponents}: must be 0 or more, and above 0")
+        return Setup(self.copies, self.networks[:networks], self.storey_networks[:networks], self.seed)
 
     def _tell(self, share: float) -> None:
         if self.progress:
@@ -136,7 +143,7 @@ class CellDensity(Positioner):
     def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[Tried]:
         """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
         setup = self._setup(networks)
-        for learn, left in masks:
+        for learn, left in islice(masks, _TRIED):
             yield _tried(learned(scans[learn], places[learn], self.shape_, setup), (scans[left], places[left]))
 
     def _predict(self, scans: RadioScans) -> Positions:
@@ -152,6 +159,12 @@ class CellDensity(Positioner):
             radius_68_m=radius_68_m,
             radius_95_m=radius_95_m,
         )
+
+    def remarks(self) -> Sequence[str]:
+        """Say how many scans were left out."""
+        count = self.kernel_.contradicted
+        said = f"{count} fingerprint{'' if count == 1 else 's'} not learned from: the others contradict the floor"
+        return [said] if count else []
 
     def torch_module(self) -> Any:
         """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
@@ -177,7 +190,9 @@ class CellDensity(Positioner):
             "centre_apart": self.kernel_.alike.apart,
             "radii": self.radii_.array(),
             "height_m": self.height_m_,
-            **_network_arrays(self.kernel_.networks),
+            "contradicted": np.array([self.kernel_.contradicted]),
+            **_network_arrays("network", self.kernel_.networks),
+            **_network_arrays("storey_network", self.kernel_.storey_networks),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
@@ -189,24 +204,13 @@ class CellDensity(Positioner):
             ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
             ScanKernel(centre, arrays["place_weight"], arrays["place_mean"], PLACE_SHARPNESS),
             AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
-            _networks_kept(arrays, self.networks),
+            _networks_kept("network", arrays, self.networks),
+            _networks_kept("storey_network", arrays, self.storey_networks),
+            int(arrays["contradicted"][0]),
         )
         self.half_ = float(arrays["half"][0])
         self.radii_ = NoveltyRadii.restored(arrays, "radii")
         self.height_m_ = arrays["height_m"]
-
-
-def _phones_or_walks(scans: RadioScans, places: Places, seed: int) -> Iterator[Mask]:
-    """Yield what learns and what is left out.
-
-    Phones only where there are many: a model without one of three errs by what lacks, not by how phones differ.
-    """
-    names, phone = np.unique(scans.device, return_inverse=True)
-    return folds(phone if len(names) >= _MANY_PHONES else walk_of(scans, places), _DEALT, seed)
-
-
-def _areas(places: Places, seed: int) -> Iterator[Mask]:
-    return folds(area_of(places, _AREA_M), _DEALT, seed)
 
 
 def _tried(kernel: CellKernel, part: Part) -> Tried:
@@ -236,28 +240,28 @@ def _mean_error_m(tried: Sequence[Tried], half: float) -> float:
     return float(np.concatenate([one.error_m(half) for one in tried]).mean())
 
 
-def _network_arrays(networks: Sequence[DenseLayers]) -> Arrays:
+def _network_arrays(kind: str, networks: Sequence[DenseLayers]) -> Arrays:
     arrays: Arrays = {}
     for number, network in enumerate(networks):
         for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
-            arrays |= {f"network_{number}_weight_{layer}": weight, f"network_{number}_bias_{layer}": bias}
+            arrays |= {f"{kind}_{number}_weight_{layer}": weight, f"{kind}_{number}_bias_{layer}": bias}
     return arrays
 
 
-def _networks_kept(arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
+def _networks_kept(kind: str, arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
     networks = []
     for number, exponent in enumerate(exponents):
-        count = sum(name.startswith(f"network_{number}_weight_") for name in arrays)
+        count = sum(name.startswith(f"{kind}_{number}_weight_") for name in arrays)
         weights, biases = (
-            tuple(arrays[f"network_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
+            tuple(arrays[f"{kind}_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
         )
         networks.append(DenseLayers(weights, biases, exponent))
     return tuple(networks)
 
 
 def with_networks(**parameters: Any) -> CellDensity:
-    """Make the model with two networks, which see levels differently."""
-    return CellDensity(**{"networks": (1.7, 1.0)} | parameters)
+    """Make the model with two networks of cells, which see levels differently, and four of storeys."""
+    return CellDensity(**{"networks": (1.7, 1.0), "storey_networks": (1.7, 1.0, 1.7, 1.0)} | parameters)
 
 
 register("cell-density", CellDensity)

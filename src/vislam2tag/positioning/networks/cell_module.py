@@ -9,7 +9,7 @@ import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.calibration import SMALLEST_SCALE_M
-from vislam2tag.positioning.cell_kernel import LEAST, CellKernel
+from vislam2tag.positioning.cell_kernel import LEAST, NETWORKS_WEIGHT, CellKernel
 from vislam2tag.positioning.dense_layers import LENGTH, DenseLayers
 from vislam2tag.positioning.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.novelty import ALIKE, ANSWERING, Growth, NoveltyRadii
@@ -25,6 +25,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         self.half, self.radii = half, radii
         self.functions = {"density": kernel.density, "storeys": kernel.storeys, "coordinates": kernel.coordinates}
         self.networks = torch.nn.ModuleList(_Dense(network) for network in kernel.networks)
+        self.storey_networks = torch.nn.ModuleList(_Dense(network) for network in kernel.storey_networks)
         self._keep("height_m", height_m)
         self._keep("cell_centre_m", kernel.cells.centre_m)
         self._keep("cell_storey", kernel.cells.storey)
@@ -51,6 +52,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         spread_m, novelty = self._spread(density, cosine, xy)
         share = (novelty**2 / (novelty**2 + self.half**2))[:, None]
         xy = (1 - share) * xy + share * self._kernel("coordinates", cosine)
+        novelty = novelty.clamp(max=self.radii.most_novel)
         scale_m = torch.sqrt(self.radii.base_m**2 + spread_m**2).clamp(min=SMALLEST_SCALE_M)
         return (
             torch.where(known[:, None], xy, torch.nan),
@@ -69,11 +71,11 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         """Return storey probabilities (n, s) and densities (n, c)."""
         probability = _shares(self._kernel("storeys", cosine), 0.0)
         density = _shares(self._kernel("density", cosine), LEAST)
-        if not len(self.networks):
-            return probability, density
-        of_networks = torch.stack([network(level) for network in self.networks]).sum(dim=0)
-        on = (self.cell_storey[:, None] == torch.arange(probability.shape[1])).to(torch.float64)
-        return (probability + of_networks @ on / len(self.networks)) / 2, density + of_networks
+        if len(self.networks):
+            density = density + NETWORKS_WEIGHT * torch.stack([one(level) for one in self.networks]).mean(dim=0)
+        if len(self.storey_networks):
+            probability = (probability + torch.stack([one(level) for one in self.storey_networks]).mean(dim=0)) / 2
+        return probability, density
 
     def _median(self, density: torch.Tensor) -> torch.Tensor:
         """Take Weiszfeld's steps, as :meth:`DensityCells.median` does."""
