@@ -36,7 +36,7 @@ def track(
 ) -> TrackerLog:
     """Log a walk as the tracker would; ``fault_quantile`` (0 best to 1 worst) ranks it, drawn where None."""
     quantile = float(rng.uniform()) if fault_quantile is None else fault_quantile
-    settings = _of_rank(settings, quantile)
+    settings = of_rank(settings, quantile)
     frames = expose(walk, settings, rng)
     odometry = dead_reckon(frames, settings, rng)
     faults = plan_faults(frames, settings, quantile, rng)
@@ -67,7 +67,7 @@ def track(
     )
 
 
-def _of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
+def of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
     """Scale drift and sighting errors with the session's rank: some phones, halls and hands are better than others."""
     factor = 0.6 + 0.8 * quantile
     drifting = ("sighting_bias_m", "heading_drift_rad", "turning_drift", "scale_sigma", "position_drift_m")
