@@ -14,6 +14,7 @@ from vislam2tag.positioning.contradicted import contradicted
 from vislam2tag.positioning.dense_layers import DenseLayers
 from vislam2tag.positioning.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.extra import import_extra
+from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.novelty import AlikeScans
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.representation import Representation, represented
@@ -22,8 +23,6 @@ from vislam2tag.positioning.scans import RadioScans
 
 STOREY_SHARPNESS, STOREY_RIDGE = 1.0, 1.0
 """Of the kernel that tells storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
-PLACE_SHARPNESS, PLACE_RIDGE = 0.5, 0.15
-"""Of the kernel that regresses coordinates; by leaving out areas of a generated survey's training part."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _SEED_STEP = 1000
@@ -53,11 +52,12 @@ class Setup:
 
 @dataclass(frozen=True)
 class Shape:
-    """How fast the kernel falls, how much it is smoothed, and how far a label reaches."""
+    """How fast the kernel falls, how much it is smoothed, how far a label reaches; how levels of a place differ."""
 
     sharpness: float
     ridge: float
     width_m: float
+    noise_db: float = NOISES_DB[0]
 
     @property
     def cell_m(self) -> float:
@@ -72,8 +72,8 @@ class CellAnswer(NamedTuple):
     """(n, s)"""
     xy: FloatArray
     """(n, 2) the density's place on the likeliest storey, metres."""
-    regressed_xy: FloatArray
-    """(n, 2) the place by regression of coordinates: less exact, but it reaches where nobody was."""
+    field_xy: FloatArray
+    """(n, 2) the place by the field of levels, which reaches where nobody was."""
     spread_m: FloatArray
     """(n,) how far guesses lie apart: geometric mean of the density's mean distance from its place and that of the
     most alike scans' places."""
@@ -81,22 +81,25 @@ class CellAnswer(NamedTuple):
     """(n,) how unlike a scan is to all that was learned."""
 
     def between(self, half: float) -> FloatArray:
-        """Return places (n, 2): the density's where nothing is new, midway at this novelty, the regressed far beyond.
+        """Return places (n, 2): the density's where nothing is new, midway at this novelty, the field's far beyond.
 
-        With an infinite ``half`` the density's everywhere.
+        With an infinite ``half`` the density's everywhere, with 0 the field's.
         """
+        if half == 0:
+            return self.field_xy
         share = (self.novelty**2 / (self.novelty**2 + half**2))[:, None]
-        return np.asarray((1 - share) * self.xy + share * self.regressed_xy)
+        return np.asarray((1 - share) * self.xy + share * self.field_xy)
 
 
 @dataclass(frozen=True)
 class CellKernel:
-    """Cells, and the functions that tell how likely each cell and each storey is, and coordinates."""
+    """Cells, and the functions that tell how likely each cell and each storey is, and what is heard where."""
 
     cells: DensityCells
     density: ScanKernel
     storeys: ScanKernel
-    coordinates: ScanKernel
+    field: LevelField | None
+    """None where the density alone is asked."""
     alike: AlikeScans
     networks: tuple[DenseLayers, ...] = ()
     storey_networks: tuple[DenseLayers, ...] = ()
@@ -105,20 +108,23 @@ class CellKernel:
 
     def answer(self, scans: RadioScans) -> CellAnswer:
         """Say where scans (n) were taken."""
-        parts = [self._answer(levels(scans[rows])) for rows in _blocks(max(len(scans), 1))]
+        parts = [self._answer(scans[rows]) for rows in _blocks(max(len(scans), 1))]
         return CellAnswer(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def _answer(self, level: FloatArray) -> CellAnswer:
+    def _answer(self, scans: RadioScans) -> CellAnswer:
+        level = levels(scans)
         probability = _shares(self.storeys(level), 0.0)
         density = _shares(self.density(level), LEAST)
         if self.networks:
             density += NETWORKS_WEIGHT * np.mean([network(level) for network in self.networks], axis=0)
         if self.storey_networks:
             probability = (probability + np.mean([network(level) for network in self.storey_networks], axis=0)) / 2
-        xy = self.cells.median(density * self.cells.on(probability.argmax(axis=1)))
+        storey = probability.argmax(axis=1)
+        xy = self.cells.median(density * self.cells.on(storey))
+        field_xy = self.field.place(scans.dense(), storey) if self.field else xy
         dispersal_m, novelty = self.alike.compared(directions(level), xy)
         spread_m = np.sqrt(self.cells.spread_m(density, xy) * dispersal_m)
-        return CellAnswer(probability, xy, self.coordinates(level), spread_m, novelty)
+        return CellAnswer(probability, xy, field_xy, spread_m, novelty)
 
 
 def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> CellKernel:
@@ -130,13 +136,14 @@ def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> Ce
     examples = scans, places
     (density,) = _solved(examples, lambda p: cells.blobs(p, shape.width_m), shape.sharpness, [shape.ridge], setup)
     (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
-    (coordinates,) = _solved(examples, lambda p: p.xy, PLACE_SHARPNESS, [PLACE_RIDGE], setup)
-    alike = AlikeScans.of(density.centre, places.xy[_centres(len(scans), setup)])
+    centres = _centres(len(scans), setup)
+    (field,) = learned_fields(scans[centres].dense(), places[centres], [shape.noise_db])
+    alike = AlikeScans.of(density.centre, places.xy[centres])
     networks = _networks(examples, lambda p: cells.blobs(p, shape.width_m), setup.networks, {}, setup.seed)
     of_storeys = _networks(
         examples, lambda p: one_hot[p.storey], setup.storey_networks, _STOREY_TRAINING, setup.seed + _SEED_STEP
     )
-    return CellKernel(cells, density, storeys, coordinates, alike, networks, of_storeys, int(doubted.sum()))
+    return CellKernel(cells, density, storeys, field, alike, networks, of_storeys, int(doubted.sum()))
 
 
 def _networks(

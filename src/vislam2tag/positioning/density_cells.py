@@ -61,10 +61,11 @@ class DensityCells:
         return np.asarray(x**2 + y**2)
 
 
-def cells_near(places: Places, side_m: float) -> DensityCells:
-    """Make the cells that hold a place, and their eight neighbours; sides lie at multiples of ``side_m``."""
-    at = np.column_stack([places.storey, np.floor(places.xy / side_m).astype(np.int64)])
-    held = np.unique(at, axis=0)
-    steps = np.array([(0, column, row) for column in (-1, 0, 1) for row in (-1, 0, 1)])
-    near = np.unique((held[:, None] + steps).reshape(-1, 3), axis=0)
+def cells_near(places: Places, side_m: float, around: int = 1) -> DensityCells:
+    """Make the cells that hold a place, and those up to so many sides away; sides lie at multiples of ``side_m``."""
+    near = np.unique(np.column_stack([places.storey, np.floor(places.xy / side_m).astype(np.int64)]), axis=0)
+    for axis in (1, 2):
+        steps = np.zeros((2 * around + 1, 3), dtype=np.int64)
+        steps[:, axis] = np.arange(-around, around + 1)
+        near = np.unique((near[:, None] + steps).reshape(-1, 3), axis=0)
     return DensityCells(storey=near[:, 0], centre_m=(near[:, 1:] + 0.5) * side_m)

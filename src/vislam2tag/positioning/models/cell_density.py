@@ -9,6 +9,7 @@ in: ``cell-density-networks`` (only training them needs PyTorch).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -18,7 +19,6 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Arrays, Positioner, register
 from vislam2tag.positioning.cell_kernel import (
-    PLACE_SHARPNESS,
     STOREY_SHARPNESS,
     CellAnswer,
     CellKernel,
@@ -27,10 +27,11 @@ from vislam2tag.positioning.cell_kernel import (
     errors_on_storey_m,
     learned,
 )
-from vislam2tag.positioning.dense_layers import DenseLayers
+from vislam2tag.positioning.dense_layers import layer_arrays, layers_kept
 from vislam2tag.positioning.density_cells import DensityCells
 from vislam2tag.positioning.extra import import_extra
 from vislam2tag.positioning.held_out import area_of, folds, usable, walk_of
+from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
 from vislam2tag.positioning.places import Places, Positions
 from vislam2tag.positioning.scan_kernel import ScanKernel
@@ -45,7 +46,7 @@ _CHOSEN_WITH = 1000
 _CHOICE_FOLDS = 3
 _DEALT, _TRIED = 5, 3
 """Scans and areas are dealt to so many folds, of which so many are left out in turn."""
-_HALVES = (1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
+_HALVES = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
 """Tried, in median novelties of scans from areas that were left out."""
 _AREA_M = 15.0
 """Side of the squares that are left out to learn how radii grow where nobody was."""
@@ -69,7 +70,7 @@ class CellDensity(Positioner):
 
     How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
     errors on scans it did not learn from; how they grow where a scan is unlike all that was learned, to errors in areas
-    that were left out. There coordinates are regressed, as a density knows only places that were learned.
+    that were left out. There the field of levels is asked, as a density knows only places that were learned.
     """
 
     shape_: Shape
@@ -103,9 +104,10 @@ class CellDensity(Positioner):
         apart = folds(np.arange(len(scans)), _DEALT, self.seed)
         familiar = [_tried(self.kernel_, given)] if given else list(self._left_out(scans, places, apart, networks=1))
         self._tell(0.85)
-        areas = folds(area_of(places, _AREA_M), _DEALT, self.seed)
-        strange = list(self._left_out(scans, places, areas, networks=0))
+        strange = list(self._left_out(scans, places, self._areas(places), networks=0))
         self.half_ = _half(familiar, strange)
+        if np.isinf(self.half_):
+            self.kernel_ = replace(self.kernel_, field=None)
         self.radii_ = fitted_novelty_radii(_joined(familiar, self.half_), _joined(strange, self.half_))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
@@ -125,9 +127,10 @@ class CellDensity(Positioner):
         """Return what puts left-out walks nearest to their labels."""
         drawn = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:_CHOSEN_WITH])
         scans, places = scans[drawn], places[drawn]
+        noise_db = self._chosen_noise_db(scans, places)
         masks = list(folds(walk_of(scans, places), _CHOICE_FOLDS, self.seed))
         if not masks:
-            return Shape(SHARPNESS[0], RIDGES[0], WIDTHS_M[0])
+            return Shape(SHARPNESS[0], RIDGES[0], WIDTHS_M[0], noise_db)
         families = [
             [Shape(sharpness, ridge, width_m) for ridge in RIDGES] for width_m in WIDTHS_M for sharpness in SHARPNESS
         ]
@@ -138,7 +141,20 @@ class CellDensity(Positioner):
                 error_m[number] += errors_on_storey_m(*parts, family, setup).sum(axis=1)
             self._tell(0.5 * (number + 1) / len(families))
         best = np.unravel_index(error_m.argmin(), error_m.shape)
-        return families[best[0]][best[1]]
+        return replace(families[best[0]][best[1]], noise_db=noise_db)
+
+    def _chosen_noise_db(self, scans: RadioScans, places: Places) -> float:
+        """Return with which noise the field puts scans of left-out areas nearest to their labels."""
+        level_dbm = scans.dense()
+        error_m = np.zeros(len(NOISES_DB))
+        for learn, left in islice(self._areas(places), _TRIED):
+            fields = learned_fields(level_dbm[learn], places[learn], NOISES_DB)
+            found = (field.place(level_dbm[left], places.storey[left]) for field in fields)
+            error_m += [places[left].distance_m(xy).sum() for xy in found]
+        return NOISES_DB[error_m.argmin()]
+
+    def _areas(self, places: Places) -> Iterator[Mask]:
+        return folds(area_of(places, _AREA_M), _DEALT, self.seed)
 
     def _left_out(self, scans: RadioScans, places: Places, masks: Iterator[Mask], networks: int) -> Iterator[Tried]:
         """Yield what is said of scans left out; of the networks so many learn again, as that takes longest."""
@@ -172,7 +188,7 @@ class CellDensity(Positioner):
         return module.CellModule(self.kernel_, self.half_, self.radii_, self.height_m_)
 
     def arrays(self) -> Arrays:
-        """Return cells, the two regressions, radii and heights."""
+        """Return cells, the two regressions, the field of levels if it is asked, radii and heights."""
         cells, density, storeys = self.kernel_.cells, self.kernel_.density, self.kernel_.storeys
         return {
             "cell_storey": cells.storey,
@@ -183,16 +199,15 @@ class CellDensity(Positioner):
             "density_mean": density.mean,
             "storey_weight": storeys.weight,
             "storey_mean": storeys.mean,
-            "place_weight": self.kernel_.coordinates.weight,
-            "place_mean": self.kernel_.coordinates.mean,
             "half": np.array([self.half_]),
             "centre_xy": self.kernel_.alike.xy,
             "centre_apart": self.kernel_.alike.apart,
             "radii": self.radii_.array(),
             "height_m": self.height_m_,
             "contradicted": np.array([self.kernel_.contradicted]),
-            **_network_arrays("network", self.kernel_.networks),
-            **_network_arrays("storey_network", self.kernel_.storey_networks),
+            **(self.kernel_.field.arrays() if self.kernel_.field else {}),
+            **layer_arrays("network", self.kernel_.networks),
+            **layer_arrays("storey_network", self.kernel_.storey_networks),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
@@ -202,10 +217,10 @@ class CellDensity(Positioner):
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
             ScanKernel(centre, arrays["density_weight"], arrays["density_mean"], float(sharpness)),
             ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
-            ScanKernel(centre, arrays["place_weight"], arrays["place_mean"], PLACE_SHARPNESS),
+            LevelField.restored(arrays),
             AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
-            _networks_kept("network", arrays, self.networks),
-            _networks_kept("storey_network", arrays, self.storey_networks),
+            layers_kept("network", arrays, self.networks),
+            layers_kept("storey_network", arrays, self.storey_networks),
             int(arrays["contradicted"][0]),
         )
         self.half_ = float(arrays["half"][0])
@@ -224,7 +239,7 @@ def _joined(tried: Sequence[Tried], half: float) -> HeldOut:
 
 
 def _half(familiar: Sequence[Tried], strange: Sequence[Tried]) -> float:
-    """Return at which novelty density and regression count the same, so that familiar and strange errors are small.
+    """Return at which novelty density and field count the same, so that familiar and strange errors are small.
 
     Both kinds weigh the same, as shares of what the density alone would err; infinite where nothing is new.
     """
@@ -238,25 +253,6 @@ def _half(familiar: Sequence[Tried], strange: Sequence[Tried]) -> float:
 
 def _mean_error_m(tried: Sequence[Tried], half: float) -> float:
     return float(np.concatenate([one.error_m(half) for one in tried]).mean())
-
-
-def _network_arrays(kind: str, networks: Sequence[DenseLayers]) -> Arrays:
-    arrays: Arrays = {}
-    for number, network in enumerate(networks):
-        for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
-            arrays |= {f"{kind}_{number}_weight_{layer}": weight, f"{kind}_{number}_bias_{layer}": bias}
-    return arrays
-
-
-def _networks_kept(kind: str, arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
-    networks = []
-    for number, exponent in enumerate(exponents):
-        count = sum(name.startswith(f"{kind}_{number}_weight_") for name in arrays)
-        weights, biases = (
-            tuple(arrays[f"{kind}_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
-        )
-        networks.append(DenseLayers(weights, biases, exponent))
-    return tuple(networks)
 
 
 def with_networks(**parameters: Any) -> CellDensity:

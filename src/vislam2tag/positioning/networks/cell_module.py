@@ -5,6 +5,8 @@ It says what :class:`~vislam2tag.positioning.cell_kernel.CellKernel` says, step 
 
 from __future__ import annotations
 
+import math
+
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
@@ -12,6 +14,7 @@ from vislam2tag.positioning.calibration import SMALLEST_SCALE_M
 from vislam2tag.positioning.cell_kernel import LEAST, NETWORKS_WEIGHT, CellKernel
 from vislam2tag.positioning.dense_layers import LENGTH, DenseLayers
 from vislam2tag.positioning.density_cells import MEDIAN_STEPS, SMOOTH_M
+from vislam2tag.positioning.level_field import OFFSET_DB
 from vislam2tag.positioning.novelty import ALIKE, ANSWERING, Growth, NoveltyRadii
 from vislam2tag.positioning.representation import FAINTEST_DBM
 from vislam2tag.positioning.scan_kernel import EXPONENT, SMALLEST
@@ -23,7 +26,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     def __init__(self, kernel: CellKernel, half: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()
         self.half, self.radii = half, radii
-        self.functions = {"density": kernel.density, "storeys": kernel.storeys, "coordinates": kernel.coordinates}
+        self.functions = {"density": kernel.density, "storeys": kernel.storeys}
         self.networks = torch.nn.ModuleList(_Dense(network) for network in kernel.networks)
         self.storey_networks = torch.nn.ModuleList(_Dense(network) for network in kernel.storey_networks)
         self._keep("height_m", height_m)
@@ -32,6 +35,8 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         self._keep("centre", kernel.density.centre)
         self._keep("centre_xy", kernel.alike.xy)
         self._keep("centre_apart", kernel.alike.apart)
+        for name, values in (kernel.field.arrays() if kernel.field else {}).items():
+            self._keep(name, values)
         for name, function in self.functions.items():
             self._keep(f"{name}_weight", function.weight)
             self._keep(f"{name}_mean", function.mean)
@@ -50,8 +55,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         storey = probability.argmax(dim=1)
         xy = self._median(density * (self.cell_storey == storey[:, None]))
         spread_m, novelty = self._spread(density, cosine, xy)
-        share = (novelty**2 / (novelty**2 + self.half**2))[:, None]
-        xy = (1 - share) * xy + share * self._kernel("coordinates", cosine)
+        xy = self._between(xy, novelty, level_dbm, storey)
         novelty = novelty.clamp(max=self.radii.most_novel)
         scale_m = torch.sqrt(self.radii.base_m**2 + spread_m**2).clamp(min=SMALLEST_SCALE_M)
         return (
@@ -62,6 +66,32 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
             torch.where(known, _radius_m(self.radii.growth_68, scale_m, novelty), torch.nan),
             torch.where(known, _radius_m(self.radii.growth_95, scale_m, novelty), torch.nan),
         )
+
+    def _between(
+        self, xy: torch.Tensor, novelty: torch.Tensor, level_dbm: torch.Tensor, storey: torch.Tensor
+    ) -> torch.Tensor:
+        """Let the field take over, as :meth:`CellAnswer.between` does."""
+        if math.isinf(self.half):
+            return xy
+        field_xy = self._field_place(level_dbm, storey)
+        if self.half == 0:
+            return field_xy
+        share = (novelty**2 / (novelty**2 + self.half**2))[:, None]
+        return (1 - share) * xy + share * field_xy
+
+    def _field_place(self, level_dbm: torch.Tensor, storey: torch.Tensor) -> torch.Tensor:
+        """Return the mean over the storey by the likelihood of levels, as :meth:`LevelField.place` does."""
+        heard = (~torch.isnan(level_dbm)).to(torch.float64)
+        level = torch.where(torch.isnan(level_dbm), 0.0, level_dbm)
+        count = heard.sum(dim=1, keepdim=True)
+        expected, variance = self.field_level_dbm, self.field_variance
+        total = level.sum(dim=1, keepdim=True) - heard @ expected.T
+        squares = level.square().sum(dim=1, keepdim=True) - 2 * level @ expected.T + heard @ expected.square().T
+        shared = OFFSET_DB**2 / (variance + count * OFFSET_DB**2)
+        spread = (count - 1) * torch.log(variance) + torch.log(variance + count * OFFSET_DB**2)
+        log = -((squares - shared * total.square()) / variance + spread) / 2
+        log = torch.where(self.field_storey == storey[:, None], log, -torch.inf)
+        return torch.softmax(log, dim=1) @ self.field_centre_m
 
     def _kernel(self, name: str, cosine: torch.Tensor) -> torch.Tensor:
         like = torch.exp(2 * self.functions[name].sharpness * (cosine - 1))
