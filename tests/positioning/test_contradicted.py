@@ -14,7 +14,7 @@ from tests.positioning.radio_fields import surveyed
 from vislam2tag.positioning import contradicted as module
 from vislam2tag.positioning.contradicted import MOST_OF_STOREY, contradicted
 from vislam2tag.positioning.models.cell_density import CellDensity
-from vislam2tag.positioning.scan_kernel import directions
+from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
 
 @pytest.mark.parametrize("centres", [120, 60])
@@ -50,13 +50,12 @@ def test_what_others_tell_is_what_a_regression_without_the_scan_says() -> None:
     one_hot = np.eye(2)[places.storey]
     believed = np.arange(30) != 4
     told = module._told_by_others(scans, one_hot, believed, np.arange(30))
-    direction, mean = directions(module._level(scans)), one_hot[believed].mean(axis=0)
+    among, mean = StoreyLikeness.around(module._level(scans)).among(), one_hot[believed].mean(axis=0)
     for row in (0, 4, 11):
         learn = believed & (np.arange(30) != row)
-        ridge = KernelRidge(alpha=0.1, kernel="rbf", gamma=1.0).fit(direction[learn], one_hot[learn] - mean)
-        said = np.maximum(ridge.predict(direction[[row]])[0] + mean, 1e-3)
-        # Kernels lie around the scan itself, too, whose weight is free: the same function but for the jitter.
-        np.testing.assert_allclose(told[row], said / said.sum(), atol=2e-3)
+        ridge = KernelRidge(alpha=0.1, kernel="precomputed").fit(among[np.ix_(learn, learn)], one_hot[learn] - mean)
+        said = np.maximum(ridge.predict(among[np.ix_([row], learn)])[0] + mean, 1e-3)
+        np.testing.assert_allclose(told[row], said / said.sum(), atol=1e-4)
 
 
 def test_the_model_leaves_them_out_and_says_so() -> None:

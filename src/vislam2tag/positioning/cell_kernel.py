@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,17 +18,23 @@ from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fi
 from vislam2tag.positioning.novelty import AlikeScans
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.representation import Representation, represented
-from vislam2tag.positioning.scan_kernel import MOST_CENTRES, NormalEquations, Pair, ScanKernel, directions
+from vislam2tag.positioning.scan_kernel import (
+    MOST_CENTRES,
+    DirectionLikeness,
+    NormalEquations,
+    Pair,
+    ScanKernel,
+    directions,
+)
 from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
-STOREY_SHARPNESS, STOREY_RIDGE = 1.0, 1.0
+_STOREY_RIDGE = 0.1
 """Of the kernel that tells storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _SEED_STEP = 1000
 """Between the seeds of two networks."""
-_STOREY_TRAINING = {"steps": 500, "batch_size": 64, "learning_rate": 2e-3, "widths": (192,)}
-"""Of networks that tell storeys; by cross-validation on Tampere's training part."""
 _AT_ONCE = 1024
 NETWORKS_WEIGHT = 2.0
 """Of what the networks say on average, however many there are; the kernel's weight is 1."""
@@ -44,9 +50,7 @@ class Setup:
     copies: int
     """Altered copies of each scan for the kernels."""
     networks: Sequence[float]
-    """A network learns cells for each of these exponents of levels."""
-    storey_networks: Sequence[float]
-    """The same for storeys."""
+    """A network is trained for each of these exponents of levels."""
     seed: int
 
 
@@ -96,13 +100,12 @@ class CellKernel:
     """Cells, and the functions that tell how likely each cell and each storey is, and what is heard where."""
 
     cells: DensityCells
-    density: ScanKernel
-    storeys: ScanKernel
+    density: ScanKernel[DirectionLikeness]
+    storeys: ScanKernel[StoreyLikeness]
     field: LevelField | None
     """None where the density alone is asked."""
     alike: AlikeScans
     networks: tuple[DenseLayers, ...] = ()
-    storey_networks: tuple[DenseLayers, ...] = ()
     contradicted: int = 0
     """Scans that were not learned from, as the others contradict their storey."""
 
@@ -117,8 +120,6 @@ class CellKernel:
         density = _shares(self.density(level), LEAST)
         if self.networks:
             density += NETWORKS_WEIGHT * np.mean([network(level) for network in self.networks], axis=0)
-        if self.storey_networks:
-            probability = (probability + np.mean([network(level) for network in self.storey_networks], axis=0)) / 2
         storey = probability.argmax(axis=1)
         xy = self.cells.median(density * self.cells.on(storey))
         field_xy = self.field.place(scans.dense(), storey) if self.field else xy
@@ -132,42 +133,41 @@ def learned(scans: RadioScans, places: Places, shape: Shape, setup: Setup) -> Ce
     doubted = contradicted(scans, places.storey, _centres(len(scans), setup))
     scans, places = scans[~doubted], places[~doubted]
     cells = cells_near(places, shape.cell_m)
-    one_hot = np.eye(len(places.storeys))
     examples = scans, places
     (density,) = _solved(examples, lambda p: cells.blobs(p, shape.width_m), shape.sharpness, [shape.ridge], setup)
-    (storeys,) = _solved(examples, lambda p: one_hot[p.storey], STOREY_SHARPNESS, [STOREY_RIDGE], setup)
     centres = _centres(len(scans), setup)
+    storeys = _storeys(scans, places, centres)
     (field,) = learned_fields(scans[centres].dense(), places[centres], [shape.noise_db])
-    alike = AlikeScans.of(density.centre, places.xy[centres])
-    networks = _networks(examples, lambda p: cells.blobs(p, shape.width_m), setup.networks, {}, setup.seed)
-    of_storeys = _networks(
-        examples, lambda p: one_hot[p.storey], setup.storey_networks, _STOREY_TRAINING, setup.seed + _SEED_STEP
-    )
-    return CellKernel(cells, density, storeys, field, alike, networks, of_storeys, int(doubted.sum()))
+    alike = AlikeScans.of(density.like.centre, places.xy[centres])
+    networks = _networks(scans, places, cells, shape, setup)
+    return CellKernel(cells, density, storeys, field, alike, networks, int(doubted.sum()))
+
+
+def _storeys(scans: RadioScans, places: Places, centres: IntArray) -> ScanKernel[StoreyLikeness]:
+    """Regress onto storeys; altered copies made this worse."""
+    one_hot = np.eye(len(places.storeys))
+    like = StoreyLikeness.around(levels(scans[centres]))
+    equations = NormalEquations.empty(like, one_hot[places.storey[centres]].mean(axis=0), len(centres))
+    equations.add((levels(scans[rows]), one_hot[places.storey[rows]]) for rows in _blocks(len(scans)))
+    return equations.solved([_STOREY_RIDGE])[0]
 
 
 def _networks(
-    examples: tuple[RadioScans, Places],
-    targets: Targets,
-    exponents: Sequence[float],
-    training: Mapping[str, Any],
-    seed: int,
+    scans: RadioScans, places: Places, cells: DensityCells, shape: Shape, setup: Setup
 ) -> tuple[DenseLayers, ...]:
-    """Train a network onto targets of places for each exponent of levels."""
-    if not len(exponents):
+    if not len(setup.networks):
         return ()
-    network = import_extra("vislam2tag.positioning.networks.density_network")
-    scans, places = examples
+    training = import_extra("vislam2tag.positioning.networks.density_network")
     level = levels(scans)
     return tuple(
-        network.trained(
+        training.trained(
             level,
-            lambda rows: targets(places[rows]),
+            lambda rows: cells.blobs(places[rows], shape.width_m),
             exponent,
-            network.Training(**training),
-            seed + _SEED_STEP * number,
+            training.Training(),
+            setup.seed + _SEED_STEP * number,
         )
-        for number, exponent in enumerate(exponents)
+        for number, exponent in enumerate(setup.networks)
     )
 
 
@@ -193,13 +193,14 @@ def errors_on_storey_m(
 
 def _solved(
     examples: tuple[RadioScans, Places], targets: Targets, sharpness: float, ridges: Sequence[float], setup: Setup
-) -> list[ScanKernel]:
+) -> list[ScanKernel[DirectionLikeness]]:
     """Regress onto targets of places, from the scans and altered copies of each."""
     scans, places = examples
     rng = np.random.default_rng(setup.seed)
     centres = _centres(len(scans), setup)
     mean = targets(places[centres]).mean(axis=0)
-    equations = NormalEquations.around(levels(scans[centres]), sharpness, mean)
+    like = DirectionLikeness(directions(levels(scans[centres])), sharpness)
+    equations = NormalEquations.empty(like, mean, len(centres))
     return equations.add(_examples(scans, places, targets, setup.copies, rng)).solved(ridges)
 
 

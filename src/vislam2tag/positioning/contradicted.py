@@ -16,12 +16,13 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.representation import Representation, represented
 from vislam2tag.positioning.scan_kernel import NormalEquations
 from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
 LEAD = 0.5
 """By so much another storey's probability exceeds the labelled one's."""
 MOST_OF_STOREY = 0.1
 """More of a storey's scans than this share are not doubted: rather is it a storey that is hard to tell."""
-_SHARPNESS, _RIDGE = 1.0, 0.1
+_RIDGE = 0.1
 _ROUNDS = 3
 _LEAST = 1e-3
 _AT_ONCE = 1024
@@ -45,13 +46,13 @@ def contradicted(scans: RadioScans, storey: IntArray, centres: IntArray) -> Bool
 def _told_by_others(scans: RadioScans, one_hot: FloatArray, believed: BoolArray, centres: IntArray) -> FloatArray:
     """Return storey probabilities (n, s): of each scan what the other believed ones say."""
     mean = one_hot[believed].mean(axis=0)
-    equations = NormalEquations.around(_level(scans[centres]), _SHARPNESS, mean)
+    equations = NormalEquations.empty(StoreyLikeness.around(_level(scans[centres])), mean, len(centres))
     equations.add((_level(scans[rows]), one_hot[rows]) for rows in _blocks(np.flatnonzero(believed)))
     factor = cho_factor(equations.normal(_RIDGE))
     weight = cho_solve(factor, equations.moment)
     score = np.empty_like(one_hot)
     for rows in _blocks(np.arange(len(scans))):
-        like = equations.likeness(_level(scans[rows]))
+        like = equations.like(_level(scans[rows]))
         own_share = believed[rows] * (like * cho_solve(factor, like.T).T).sum(axis=1)
         said = like @ weight - own_share[:, None] * (one_hot[rows] - mean)
         score[rows] = said / np.maximum(1 - own_share, _LEAST)[:, None] + mean

@@ -39,22 +39,22 @@ class DenseLayers:
         return level if exponent == 1.0 else LENGTH * directions(level, exponent)
 
 
-def layer_arrays(kind: str, networks: Sequence[DenseLayers]) -> dict[str, AnyArray]:
-    """Return all weights and biases under names that begin with their kind, for saving."""
+def layer_arrays(networks: Sequence[DenseLayers]) -> dict[str, AnyArray]:
+    """Return all weights and biases, for saving."""
     arrays: dict[str, AnyArray] = {}
     for number, network in enumerate(networks):
         for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True)):
-            arrays |= {f"{kind}_{number}_weight_{layer}": weight, f"{kind}_{number}_bias_{layer}": bias}
+            arrays |= {f"network_{number}_weight_{layer}": weight, f"network_{number}_bias_{layer}": bias}
     return arrays
 
 
-def layers_kept(kind: str, arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
+def layers_kept(arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseLayers, ...]:
     """Take back what :func:`layer_arrays` gave."""
     networks = []
     for number, exponent in enumerate(exponents):
-        count = sum(name.startswith(f"{kind}_{number}_weight_") for name in arrays)
+        count = sum(name.startswith(f"network_{number}_weight_") for name in arrays)
         weights, biases = (
-            tuple(arrays[f"{kind}_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
+            tuple(arrays[f"network_{number}_{part}_{layer}"] for layer in range(count)) for part in ("weight", "bias")
         )
         networks.append(DenseLayers(weights, biases, exponent))
     return tuple(networks)

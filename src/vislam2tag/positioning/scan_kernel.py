@@ -1,4 +1,4 @@
-"""Ridge regression with a Gaussian kernel on the direction of a scan's powed levels.
+"""Ridge regression with kernels that tell how like two scans are.
 
 The direction of a scan's vector stays the same where a phone hears everything fainter by a factor. Where there are
 more scans than can be solved for, a drawn part of them spans the solution (Williams and Seeger 2001).
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Generic, Protocol, Self, TypeVar
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -24,29 +24,59 @@ _AT_ONCE = 2048
 Pair = tuple[FloatArray, FloatArray]
 
 
+class Likeness(Protocol):
+    """How like ``m`` scans, the centres, others are; a positive definite kernel."""
+
+    def __call__(self, level: FloatArray) -> FloatArray:
+        """Compare scans of levels (n, a) from 0 to 1: (n, m)."""
+
+    def among(self) -> FloatArray:
+        """Compare the centres among themselves: (m, m)."""
+
+
+LikenessT = TypeVar("LikenessT", bound=Likeness)
+
+
 @dataclass(frozen=True)
-class ScanKernel:
-    """A function from levels (n, a) to ``t`` numbers, spanned by the kernels around ``m`` scans."""
+class DirectionLikeness:
+    """The Gaussian of the distance between the directions of powed levels: from 0 to 1."""
 
     centre: FloatArray
     """(m, a) directions."""
+    sharpness: float
+
+    def __call__(self, level: FloatArray) -> FloatArray:
+        """Compare scans of levels (n, a): (n, m)."""
+        return self._of(directions(level))
+
+    def among(self) -> FloatArray:
+        """Compare the centres among themselves: (m, m)."""
+        return self._of(self.centre)
+
+    def _of(self, direction: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(2 * self.sharpness * (direction @ self.centre.T - 1)))
+
+
+@dataclass(frozen=True)
+class ScanKernel(Generic[LikenessT]):
+    """A function from levels (n, a) to ``t`` numbers, spanned by the kernels around ``m`` scans."""
+
+    like: LikenessT
     weight: FloatArray
     """(m, t)"""
     mean: FloatArray
     """(t,) what is answered far from all that was learned."""
-    sharpness: float
 
     def __call__(self, level: FloatArray) -> FloatArray:
         """Evaluate at levels (n, a) from 0 to 1: (n, t)."""
-        return np.asarray(_likeness(level, self.centre, self.sharpness) @ self.weight + self.mean)
+        return np.asarray(self.like(level) @ self.weight + self.mean)
 
 
 @dataclass
-class NormalEquations:
+class NormalEquations(Generic[LikenessT]):
     """Least squares over any number of examples, for kernels around given scans."""
 
-    centre: FloatArray
-    sharpness: float
+    like: LikenessT
     mean: FloatArray
     gram: FloatArray
     """(m, m)"""
@@ -54,41 +84,30 @@ class NormalEquations:
     """(m, t)"""
 
     @classmethod
-    def around(cls, level: FloatArray, sharpness: float, mean: FloatArray) -> Self:
-        """Start with no example; kernels lie around these levels (m, a)."""
-        m = len(level)
-        return cls(directions(level), sharpness, mean, np.zeros((m, m)), np.zeros((m, len(mean))))
+    def empty(cls, like: LikenessT, mean: FloatArray, centres: int) -> Self:
+        """Start with no example."""
+        return cls(like, mean, np.zeros((centres, centres)), np.zeros((centres, len(mean))))
 
     def add(self, examples: Iterable[Pair]) -> Self:
         """Count in examples, part after part: levels (n, a) and what to answer (n, t)."""
         for level, target in examples:
             for rows in (slice(at, at + _AT_ONCE) for at in range(0, len(level), _AT_ONCE)):
-                like = self.likeness(level[rows])
+                like = self.like(level[rows])
                 self.gram += like.T @ like
                 self.moment += like.T @ (target[rows] - self.mean)
         return self
 
-    def likeness(self, level: FloatArray) -> FloatArray:
-        """Return how like the centres scans of these levels (n, a) are: (n, m) from 0 to 1."""
-        return _likeness(level, self.centre, self.sharpness)
-
     def normal(self, ridge: float) -> FloatArray:
         """Return the matrix (m, m) of the equations, smoothed by this much."""
-        among = np.exp(2 * self.sharpness * (self.centre @ self.centre.T - 1))
-        return np.asarray(self.gram + ridge * among + _JITTER * np.eye(len(among)))
+        return np.asarray(self.gram + ridge * self.like.among() + _JITTER * np.eye(len(self.gram)))
 
-    def solved(self, ridges: Sequence[float]) -> list[ScanKernel]:
+    def solved(self, ridges: Sequence[float]) -> list[ScanKernel[LikenessT]]:
         """Return the function for each ridge."""
         weights = (cho_solve(cho_factor(self.normal(ridge)), self.moment) for ridge in ridges)
-        return [ScanKernel(self.centre, weight, self.mean, self.sharpness) for weight in weights]
+        return [ScanKernel(self.like, weight, self.mean) for weight in weights]
 
 
 def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:
     """Scale each scan's powed levels (n, a) to length 1."""
     powed = level**exponent
     return np.asarray(powed / np.maximum(np.linalg.norm(powed, axis=1, keepdims=True), SMALLEST))
-
-
-def _likeness(level: FloatArray, centre: FloatArray, sharpness: float) -> FloatArray:
-    """(n, m) from 0 to 1: the Gaussian of the distance between directions."""
-    return np.asarray(np.exp(2 * sharpness * (directions(level) @ centre.T - 1)))

@@ -17,7 +17,7 @@ def test_places_are_the_kernels(half: float) -> None:
     from vislam2tag.positioning.networks.cell_module import CellModule
 
     scans, places = surveyed(60, TWO_BUILDINGS)
-    kernel = learned(scans, places, Shape(2.0, 0.1, 2.5), Setup(1, (), (), 0))
+    kernel = learned(scans, places, Shape(2.0, 0.1, 2.5), Setup(1, (), 0))
     asked, _ = surveyed(40, TWO_BUILDINGS, seed=1)
     radii = NoveltyRadii(1.0, Growth(1.0, 1.0), Growth(2.0, 1.0), 1.0)
     module = CellModule(kernel, half, radii, places.storey_height_m)

@@ -19,7 +19,6 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.errors import UsageError
 from vislam2tag.positioning.base import Arrays, Positioner, register
 from vislam2tag.positioning.cell_kernel import (
-    STOREY_SHARPNESS,
     CellAnswer,
     CellKernel,
     Setup,
@@ -34,8 +33,9 @@ from vislam2tag.positioning.held_out import area_of, folds, usable, walk_of
 from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.scan_kernel import ScanKernel
+from vislam2tag.positioning.scan_kernel import DirectionLikeness, ScanKernel
 from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
@@ -79,18 +79,10 @@ class CellDensity(Positioner):
     radii_: NoveltyRadii
     height_m_: FloatArray
 
-    def __init__(
-        self,
-        *,
-        copies: int = 4,
-        networks: Sequence[float] = (),
-        storey_networks: Sequence[float] = (),
-        seed: int = 0,
-    ) -> None:
-        """Take altered copies of each scan, and the exponent of levels for each network of cells and of storeys."""
+    def __init__(self, *, copies: int = 4, networks: Sequence[float] = (), seed: int = 0) -> None:
+        """Take altered copies of each scan, and the exponent of levels for each network to average in."""
         self.copies = copies
         self.networks = networks
-        self.storey_networks = storey_networks
         self.seed = seed
 
     def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
@@ -114,10 +106,9 @@ class CellDensity(Positioner):
         self._tell(1.0)
 
     def _setup(self, networks: int | None = None) -> Setup:
-        exponents = [*self.networks, *self.storey_networks]
-        if self.copies < 0 or any(exponent <= 0 for exponent in exponents):
-            raise UsageError(f"copies={self.copies}, networks={exponents}: must be 0 or more, and above 0")
-        return Setup(self.copies, self.networks[:networks], self.storey_networks[:networks], self.seed)
+        if self.copies < 0 or any(exponent <= 0 for exponent in self.networks):
+            raise UsageError(f"copies={self.copies}, networks={self.networks}: must be 0 or more, and above 0")
+        return Setup(self.copies, self.networks[:networks], self.seed)
 
     def _tell(self, share: float) -> None:
         if self.progress:
@@ -193,12 +184,13 @@ class CellDensity(Positioner):
         return {
             "cell_storey": cells.storey,
             "cell_centre_m": cells.centre_m,
-            "centre": density.centre,
-            "sharpness": np.array([density.sharpness]),
+            "centre": density.like.centre,
+            "sharpness": np.array([density.like.sharpness]),
             "density_weight": density.weight,
             "density_mean": density.mean,
             "storey_weight": storeys.weight,
             "storey_mean": storeys.mean,
+            **storeys.like.arrays(),
             "half": np.array([self.half_]),
             "centre_xy": self.kernel_.alike.xy,
             "centre_apart": self.kernel_.alike.apart,
@@ -206,21 +198,20 @@ class CellDensity(Positioner):
             "height_m": self.height_m_,
             "contradicted": np.array([self.kernel_.contradicted]),
             **(self.kernel_.field.arrays() if self.kernel_.field else {}),
-            **layer_arrays("network", self.kernel_.networks),
-            **layer_arrays("storey_network", self.kernel_.storey_networks),
+            **layer_arrays(self.kernel_.networks),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
         centre, (sharpness,) = arrays["centre"], arrays["sharpness"]
+        directions, steps = DirectionLikeness(centre, float(sharpness)), StoreyLikeness.restored(centre, arrays)
         self.kernel_ = CellKernel(
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
-            ScanKernel(centre, arrays["density_weight"], arrays["density_mean"], float(sharpness)),
-            ScanKernel(centre, arrays["storey_weight"], arrays["storey_mean"], STOREY_SHARPNESS),
+            ScanKernel(directions, arrays["density_weight"], arrays["density_mean"]),
+            ScanKernel(steps, arrays["storey_weight"], arrays["storey_mean"]),
             LevelField.restored(arrays),
             AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
-            layers_kept("network", arrays, self.networks),
-            layers_kept("storey_network", arrays, self.storey_networks),
+            layers_kept(arrays, self.networks),
             int(arrays["contradicted"][0]),
         )
         self.half_ = float(arrays["half"][0])
@@ -256,8 +247,8 @@ def _mean_error_m(tried: Sequence[Tried], half: float) -> float:
 
 
 def with_networks(**parameters: Any) -> CellDensity:
-    """Make the model with two networks of cells, which see levels differently, and four of storeys."""
-    return CellDensity(**{"networks": (1.7, 1.0), "storey_networks": (1.7, 1.0, 1.7, 1.0)} | parameters)
+    """Make the model with two networks, which see levels differently."""
+    return CellDensity(**{"networks": (1.7, 1.0)} | parameters)
 
 
 register("cell-density", CellDensity)

@@ -18,6 +18,7 @@ from vislam2tag.positioning.level_field import OFFSET_DB
 from vislam2tag.positioning.novelty import ALIKE, ANSWERING, Growth, NoveltyRadii
 from vislam2tag.positioning.representation import FAINTEST_DBM
 from vislam2tag.positioning.scan_kernel import EXPONENT, SMALLEST
+from vislam2tag.positioning.storey_likeness import steps
 
 
 class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
@@ -26,20 +27,22 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     def __init__(self, kernel: CellKernel, half: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()
         self.half, self.radii = half, radii
-        self.functions = {"density": kernel.density, "storeys": kernel.storeys}
+        self.sharpness = kernel.density.like.sharpness
         self.networks = torch.nn.ModuleList(_Dense(network) for network in kernel.networks)
-        self.storey_networks = torch.nn.ModuleList(_Dense(network) for network in kernel.storey_networks)
         self._keep("height_m", height_m)
         self._keep("cell_centre_m", kernel.cells.centre_m)
         self._keep("cell_storey", kernel.cells.storey)
-        self._keep("centre", kernel.density.centre)
+        self._keep("centre", kernel.density.like.centre)
         self._keep("centre_xy", kernel.alike.xy)
         self._keep("centre_apart", kernel.alike.apart)
         for name, values in (kernel.field.arrays() if kernel.field else {}).items():
             self._keep(name, values)
-        for name, function in self.functions.items():
-            self._keep(f"{name}_weight", function.weight)
-            self._keep(f"{name}_mean", function.mean)
+        self._keep("storey_threshold", kernel.storeys.like.threshold)
+        self._keep("storey_steps", steps(kernel.storeys.like.above))
+        self._keep("storey_weight", kernel.storeys.weight)
+        self._keep("storey_mean", kernel.storeys.mean)
+        self._keep("density_weight", kernel.density.weight)
+        self._keep("density_mean", kernel.density.mean)
 
     def _keep(self, name: str, values: AnyArray) -> None:
         self.register_buffer(name, torch.from_numpy(values.copy()))
@@ -90,22 +93,20 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         shared = OFFSET_DB**2 / (variance + count * OFFSET_DB**2)
         spread = (count - 1) * torch.log(variance) + torch.log(variance + count * OFFSET_DB**2)
         log = -((squares - shared * total.square()) / variance + spread) / 2
-        log = torch.where(self.field_storey == storey[:, None], log, -torch.inf)
+        on = self.field_storey == storey[:, None]
+        log = torch.where(on | ~on.any(dim=1, keepdim=True), log, -torch.inf)
         return torch.softmax(log, dim=1) @ self.field_centre_m
-
-    def _kernel(self, name: str, cosine: torch.Tensor) -> torch.Tensor:
-        like = torch.exp(2 * self.functions[name].sharpness * (cosine - 1))
-        return like @ getattr(self, f"{name}_weight") + getattr(self, f"{name}_mean")
 
     def _shared(self, level: torch.Tensor, cosine: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return storey probabilities (n, s) and densities (n, c)."""
-        probability = _shares(self._kernel("storeys", cosine), 0.0)
-        density = _shares(self._kernel("density", cosine), LEAST)
+        like = torch.exp(2 * self.sharpness * (cosine - 1))
+        density = _shares(like @ self.density_weight + self.density_mean, LEAST)
         if len(self.networks):
             density = density + NETWORKS_WEIGHT * torch.stack([one(level) for one in self.networks]).mean(dim=0)
-        if len(self.storey_networks):
-            probability = (probability + torch.stack([one(level) for one in self.storey_networks]).mean(dim=0)) / 2
-        return probability, density
+        above = (level[:, :, None] > self.storey_threshold).to(torch.float64).flatten(start_dim=1)
+        above = above / torch.sqrt(above.sum(dim=1, keepdim=True)).clamp(min=SMALLEST)
+        like = torch.exp(2 * (cosine - 1)) + torch.exp(2 * (above @ self.storey_steps.T - 1))
+        return _shares(like @ self.storey_weight + self.storey_mean, 0.0), density
 
     def _median(self, density: torch.Tensor) -> torch.Tensor:
         """Take Weiszfeld's steps, as :meth:`DensityCells.median` does."""

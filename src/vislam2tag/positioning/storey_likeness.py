@@ -1,0 +1,66 @@
+"""How like two scans are where storeys are to be told.
+
+Strong levels tell where on a storey a scan was taken; which of two storeys it is, faint ones tell, too. So the
+direction of powed levels is joined by one of steps: who is heard at all, and who above each quartile of all levels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
+from vislam2tag.positioning.scan_kernel import SMALLEST, directions
+
+_QUARTILES = (0.25, 0.5, 0.75)
+
+
+@dataclass(frozen=True)
+class StoreyLikeness:
+    """The sum of two Gaussians of distances between directions: of powed levels and of steps."""
+
+    centre: FloatArray
+    """(m, a) directions of powed levels."""
+    threshold: FloatArray
+    """(q,) levels of which a step tells whether they are exceeded; the first is 0: heard at all."""
+    above: BoolArray
+    """(m, a q) the centres' steps."""
+
+    @classmethod
+    def around(cls, level: FloatArray) -> Self:
+        """Make kernels around scans of levels (m, a), of which something is heard."""
+        threshold = np.array([0.0, *np.quantile(level[level > 0], _QUARTILES)])
+        return cls(directions(level), threshold, _above(level, threshold))
+
+    def __call__(self, level: FloatArray) -> FloatArray:
+        """Compare scans of levels (n, a) from 0 to 1: (n, m) from 0 to 2."""
+        return self._of(directions(level), _above(level, self.threshold))
+
+    def among(self) -> FloatArray:
+        """Compare the centres among themselves: (m, m)."""
+        return self._of(self.centre, self.above)
+
+    def _of(self, direction: FloatArray, above: BoolArray) -> FloatArray:
+        cosines = direction @ self.centre.T, steps(above) @ steps(self.above).T
+        return np.asarray(sum(np.exp(2 * (cosine - 1)) for cosine in cosines))
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return thresholds and steps, for saving; the directions are those of other kernels, too."""
+        return {"storey_threshold": self.threshold, "storey_above": self.above}
+
+    @classmethod
+    def restored(cls, centre: FloatArray, arrays: Mapping[str, AnyArray]) -> Self:
+        """Take back what :meth:`arrays` gave."""
+        return cls(centre, arrays["storey_threshold"], arrays["storey_above"])
+
+
+def steps(above: BoolArray) -> FloatArray:
+    """Scale steps (n, k) to length 1."""
+    return np.asarray(above / np.maximum(np.sqrt(above.sum(axis=1, keepdims=True)), SMALLEST))
+
+
+def _above(level: FloatArray, threshold: FloatArray) -> BoolArray:
+    return np.asarray((level[:, :, None] > threshold).reshape(len(level), -1))
