@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from second_generator import Severity, make_walk
+from second_generator import MadeWalk, Severity, in_two_pieces, iphone, make_walk
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -92,9 +92,19 @@ def generated(
 def second_generator(seeds: Iterable[int], severity: Severity = "default") -> Iterator[Walk]:
     """Walks of the second generator at this severity, one for each seed."""
     for seed in seeds:
-        made = make_walk(seed, severity)
-        truth = Truth(made.camera.time_ns, made.truth_bcs)
-        yield Walk(made.name, made.camera, made.log, made.landmarks, truth)
+        yield _as_walk(make_walk(seed, severity))
+
+
+def like_the_real_ones(seeds: Iterable[int], severity: Severity = "default", *, pieces: bool) -> Iterator[Walk]:
+    """Walks of the second generator with two poses a second; in ``pieces``: surveyed in two that do not fit."""
+    for seed in seeds:
+        made = make_walk(seed, severity, iphone)
+        yield _as_walk(in_two_pieces(made, seed) if pieces else made)
+
+
+def _as_walk(made: MadeWalk) -> Walk:
+    truth = Truth(made.camera.time_ns, made.truth_bcs)
+    return Walk(made.name, made.camera, made.log, made.landmarks, truth)
 
 
 def real_walks() -> Iterator[Walk]:

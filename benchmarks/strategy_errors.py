@@ -6,6 +6,7 @@ also compared with each other strategy on the points that both label.
 
     python benchmarks/strategy_errors.py                               96 generated, 60 of the second generator, 3 real
     python benchmarks/strategy_errors.py --data second --severity mild default severe
+    python benchmarks/strategy_errors.py --data iphone pieces          two poses a second; also surveys that do not fit
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
 """
@@ -21,7 +22,7 @@ from typing import get_args
 
 import numpy as np
 import polars as pl
-from data_sets import Walk, generated, real_walks, second_generator
+from data_sets import Walk, generated, like_the_real_ones, real_walks, second_generator
 from second_generator import Severity
 
 from vislam2tag.core.arrays import FloatArray
@@ -36,6 +37,8 @@ FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
 STATED = (0.68, 0.95)
 DATA = ("generated", "second", "real")
+ASKED_FOR = ("iphone", "pieces")
+"""Further data sets, made only where they are named."""
 OURS = "smoother"
 
 
@@ -68,8 +71,15 @@ Results = dict[str, dict[str, Mapped]]
 def main() -> None:
     """Map every walk with every strategy and print the tables of each data set."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", nargs="+", choices=DATA, default=DATA, help="data sets (default: all)")
-    parser.add_argument("--seeds", type=int, nargs="+", help="default: 1 to 8; of the second generator 1 to 60")
+    parser.add_argument(
+        "--data", nargs="+", choices=DATA + ASKED_FOR, default=DATA, help="default: generated second real"
+    )
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        nargs="+",
+        help="default: 1 to 8; of the second generator 1 to 60, iphone and pieces 1 to 100",
+    )
     parser.add_argument("--severity", nargs="+", choices=get_args(Severity), default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
     parser.add_argument("--csv", type=Path, help="write every walk's figures there")
@@ -96,6 +106,12 @@ def chosen(data: Sequence[str], severities: Sequence[Severity], seeds: list[int]
         walks |= {f"generated, {level}": generated(seeds or list(range(1, 9)), level) for level in severities}
     if "second" in data:
         walks |= {f"second generator, {level}": second_generator(seeds or range(1, 61), level) for level in severities}
+    for name in ASKED_FOR:
+        if name in data:
+            some = seeds or range(1, 101)
+            walks |= {
+                f"{name}, {level}": like_the_real_ones(some, level, pieces=name == "pieces") for level in severities
+            }
     if "real" in data:
         walks["real"] = real_walks()
     return walks

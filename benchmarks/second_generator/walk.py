@@ -14,7 +14,7 @@ from second_generator.logs import camera_track, landmark_log
 from second_generator.odometry import Odometry, dead_reckoning, draw_losses, while_lost
 from second_generator.route import draw_route
 from second_generator.sightings import draw_errors, draw_passes, seen_at
-from second_generator.styles import draw_style
+from second_generator.styles import Style, draw_style
 from second_generator.surveying import survey_sheets
 from second_generator.tracker import Tracker, World
 from vislam2tag.core.arrays import BoolArray, FloatArray
@@ -41,14 +41,14 @@ class MadeWalk:
     """(n, m) frames that sight each landmark."""
 
 
-def make_walk(seed: int, severity: Severity) -> MadeWalk:
-    """Make the walk of a seed; one that meets fewer than two surveyed landmarks is drawn again.
+def make_walk(seed: int, severity: Severity, only: Style | None = None) -> MadeWalk:
+    """Make the walk of a seed, of any style or one alone; one that meets fewer than two surveyed landmarks is redrawn.
 
     Raises RuntimeError if that does not help.
     """
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, list(FAULTS).index(severity), attempt])
-        style = draw_style(rng)
+        style = only or draw_style(rng)
         walk = _put_together(f"{style.__name__}-{seed}", style(rng).at(severity), rng)
         if walk is not None:
             return walk

@@ -12,7 +12,7 @@ import second_generator
 from data_sets import second_generator as walks_with_truth
 from hypothesis import given
 from hypothesis import strategies as st
-from second_generator import MadeWalk, Severity, make_walk
+from second_generator import MadeWalk, Severity, in_two_pieces, iphone, make_walk
 from second_generator.events import Event, Kind
 from second_generator.floor import Floor, HungSheets, bent_grid, hang_sheets
 from second_generator.gait import walk_route
@@ -192,3 +192,17 @@ def test_it_knows_of_the_package_only_what_strategies_get() -> None:
     folder = Path(second_generator.__file__).parent
     for path in folder.glob("*.py"):
         assert imported_layers(path) <= {"core"}, path.name
+
+
+def test_a_survey_in_two_pieces_shifts_landmarks_and_truth_alike_beyond_a_line() -> None:
+    for seed in range(1, 6):
+        made = make_walk(seed, "default", iphone)
+        parted = in_two_pieces(made, seed)
+        shift, by = parted.truth_bcs - made.truth_bcs, parted.landmarks.position_bcs - made.landmarks.position_bcs
+        moved = np.abs(by).any(axis=1)
+        assert 2 <= moved.sum() <= len(moved) - 2
+        assert 0.3 <= np.hypot(*by[moved][0]) <= 1.0
+        there = np.abs(shift).any(axis=1)
+        assert 0 < there.sum() < len(there)
+        np.testing.assert_allclose(shift[there], np.broadcast_to(by[moved][0], shift[there].shape), atol=1e-9)
+        np.testing.assert_allclose(by[moved], np.broadcast_to(by[moved][0], by[moved].shape), atol=1e-9)
