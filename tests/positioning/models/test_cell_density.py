@@ -81,6 +81,23 @@ def test_circles_grow_where_nobody_was() -> None:
     assert figures.inside_95 > 0.8
 
 
+def test_it_reaches_where_nobody_was() -> None:
+    scans, places = surveyed(400)
+    east = places.xy[:, 0] > np.quantile(places.xy[:, 0], 0.75)
+    model = CellDensity().fit(scans[~east], places[~east])
+    by_density, answered = model.kernel_.answer(scans[east]).xy, model.predict(scans[east]).xy
+    error_m = [places[east].distance_m(xy).mean() for xy in (by_density, answered)]
+    assert error_m[1] < 0.5 * error_m[0]
+
+
+def test_the_field_is_kept_only_where_it_is_asked() -> None:
+    model = CellDensity().fit(*surveyed(200))
+    assert any(name.startswith("field") for name in model.arrays())
+    model.half_, model.kernel_ = np.inf, replace(model.kernel_, field=None)
+    assert not any(name.startswith("field") for name in model.arrays())
+    assert np.isfinite(model.predict(surveyed(20, seed=1)[0]).xy).all()
+
+
 def test_impossible_parameters() -> None:
     with pytest.raises(UsageError, match="copies=-1"):
         model_named("cell-density", copies=-1).fit(*surveyed(10))

@@ -1,0 +1,88 @@
+"""How much scans of a walk help each other: held-out walks, each scan alone, filtered and smoothed, with the tracker.
+
+    vislam2tag simulate survey --floors 3 --devices 3 --sessions 3 --minutes 3 --seed 7
+    vislam2tag dataset survey --out fingerprints
+    python benchmarks/positioning_sequences.py survey fingerprints
+
+Trains on each fold of the split ``trajectory``; prints means over the folds. Tracks are the tracker's own.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.positioning.base import model_named
+from vislam2tag.positioning.learning_data import LearningData, learning_data
+from vislam2tag.positioning.metrics import Score, score
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.sequences import filtered, smoothed
+from vislam2tag.sessions.discover import open_survey
+from vislam2tag.sessions.registry import read_session
+
+SPLIT = "trajectory"
+COLUMNS: dict[str, Callable[[Score], float | None]] = {
+    "mean": lambda figures: figures.plane.mean_m,
+    "95th percentile": lambda figures: figures.plane.p95_m,
+    "right floor": lambda figures: figures.floor_hit,
+    "68 %": lambda figures: figures.inside_68,
+    "95 %": lambda figures: figures.inside_95,
+}
+Walks = list[tuple[Positions, LearningData]]
+
+
+def main() -> None:
+    """Print a line for each way."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("survey", type=Path, help="the raw survey: where the tracker saw itself")
+    parser.add_argument("dataset", type=Path, help="the data set made of it")
+    parser.add_argument("--model", default="cell-density")
+    arguments = parser.parse_args()
+    walks = held_out_walks(arguments.dataset, arguments.model)
+    tracks = [tracked(arguments.survey, asked.scans) for _, asked in walks]
+    print("| | " + " | ".join(COLUMNS) + " |\n" + "| --- " * (len(COLUMNS) + 1) + "|")
+    tell("each scan alone", walks, [found for found, _ in walks])
+    for name, together in (("filter", filtered), ("smoother", smoothed)):
+        tell(name, walks, [together(found, asked.scans) for found, asked in walks])
+        with_track = [together(found, asked.scans, track) for (found, asked), track in zip(walks, tracks, strict=True)]
+        tell(f"{name} with the tracker", walks, with_track)
+
+
+def held_out_walks(folder: Path, model: str) -> Walks:
+    """Return what a model says of each fold's walks, and these."""
+    dataset = open_dataset(folder)
+    data, split = learning_data(dataset), dataset.splits[SPLIT]
+    walks = []
+    for fold in split.info.folds:
+        learned, asked = data.parts(split, fold)
+        walks.append((model_named(model).fit(learned.scans, learned.places).predict(asked.scans), asked))
+    return walks
+
+
+def tracked(survey: Path, scans: RadioScans) -> FloatArray:
+    """Return where the tracker saw itself at each scan (n, 2), metres."""
+    place = np.full((len(scans), 2), np.nan)
+    for session in open_survey(survey).sessions:
+        rows = scans.session == session.slug
+        if rows.any():
+            camera = read_session(session).camera
+            time_ns, plane = camera.time_ns[camera.usable], camera.plane_acs[camera.usable]
+            place[rows] = np.column_stack([np.interp(scans.time_ns[rows], time_ns, axis) for axis in plane.T])
+    return place
+
+
+def tell(name: str, walks: Walks, found: list[Positions]) -> None:
+    """Print the means over folds."""
+    figures = [score(positions, asked.places) for positions, (_, asked) in zip(found, walks, strict=True)]
+    means = (np.mean([float(column(one) or 0.0) for one in figures]) for column in COLUMNS.values())
+    print(f"| {name} | " + " | ".join(f"{mean:.2f}" for mean in means) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
