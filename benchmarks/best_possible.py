@@ -10,21 +10,23 @@ normal, and the spread of what stays unknown is a matter of linear algebra; its 
 
     python benchmarks/best_possible.py                          96 walks at default severity (ratios in brackets)
     python benchmarks/best_possible.py --seeds 1 --severity severe
+    python benchmarks/best_possible.py --scatter                whether real sightings follow that law
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from data_sets import walks_of
+from data_sets import Walk, agreement, generated, walks_of
 from scipy.special import ellipe
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.walked import Walked
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.faults import badness_of, plan_faults
@@ -42,6 +44,8 @@ OURS, THEIRS = "smoother", "local-corrected"
 EVERY = 15
 """Drift is summed over this many frames (half a second)."""
 FRAMES_A_PASS = 8
+MANY = 10
+"""Sightings of a pass whose scatter means something."""
 PLACE_SIGMA_M, HEADING_SIGMA_RAD = 10.0, 0.3
 """Where the walk starts, and how it is turned, is not known."""
 
@@ -185,7 +189,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 9)))
     parser.add_argument("--severity", nargs="+", choices=list(SEVERITIES), default=["default"])
+    parser.add_argument("--scatter", action="store_true", help="only how far sightings of one pass scatter")
     options = parser.parse_args()
+    if options.scatter:
+        print_scatter("sessions that the published program was run on", agreement())
+        print_scatter("generated, default", generated(options.seeds))
+        return
     print(f"| severity | | walks | {THEIRS} | {OURS} | floor | floor, law known |")
     print("| --- " * 7 + "|")
     for severity in options.severity:
@@ -193,6 +202,15 @@ def main() -> None:
         found = [row for scenario in scenarios for row in errors_of(scenario)]
         print_rows(severity, "all", [errors for _, errors in found])
         print_rows(severity, "without faults", [errors for faulty, errors in found if not faulty])
+
+
+def print_scatter(name: str, walks: Iterable[Walk]) -> None:
+    """Print how far sightings of one pass lie from their mean, over passes of many sightings."""
+    range_m = Settings().smoother.sighting_range_m
+    passes = [Walked.of(walk.camera, walk.log, range_m).passes for walk in walks]
+    spread_m = np.concatenate([one.spread_m[one.count >= MANY] for one in passes])
+    low, middle, high = np.quantile(spread_m, (0.25, 0.5, 0.75))
+    print(f"{name}: {middle:.4f} m ({low:.4f} to {high:.4f}) per axis, {len(spread_m)} passes")
 
 
 def print_rows(severity: str, which: str, errors: list[tuple[float, ...]]) -> None:
