@@ -58,7 +58,7 @@ SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
 
 TAIL = {
-    Source.POSITION: 4.0,
+    Source.POSITION: 2.0,
     Source.HEADING: 4.0,
     Source.SCALE: 20.0,
     Source.JUMP: 2.0,
