@@ -43,7 +43,7 @@ class Sequence(StrEnum):
 class MotionSettings:
     """What is known of walking."""
 
-    speed_m_s: float = 0.6
+    speed_m_s: float = 1.0
     """How fast the place may change where no track is given; one standard deviation."""
     fastest_m_s: float = 2.0
     """A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
