@@ -80,10 +80,8 @@ class LevelField:
         }
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray]) -> Self | None:
-        """Take back what :meth:`arrays` gave; None where there was no field."""
-        if "field_variance" not in arrays:
-            return None
+    def restored(cls, arrays: Mapping[str, AnyArray]) -> Self:
+        """Take back what :meth:`arrays` gave."""
         cells = DensityCells(arrays["field_storey"], arrays["field_centre_m"])
         return cls(cells, arrays["field_level_dbm"], arrays["field_variance"])
 

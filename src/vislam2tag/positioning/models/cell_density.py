@@ -209,18 +209,18 @@ class CellDensity(Positioner):
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        centre, (sharpness,) = arrays["centre"], arrays["sharpness"]
+        centre, (sharpness,), (half,) = arrays["centre"], arrays["sharpness"], arrays["half"]
         directions, steps = DirectionLikeness(centre, float(sharpness)), StoreyLikeness.restored(centre, arrays)
         self.kernel_ = CellKernel(
             DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
             ScanKernel(directions, arrays["density_weight"], arrays["density_mean"]),
             ScanKernel(steps, arrays["storey_weight"], arrays["storey_mean"]),
-            LevelField.restored(arrays),
+            None if np.isinf(half) else LevelField.restored(arrays),
             AlikeScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
             layers_kept(arrays, self.networks),
             int(arrays["contradicted"][0]),
         )
-        self.half_ = float(arrays["half"][0])
+        self.half_ = float(half)
         self.radii_ = NoveltyRadii.restored(arrays, "radii")
         self.height_m_ = arrays["height_m"]
 
