@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import surveyed
+from vislam2tag.positioning import level_field as module
 from vislam2tag.positioning.level_field import LevelField, learned_fields
 
 
@@ -82,3 +83,12 @@ def test_where_frames_lie_does_not_matter() -> None:
     here, there = (learned_fields(scans.dense(), either, [3.0])[0] for either in (places, moved))
     found = [field.place(scans.dense(), places.storey) for field in (here, there)]
     assert np.median(np.hypot(*(found[1] - away_m - found[0]).T)) < 0.3
+
+
+def test_many_scans_are_asked_part_after_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    scans, places = surveyed(60)
+    (field,) = learned_fields(scans.dense(), places, [6.0])
+    whole = field.place(scans.dense(), places.storey)
+    monkeypatch.setattr(module, "_MOST_NUMBERS", 7 * len(field.cells))
+    np.testing.assert_allclose(field.place(scans.dense(), places.storey), whole, atol=1e-9)
+    assert field.place(scans.dense()[:0], places.storey[:0]).shape == (0, 2)

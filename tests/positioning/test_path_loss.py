@@ -61,3 +61,10 @@ def test_loud_ones_were_missed_and_faint_ones_are_as_expected() -> None:
     assert loud == pytest.approx(-50.0, abs=0.01)
     assert near < FAINTEST_DBM
     assert faint == pytest.approx(-120.0, abs=0.01)
+
+
+def test_levels_fall_with_distance_whatever_is_heard() -> None:
+    level, places = heard(60)
+    rising = -90.0 + np.linalg.norm(places.xy[:, None] - STANDS, axis=2)
+    assert (fitted_path_loss(rising, places, FAINTEST_DBM).exponent >= 1.0).all()
+    assert (fitted_path_loss(level, places, FAINTEST_DBM).exponent > 2.0).all()

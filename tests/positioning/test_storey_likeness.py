@@ -37,3 +37,7 @@ def test_it_comes_back_from_its_arrays() -> None:
     like = StoreyLikeness.around(level)
     back = StoreyLikeness.restored(like.centre, like.arrays())
     np.testing.assert_array_equal(back(level), like(level))
+
+
+def test_nothing_but_faintest_levels_is_no_error() -> None:
+    assert np.isfinite(StoreyLikeness.around(np.zeros((3, 2))).among()).all()

@@ -36,9 +36,9 @@ def contradicted(scans: RadioScans, storey: IntArray, centres: IntArray) -> Bool
     one_hot = np.eye(int(storey.max()) + 1)[storey]
     doubted = np.zeros(len(scans), dtype=np.bool_)
     for _ in range(_ROUNDS):
-        told = _told_by_others(scans, one_hot, ~doubted, centres)
+        told, before = _told_by_others(scans, one_hot, ~doubted, centres), doubted
         doubted = _foremost((told - one_hot).max(axis=1) - (told * one_hot).sum(axis=1), storey)
-        if not doubted.any():
+        if (doubted == before).all():
             break
     return doubted
 

@@ -30,7 +30,9 @@ _REACH_M = 12.0
 _SIDE_M = 1.5
 _COARSER = 1.25
 _MOST_NUMBERS = 4_000_000
-"""Cells have this side, and so many times more that cells by access points are no more than these."""
+_FEWEST = 200
+"""Cells have this side, and so many times more that cells by access points are no more than these; fewer access points
+count as these."""
 _FAINT_SHARE = 0.02
 """Share of levels heard below what counts as the faintest."""
 _ROUNDS = 3
@@ -53,6 +55,11 @@ class LevelField:
         residuals' covariance is v I + o^2 1 1', whose inverse is (I - 1 1' o^2 / (v + m o^2)) / v (Sherman and
         Morrison).
         """
+        at_once = max(_MOST_NUMBERS // len(self.cells), 1)
+        parts = (slice(start, start + at_once) for start in range(0, max(len(level_dbm), 1), at_once))
+        return np.concatenate([self._place(level_dbm[rows], storey[rows]) for rows in parts])
+
+    def _place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
         likelihood = np.exp(self._log_likelihood(level_dbm, storey))
         return np.asarray(likelihood @ self.cells.centre_m / likelihood.sum(axis=1, keepdims=True))
 
@@ -97,7 +104,8 @@ def learned_fields(level_dbm: FloatArray, places: Places, noises_db: Sequence[fl
 
 def _cells(places: Places, access_points: int) -> DensityCells:
     side_m = _SIDE_M
-    while len(cells := cells_near(places, side_m, round(_REACH_M / side_m))) * access_points > _MOST_NUMBERS:
+    most = _MOST_NUMBERS // max(access_points, _FEWEST)
+    while len(cells := cells_near(places, side_m, round(_REACH_M / side_m))) > most:
         side_m *= _COARSER
     return cells
 

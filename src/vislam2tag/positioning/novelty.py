@@ -20,6 +20,10 @@ from vislam2tag.positioning.spread import UNKNOWN_M
 
 ALIKE, ANSWERING = 3, 5
 """Most alike scans whose distance in signals counts, and whose places do."""
+TIE = 1e-7
+"""Of equally alike scans the first ones count: each is taken for so much less alike than the one before it."""
+LEAST_EXCESS = 1e-6
+"""Distances between directions are no more exact than this."""
 _MOST_GROWTH = 16.0
 """Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
 signals hardly tell both apart, familiar ones would pay for the others."""
@@ -55,12 +59,13 @@ class AlikeScans:
         (n,): 0 where a scan is no less alike than training scans are.
         """
         away = _distance(direction, self.direction)
-        nearest = np.argpartition(away, min(ANSWERING, away.shape[1] - 1), axis=1)[:, :ANSWERING]
-        nearest = np.take_along_axis(nearest, np.argsort(np.take_along_axis(away, nearest, axis=1), axis=1), axis=1)
+        ranked = away + TIE * np.arange(away.shape[1])
+        nearest = np.argpartition(ranked, min(ANSWERING, away.shape[1] - 1), axis=1)[:, :ANSWERING]
+        nearest = np.take_along_axis(nearest, np.argsort(np.take_along_axis(ranked, nearest, axis=1), axis=1), axis=1)
         dispersal_m = np.hypot(*(self.xy[nearest] - xy[:, None]).transpose(2, 0, 1)).mean(axis=1)
         alike = nearest[:, :ALIKE]
         unlike = np.take_along_axis(away, alike, axis=1).mean(axis=1)
-        excess = np.maximum(unlike - self.apart[alike].mean(axis=1), 0.0)
+        excess = np.maximum(unlike - self.apart[alike].mean(axis=1) - LEAST_EXCESS, 0.0)
         return dispersal_m, excess * unlike
 
 

@@ -24,6 +24,8 @@ _CLOSEST_M = 3.0
 _POWER_DBM = -40.0, 15.0
 _EXPONENT = 2.8, 0.5
 """Believed before anything is heard: mean and standard deviation."""
+_LEAST_EXPONENT = 1.0
+"""Levels fall with distance, whatever is heard: along a corridor hardly more slowly than this."""
 _DEVIATION_DB = 6.0
 """Of levels from the model: walls, shadows, and fading."""
 _MISSED = 0.05
@@ -101,8 +103,8 @@ def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: Pl
         normal += falls2 - falls**2 / total
         squares += believed * (2 * together + believed * falls2) - above**2 / total
         storeys.append((above, falls, total[:, 0]))
-    steeper = moment / normal
-    best = (squares - moment * steeper).argmin(axis=1)
+    steeper = np.maximum(moment / normal, _LEAST_EXPONENT - believed)
+    best = (squares - 2 * moment * steeper + normal * steeper**2).argmin(axis=1)
     each = np.arange(len(best))
     steeper = steeper[each, best]
     power = [(above[each, best] + steeper * falls[each, best]) / total for above, falls, total in storeys]

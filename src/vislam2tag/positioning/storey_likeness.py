@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -31,20 +32,25 @@ class StoreyLikeness:
 
     @classmethod
     def around(cls, level: FloatArray) -> Self:
-        """Make kernels around scans of levels (m, a), of which something is heard."""
-        threshold = np.array([0.0, *np.quantile(level[level > 0], _QUARTILES)])
+        """Make kernels around scans of levels (m, a)."""
+        heard = level[level > 0]
+        threshold = np.array([0.0, *(np.quantile(heard, _QUARTILES) if len(heard) else ())])
         return cls(directions(level), threshold, _above(level, threshold))
 
     def __call__(self, level: FloatArray) -> FloatArray:
         """Compare scans of levels (n, a) from 0 to 1: (n, m) from 0 to 2."""
-        return self._of(directions(level), _above(level, self.threshold))
+        return self._of(directions(level), steps(_above(level, self.threshold)))
 
     def among(self) -> FloatArray:
         """Compare the centres among themselves: (m, m)."""
-        return self._of(self.centre, self.above)
+        return self._of(self.centre, self._steps)
 
-    def _of(self, direction: FloatArray, above: BoolArray) -> FloatArray:
-        cosines = direction @ self.centre.T, steps(above) @ steps(self.above).T
+    @cached_property
+    def _steps(self) -> FloatArray:
+        return steps(self.above)
+
+    def _of(self, direction: FloatArray, step: FloatArray) -> FloatArray:
+        cosines = direction @ self.centre.T, step @ self._steps.T
         return np.asarray(sum(np.exp(2 * (cosine - 1)) for cosine in cosines))
 
     def arrays(self) -> dict[str, AnyArray]:

@@ -15,7 +15,7 @@ from vislam2tag.positioning.cell_kernel import LEAST, NETWORKS_WEIGHT, CellKerne
 from vislam2tag.positioning.dense_layers import LENGTH, DenseLayers
 from vislam2tag.positioning.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.level_field import OFFSET_DB
-from vislam2tag.positioning.novelty import ALIKE, ANSWERING, Growth, NoveltyRadii
+from vislam2tag.positioning.novelty import ALIKE, ANSWERING, LEAST_EXCESS, TIE, Growth, NoveltyRadii
 from vislam2tag.positioning.representation import FAINTEST_DBM
 from vislam2tag.positioning.scan_kernel import EXPONENT, SMALLEST
 from vislam2tag.positioning.storey_likeness import steps
@@ -126,10 +126,12 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         of_density_m = (density * torch.sqrt(self._away2(xy))).sum(dim=1) / density.sum(dim=1)
         away = torch.sqrt((2 - 2 * cosine).clamp(min=0.0))
         count = self.centre_apart.shape[0]
-        nearest, alike = torch.topk(away, min(ANSWERING, count), dim=1, largest=False)
+        ranked = away + TIE * torch.arange(count)
+        alike = torch.topk(ranked, min(ANSWERING, count), dim=1, largest=False).indices
+        nearest = torch.gather(away, 1, alike)
         dispersal_m = torch.sqrt((self.centre_xy[alike] - xy[:, None]).square().sum(dim=2)).mean(dim=1)
         unlike = nearest[:, :ALIKE].mean(dim=1)
-        excess = (unlike - self.centre_apart[alike[:, :ALIKE]].mean(dim=1)).clamp(min=0.0)
+        excess = (unlike - self.centre_apart[alike[:, :ALIKE]].mean(dim=1) - LEAST_EXCESS).clamp(min=0.0)
         return torch.sqrt(of_density_m * dispersal_m), excess * unlike
 
 
