@@ -59,3 +59,14 @@ def test_a_doubtful_step_says_when_it_happened_and_a_known_jump_is_not_told_twic
     assert event.frame == step + 1
     known = replace(walked.odometry, doubt=doubt, jumped=doubt != 0)
     assert found(walk, replace(walked, odometry=known)) == ()
+
+
+def test_a_larger_doubt_across_does_not_say_when() -> None:
+    walk = loops(7, TYPICAL, marks=8, laps=2, survey_m=0.02)
+    walked = walk.walked()
+    across, step = int(walked.nodes[6]) + 4, int(walked.nodes[6]) + 10
+    doubt = np.zeros(len(walked.odometry.path) - 1, dtype=np.complex128)
+    doubt[across], doubt[step] = 0.7, 0.6j
+    walked = slipped(walked, step, 2.0j)
+    (event,) = found(walk, replace(walked, odometry=replace(walked.odometry, doubt=doubt)))
+    assert event.frame == step + 1

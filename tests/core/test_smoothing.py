@@ -63,6 +63,8 @@ def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: floa
     walk = loops(7, TYPICAL, marks=7, laps=1.5, survey_m=0.02)
     surveyed, headed = [0, 2, 3, 5], [2]
     walked = walk.walked()
+    doubt = np.where(np.arange(len(walked.odometry.path) - 1) % 50, 0, 0.2 + 0.1j)
+    walked = replace(walked, odometry=replace(walked.odometry, doubt=doubt))
     plain = mapped_path(solved(walk, surveyed, headed, walked))
     turn = np.exp(1j * turn_rad)
     elsewhere = replace(walk, surveyed_at=walk.surveyed_at * turn + shift, heading_rad=walk.heading_rad + turn_rad)

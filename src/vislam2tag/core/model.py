@@ -55,8 +55,15 @@ class Model:
             source: tuple(Drift.along(kind, self.path, steps) for kind in kinds[source])
             for source, steps in variance.items()
         }
-        doubt = Directed.along(self.walked.odometry.doubt * self.turn[:-1])
-        return {**sums, Source.DOUBT: (doubt,)}
+        return {**sums, Source.DOUBT: (self._doubt,)}
+
+    @property
+    def _doubt(self) -> Drift | Directed:
+        """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
+        doubt = self.walked.odometry.doubt
+        if self.rough:
+            return Drift.along(Kind.POSITION, self.path, np.abs(doubt) ** 2)
+        return Directed.along(doubt * self.turn[:-1])
 
     def drift(self, source: Source, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""

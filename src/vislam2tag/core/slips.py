@@ -1,7 +1,7 @@
 """Slips: stretches between passes over which the tracker led elsewhere than its usual drift explains.
 
-Unlike a break no step alone proves it; the landmarks before and after tell. Where some step of the stretch does not fit
-its neighbours well, it happened there; otherwise nobody knows when.
+Unlike a break no step alone proves it; the landmarks before and after tell. Where some step of the stretch misses what
+its neighbours predict in that direction, it happened there; otherwise nobody knows when.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
     for k in np.flatnonzero(unusual).tolist():
         start, stop = walked.nodes[k : k + 2].tolist()
         if not walked.odometry.jumped[start:stop].any():
-            doubt = np.abs(walked.odometry.doubt[start:stop])
-            at = start + int(doubt.argmax()) + 1 if doubt.any() else (start + stop) // 2
+            doubt = walked.odometry.doubt[start:stop] * smoothed.model.turn[start:stop]
+            along = np.abs((doubt * complex(off[k, 0], -off[k, 1])).real)
+            at = start + int(along.argmax()) + 1 if doubt.any() else (start + stop) // 2
             frame = int(walked.odometry.frame[at])
             found.append(TrackerEvent(EventKind.SLIP, frame, float(size[k]), float(off[k, 3])))
     return tuple(found)
