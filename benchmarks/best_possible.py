@@ -6,7 +6,7 @@ normal, and the spread of what stays unknown is a matter of linear algebra; its 
 
 - one observation each time that a sheet is in view without a pause, at the nearest approach: the simulator draws the
   error of sightings anew each time; or
-- all frames, and knows the simulator's law: that error is one vector times (1 + distance / 1 m) / 2.
+- frames all over the pass, and knows the simulator's law: that error is one vector times (1 + distance / 1 m) / 2.
 
     python benchmarks/best_possible.py                          96 walks at default severity (ratios in brackets)
     python benchmarks/best_possible.py --seeds 1 --severity severe
@@ -43,7 +43,8 @@ from vislam2tag.survey.slugs import session_slugs
 OURS, THEIRS = "smoother", "local-corrected"
 EVERY = 15
 """Drift is summed over this many frames (half a second)."""
-FRAMES_A_PASS = 8
+FRAMES_A_PASS = 16
+"""Many enough to tell how the error of a pass grows."""
 MANY = 10
 """Sightings of a pass whose scatter means something."""
 PLACE_SIGMA_M, HEADING_SIGMA_RAD = 10.0, 0.3
@@ -145,7 +146,7 @@ def floor_m(told: Known, *, law: bool) -> FloatArray:
     sight_y = place[2 * row + 1] + offset.imag[:, None] * scaled[row] + offset.real[:, None] * turned[row]
     same_pass, same_sheet = (which[:, None] == which for which in (number, landmark))
     grown = same_pass * np.outer(growth, growth)
-    white = np.diag((settings.sighting_noise_m * 2 * growth) ** 2)
+    white = np.diag((settings.sighting_noise_m * (2 * growth - 1)) ** 2)  # with the distance
     bias = (settings.severity * settings.sighting_bias_m) ** 2 * grown + white
     sheet = (settings.severity * settings.sighting_heading_sigma_rad) ** 2 * grown + same_sheet * np.pi**2
     told_by = np.vstack((sight_x, sight_y, turned[row]))
