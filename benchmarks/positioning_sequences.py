@@ -80,7 +80,7 @@ def tracked(survey: Path, scans: RadioScans) -> FloatArray:
 def tell(name: str, walks: Walks, found: list[Positions]) -> None:
     """Print the means over folds."""
     figures = [score(positions, asked.places) for positions, (_, asked) in zip(found, walks, strict=True)]
-    means = (np.mean([float(column(one) or np.nan) for one in figures]) for column in COLUMNS.values())
+    means = (np.mean(np.array([column(one) for one in figures], dtype=np.float64)) for column in COLUMNS.values())
     print(f"| {name} | " + " | ".join(f"{mean:.2f}" for mean in means) + " |", flush=True)
 
 
