@@ -20,11 +20,17 @@ from positioning_settings import training_part
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.altered_scans import altered
-from vislam2tag.positioning.cell_kernel import levels
 from vislam2tag.positioning.contradicted import contradicted
 from vislam2tag.positioning.held_out import folds
 from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scan_kernel import DirectionLikeness, Likeness, NormalEquations, ScanKernel, directions
+from vislam2tag.positioning.scan_kernel import (
+    DirectionLikeness,
+    Likeness,
+    NormalEquations,
+    ScanKernel,
+    directions,
+    levels,
+)
 from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
 DRAWS = range(3)

@@ -14,6 +14,7 @@ from tests.positioning.radio_fields import surveyed
 from vislam2tag.positioning import contradicted as module
 from vislam2tag.positioning.contradicted import MOST_OF_STOREY, contradicted
 from vislam2tag.positioning.models.cell_density import CellDensity
+from vislam2tag.positioning.scan_kernel import levels
 from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
 
@@ -50,7 +51,7 @@ def test_what_others_tell_is_what_a_regression_without_the_scan_says() -> None:
     one_hot = np.eye(2)[places.storey]
     believed = np.arange(30) != 4
     told = module._told_by_others(scans, one_hot, believed, np.arange(30))
-    among, mean = StoreyLikeness.around(module._level(scans)).among(), one_hot[believed].mean(axis=0)
+    among, mean = StoreyLikeness.around(levels(scans)).among(), one_hot[believed].mean(axis=0)
     for row in (0, 4, 11):
         learn = believed & (np.arange(30) != row)
         ridge = KernelRidge(alpha=0.1, kernel="precomputed").fit(among[np.ix_(learn, learn)], one_hot[learn] - mean)

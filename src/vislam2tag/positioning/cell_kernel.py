@@ -17,7 +17,6 @@ from vislam2tag.positioning.extra import import_extra
 from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fields
 from vislam2tag.positioning.novelty import AlikeScans
 from vislam2tag.positioning.places import Places
-from vislam2tag.positioning.representation import Representation, represented
 from vislam2tag.positioning.scan_kernel import (
     MOST_CENTRES,
     DirectionLikeness,
@@ -25,6 +24,7 @@ from vislam2tag.positioning.scan_kernel import (
     Pair,
     ScanKernel,
     directions,
+    levels,
 )
 from vislam2tag.positioning.scans import RadioScans
 from vislam2tag.positioning.storey_likeness import StoreyLikeness
@@ -221,8 +221,3 @@ def _examples(
 
 def _blocks(count: int) -> Iterator[slice]:
     return (slice(start, start + _AT_ONCE) for start in range(0, count, _AT_ONCE))
-
-
-def levels(scans: RadioScans) -> FloatArray:
-    """Make the (n, a) levels that all is learned from, 0 (not heard) to 1."""
-    return represented(scans, Representation.POSITIVE)

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.representation import Representation, represented
-from vislam2tag.positioning.scan_kernel import NormalEquations
+from vislam2tag.positioning.scan_kernel import NormalEquations, levels
 from vislam2tag.positioning.scans import RadioScans
 from vislam2tag.positioning.storey_likeness import StoreyLikeness
 
@@ -46,13 +45,13 @@ def contradicted(scans: RadioScans, storey: IntArray, centres: IntArray) -> Bool
 def _told_by_others(scans: RadioScans, one_hot: FloatArray, believed: BoolArray, centres: IntArray) -> FloatArray:
     """Return storey probabilities (n, s): of each scan what the other believed ones say."""
     mean = one_hot[believed].mean(axis=0)
-    equations = NormalEquations.empty(StoreyLikeness.around(_level(scans[centres])), mean, len(centres))
-    equations.add((_level(scans[rows]), one_hot[rows]) for rows in _blocks(np.flatnonzero(believed)))
+    equations = NormalEquations.empty(StoreyLikeness.around(levels(scans[centres])), mean, len(centres))
+    equations.add((levels(scans[rows]), one_hot[rows]) for rows in _blocks(np.flatnonzero(believed)))
     factor = cho_factor(equations.normal(_RIDGE))
     weight = cho_solve(factor, equations.moment)
     score = np.empty_like(one_hot)
     for rows in _blocks(np.arange(len(scans))):
-        like = equations.like(_level(scans[rows]))
+        like = equations.like(levels(scans[rows]))
         own_share = believed[rows] * (like * cho_solve(factor, like.T).T).sum(axis=1)
         said = like @ weight - own_share[:, None] * (one_hot[rows] - mean)
         score[rows] = said / np.maximum(1 - own_share, _LEAST)[:, None] + mean
@@ -68,10 +67,6 @@ def _foremost(lead: FloatArray, storey: IntArray) -> BoolArray:
         most = rows[np.argsort(-lead[rows], kind="stable")][: int(MOST_OF_STOREY * len(rows))]
         chosen[most] = lead[most] > LEAD
     return chosen
-
-
-def _level(scans: RadioScans) -> FloatArray:
-    return represented(scans, Representation.POSITIVE)
 
 
 def _blocks(rows: IntArray) -> Iterator[IntArray]:

@@ -14,6 +14,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.positioning.representation import Representation, represented
+from vislam2tag.positioning.scans import RadioScans
 
 EXPONENT = 1.7
 """Power of levels before their direction is taken; chosen by cross-validation (docs/positioning.md)."""
@@ -111,3 +113,8 @@ def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:
     """Scale each scan's powed levels (n, a) to length 1."""
     powed = level**exponent
     return np.asarray(powed / np.maximum(np.linalg.norm(powed, axis=1, keepdims=True), SMALLEST))
+
+
+def levels(scans: RadioScans) -> FloatArray:
+    """Make the (n, a) levels that all is learned from, 0 (not heard) to 1."""
+    return represented(scans, Representation.POSITIVE)

@@ -9,10 +9,10 @@ torch = pytest.importorskip("torch", reason="PyTorch is the extra 'models'")
 
 from tests.positioning.radio_fields import surveyed  # noqa: E402
 from vislam2tag.errors import UsageError  # noqa: E402
-from vislam2tag.positioning.cell_kernel import levels  # noqa: E402
 from vislam2tag.positioning.density_cells import cells_near  # noqa: E402
 from vislam2tag.positioning.models.cell_density import CellDensity  # noqa: E402
 from vislam2tag.positioning.networks.density_network import Training, trained  # noqa: E402
+from vislam2tag.positioning.scan_kernel import levels  # noqa: E402
 
 QUICK = Training(steps=120, widths=(64,), dropout=0.1, learning_rate=1e-2)
 
