@@ -27,10 +27,8 @@ from vislam2tag.positioning.scan_kernel import (
     levels,
 )
 from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.storey_likeness import StoreyLikeness
+from vislam2tag.positioning.storey_likeness import STOREY_RIDGE, StoreyLikeness
 
-_STOREY_RIDGE = 0.1
-"""Of the kernel that tells storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _SEED_STEP = 1000
@@ -149,7 +147,7 @@ def _storeys(scans: RadioScans, places: Places, centres: IntArray) -> ScanKernel
     like = StoreyLikeness.around(levels(scans[centres]))
     equations = NormalEquations.empty(like, one_hot[places.storey[centres]].mean(axis=0), len(centres))
     equations.add((levels(scans[rows]), one_hot[places.storey[rows]]) for rows in _blocks(len(scans)))
-    return equations.solved([_STOREY_RIDGE])[0]
+    return equations.solved([STOREY_RIDGE])[0]
 
 
 def _networks(

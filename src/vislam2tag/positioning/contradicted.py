@@ -15,13 +15,12 @@ from scipy.linalg import cho_factor, cho_solve
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.scan_kernel import NormalEquations, levels
 from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.storey_likeness import StoreyLikeness
+from vislam2tag.positioning.storey_likeness import STOREY_RIDGE, StoreyLikeness
 
 LEAD = 0.5
 """By so much another storey's probability exceeds the labelled one's."""
 MOST_OF_STOREY = 0.1
 """More of a storey's scans than this share are not doubted: rather is it a storey that is hard to tell."""
-_RIDGE = 0.1
 _ROUNDS = 3
 _LEAST = 1e-3
 _AT_ONCE = 1024
@@ -47,7 +46,7 @@ def _told_by_others(scans: RadioScans, one_hot: FloatArray, believed: BoolArray,
     mean = one_hot[believed].mean(axis=0)
     equations = NormalEquations.empty(StoreyLikeness.around(levels(scans[centres])), mean, len(centres))
     equations.add((levels(scans[rows]), one_hot[rows]) for rows in _blocks(np.flatnonzero(believed)))
-    factor = cho_factor(equations.normal(_RIDGE))
+    factor = cho_factor(equations.normal(STOREY_RIDGE))
     weight = cho_solve(factor, equations.moment)
     score = np.empty_like(one_hot)
     for rows in _blocks(np.arange(len(scans))):

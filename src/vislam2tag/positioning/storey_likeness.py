@@ -17,6 +17,8 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.positioning.scan_kernel import SMALLEST, directions
 
 _QUARTILES = (0.25, 0.5, 0.75)
+STOREY_RIDGE = 0.1
+"""Of regressions onto storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
 
 
 @dataclass(frozen=True)
@@ -39,18 +41,19 @@ class StoreyLikeness:
 
     def __call__(self, level: FloatArray) -> FloatArray:
         """Compare scans of levels (n, a) from 0 to 1: (n, m) from 0 to 2."""
-        return self._of(directions(level), steps(_above(level, self.threshold)))
+        return self._of(directions(level), _scaled(_above(level, self.threshold)))
 
     def among(self) -> FloatArray:
         """Compare the centres among themselves: (m, m)."""
-        return self._of(self.centre, self._steps)
+        return self._of(self.centre, self.steps)
 
     @cached_property
-    def _steps(self) -> FloatArray:
-        return steps(self.above)
+    def steps(self) -> FloatArray:
+        """(m, a q) the centres' steps, scaled to length 1."""
+        return _scaled(self.above)
 
     def _of(self, direction: FloatArray, step: FloatArray) -> FloatArray:
-        cosines = direction @ self.centre.T, step @ self._steps.T
+        cosines = direction @ self.centre.T, step @ self.steps.T
         return np.asarray(sum(np.exp(2 * (cosine - 1)) for cosine in cosines))
 
     def arrays(self) -> dict[str, AnyArray]:
@@ -63,8 +66,7 @@ class StoreyLikeness:
         return cls(centre, arrays["storey_threshold"], arrays["storey_above"])
 
 
-def steps(above: BoolArray) -> FloatArray:
-    """Scale steps (n, k) to length 1."""
+def _scaled(above: BoolArray) -> FloatArray:
     return np.asarray(above / np.maximum(np.sqrt(above.sum(axis=1, keepdims=True)), SMALLEST))
 
 

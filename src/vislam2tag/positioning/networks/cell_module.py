@@ -18,7 +18,6 @@ from vislam2tag.positioning.level_field import OFFSET_DB
 from vislam2tag.positioning.novelty import ALIKE, ANSWERING, LEAST_EXCESS, TIE, Growth, NoveltyRadii
 from vislam2tag.positioning.representation import FAINTEST_DBM
 from vislam2tag.positioning.scan_kernel import EXPONENT, SMALLEST
-from vislam2tag.positioning.storey_likeness import steps
 
 
 class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
@@ -38,7 +37,7 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         for name, values in (kernel.field.arrays() if kernel.field else {}).items():
             self._keep(name, values)
         self._keep("storey_threshold", kernel.storeys.like.threshold)
-        self._keep("storey_steps", steps(kernel.storeys.like.above))
+        self._keep("storey_steps", kernel.storeys.like.steps)
         self._keep("storey_weight", kernel.storeys.weight)
         self._keep("storey_mean", kernel.storeys.mean)
         self._keep("density_weight", kernel.density.weight)
