@@ -26,19 +26,19 @@ from data_sets import Walk, agreement, generated, walks_of
 from scipy.special import ellipe
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.core.walked import Walked
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.faults import badness_of, plan_faults
-from vislam2tag.simulation.odometry import RUNNING_M_S, Frames, dead_reckon, expose
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.settings import SEVERITIES, TrackerSettings, stream
-from vislam2tag.simulation.sightings import Sightings, sight
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.simulation.tracker import of_rank
-from vislam2tag.simulation.walk import make_walk
+from vislam2tag.simulation.tracking.faults import badness_of, plan_faults
+from vislam2tag.simulation.tracking.odometry import RUNNING_M_S, Frames, dead_reckon, expose
+from vislam2tag.simulation.tracking.sightings import Sightings, sight
+from vislam2tag.simulation.tracking.tracker import of_rank
+from vislam2tag.simulation.walking.walk import make_walk
 from vislam2tag.simulation.world import simulated_floor
-from vislam2tag.survey.slugs import session_slugs
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.survey.names import session_slugs
 
 OURS, THEIRS = "smoother", "local-corrected"
 EVERY = 15

@@ -17,19 +17,19 @@ from vislam2tag.dataset.comparing.changes import APPEARED, CHANGED, MOVED, VANIS
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
 from vislam2tag.dataset.transmitters.access_points import access_point_table
-from vislam2tag.simulation.building import make_building
-from vislam2tag.simulation.devices import Locale, make_device
+from vislam2tag.simulation.building.building import make_building
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
-from vislam2tag.simulation.radio import (
+from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.radio import (
     RadioEnvironment,
     RadioSettings,
     make_radio_environment,
     mean_rss_dbm,
     simulate_wifi,
 )
-from vislam2tag.simulation.sampling import position_at
 from vislam2tag.simulation.settings import BuildingSettings, WalkStyle, stream, walk_settings
-from vislam2tag.simulation.walk import make_walk
+from vislam2tag.simulation.walking.sampling import position_at
+from vislam2tag.simulation.walking.walk import make_walk
 
 FLOORS = (0, 1)
 LABEL_SIGMA_M = 0.15

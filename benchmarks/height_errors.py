@@ -18,14 +18,14 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.height import estimate_heights
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.site_files import SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.tour import Climb
+from vislam2tag.simulation.walking.tour import Climb
+from vislam2tag.simulation.writing.site_files import SiteColumn
 
 COLUMNS = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})
 GIVEN = {

@@ -23,11 +23,11 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.evaluation.truth import read_truth
-from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
-from vislam2tag.pipeline.run import process
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.learning_data import LearningData, learning_data
+from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.positioning.metrics import plane_error_m
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 from vislam2tag.sessions import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey

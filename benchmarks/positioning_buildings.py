@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from vislam2tag.simulation import survey
-from vislam2tag.simulation.devices import device_names
 from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.sensors.devices import device_names
 from vislam2tag.simulation.settings import BuildingSettings
 
 HARSH: dict[str, Any] = {

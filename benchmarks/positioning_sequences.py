@@ -17,14 +17,13 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.places import Positions
-from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.sequences import filtered, smoothed
-from vislam2tag.sessions.discover import open_survey
-from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.registry import open_survey, read_session
 
 SPLIT = "trajectory"
 COLUMNS: dict[str, Callable[[Score], float | None]] = {

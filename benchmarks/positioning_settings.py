@@ -15,10 +15,10 @@ import numpy as np
 
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.held_out import folds, walk_of
-from vislam2tag.positioning.learning_data import LearningData, learning_data
 from vislam2tag.positioning.metrics import plane_error_m
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.held_out import folds, walk_of
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 
 FOLDS = 5
 SEED = 1

@@ -14,10 +14,10 @@ import time
 
 import numpy as np
 
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.extra import import_extra
+from vislam2tag.common.extras import import_extra
 from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 
 STOREYS, ACCESS_POINTS, WALKS = 5, 30, 40
 SIZE_M = np.array([100.0, 60.0])

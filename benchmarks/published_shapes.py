@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.pipeline.benchmark import public_dataset
-from vislam2tag.positioning.learning_data import learning_data
+from vislam2tag.pipeline.positioning.benchmark import public_dataset
+from vislam2tag.positioning.scans.learning_data import learning_data
 
 HEARD = 18
 """Access points in a scan, as in UJIIndoorLoc."""

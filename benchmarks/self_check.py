@@ -22,17 +22,17 @@ from data_sets import Walk, generated, real_walks
 from scipy.stats import spearmanr
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.contradictions import discrepancy, predicted
-from vislam2tag.core.known import KnownLandmarks
 from vislam2tag.core.similarity import as_points
-from vislam2tag.core.smoothing import Smoothed, mapped_path, smooth
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.core.walked import Walked
-from vislam2tag.evaluation.landmark_gain import CELL_M, gains, walked_metre_by_metre
-from vislam2tag.evaluation.left_out import LeftOut, leave_out
-from vislam2tag.evaluation.self_check import Estimate, error_factor, estimate_accuracy
+from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
+from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
+from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.settings import Settings
+from vislam2tag.smoother.contradictions import discrepancy, predicted
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 RANGE_M = Settings().smoother.sighting_range_m
 LIMITS_M = (0.5, float("inf"))

@@ -19,11 +19,8 @@ from positioning_settings import training_part
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.positioning.altered_scans import altered
-from vislam2tag.positioning.contradicted import contradicted
-from vislam2tag.positioning.held_out import folds
-from vislam2tag.positioning.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scan_kernel import (
+from vislam2tag.positioning.cell_density.contradicted import contradicted
+from vislam2tag.positioning.cell_density.scan_kernel import (
     DirectionLikeness,
     Likeness,
     NormalEquations,
@@ -31,7 +28,10 @@ from vislam2tag.positioning.scan_kernel import (
     directions,
     levels,
 )
-from vislam2tag.positioning.storey_likeness import StoreyLikeness
+from vislam2tag.positioning.cell_density.storeys import StoreyLikeness
+from vislam2tag.positioning.scans.held_out import folds
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.positioning.scans.representation import altered
 
 DRAWS = range(3)
 Around = Callable[[FloatArray], Likeness]

@@ -20,16 +20,16 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.control_points import nearest_point_errors, press_errors, press_truth, walk_error
-from vislam2tag.evaluation.station_alignment import StationWalk, align_device
-from vislam2tag.evaluation.station_file import TRACK_FILE, read_station_track
-from vislam2tag.evaluation.station_frame import StationFrame, fit_frame, shot_points
+from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors, press_errors, press_truth, walk_error
+from vislam2tag.evaluation.total_station.alignment import StationWalk, align_device
+from vislam2tag.evaluation.total_station.frame import StationFrame, fit_frame, shot_points
+from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
 from vislam2tag.mapping import strategy_named
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.devices import Locale, make_device
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, paper_evaluation
+from vislam2tag.simulation.sensors.devices import Locale, make_device
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.simulation.world import walk_and_track
 from vislam2tag.survey.model import SessionRef, Survey

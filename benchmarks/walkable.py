@@ -20,8 +20,7 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.simulation.graph import dead_end_inset, walkable_graph
-from vislam2tag.simulation.layout import DOOR_M, Layout, make_layout
+from vislam2tag.simulation.building.layout import DOOR_M, Layout, dead_end_inset, make_layout, walkable_graph
 from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.survey.model import ControlPoints, Floor
 from vislam2tag.survey.plans.load import floor_plan

@@ -15,7 +15,7 @@ from sklearn.preprocessing import StandardScaler
 from vislam2tag.api import regular_survey, simulate
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS
-from vislam2tag.pipeline.dataset import build_dataset
+from vislam2tag.pipeline.datasets.build import build_dataset
 
 Array = npt.NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from vislam2tag.api import CameraTrack, LandmarkLog, Landmarks, Settings, Trajectory, process, regular_survey, simulate
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
-from vislam2tag.mapping.base import register
-from vislam2tag.mapping.pieces import Sheet, surveyed_part
+from vislam2tag.mapping.registry import register
+from vislam2tag.mapping.trajectory_builder import Sheet, surveyed_part
 
 
 class FirstSighting:

@@ -10,12 +10,7 @@ data set of labels, ``import_format`` one of others' files, ``open_dataset`` ope
 frames. ``benchmark`` trains and tests positioning models on one.
 """
 
-from vislam2tag.core.status import Status
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.core.uncertainty import mark_uncertain
-from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import (
+from vislam2tag.common.errors import (
     DatasetError,
     ModelError,
     OutputError,
@@ -24,26 +19,31 @@ from vislam2tag.errors import (
     UsageError,
     Vislam2tagError,
 )
-from vislam2tag.evaluation.check_record import SurveyCheck
-from vislam2tag.evaluation.evaluation_record import SurveyEvaluation
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.uncertainty import mark_uncertain
+from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.evaluation.record import SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.results import SessionResult, Summary
 from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
-from vislam2tag.pipeline.benchmark import BenchmarkPlan, benchmark, public_dataset
-from vislam2tag.pipeline.check import check
-from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
-from vislam2tag.pipeline.evaluate import evaluate
-from vislam2tag.pipeline.export import ExportOptions, export
-from vislam2tag.pipeline.import_format import ImportOptions, import_format
-from vislam2tag.pipeline.run import process
-from vislam2tag.pipeline.selection import Selection
-from vislam2tag.positioning.base import Positioner, model_named
-from vislam2tag.positioning.benchmark_record import Benchmark
-from vislam2tag.positioning.learning_data import learning_data
+from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
+from vislam2tag.pipeline.datasets.export import ExportOptions, export
+from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.labels.check import check
+from vislam2tag.pipeline.labels.evaluate import evaluate
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, public_dataset
+from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.positioning.benchmark.protocol import ModelChoice
+from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel
 from vislam2tag.positioning.model_file import load as load_model
 from vislam2tag.positioning.model_file import save as save_model
-from vislam2tag.positioning.protocol import ModelChoice
-from vislam2tag.results import SessionResult, Summary
+from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.positioning.scans.learning_data import learning_data
+from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import DatasetSettings, LabelRule, LabelSettings, LocalSettings, Settings, VisitSettings

@@ -9,9 +9,9 @@ import pytest
 from best_possible import Known, floor_m, mean_length, unit_noises
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.simulation.odometry import Frames, dead_reckon
 from vislam2tag.simulation.settings import TrackerSettings
-from vislam2tag.simulation.sightings import Sightings
+from vislam2tag.simulation.tracking.odometry import Frames, dead_reckon
+from vislam2tag.simulation.tracking.sightings import Sightings
 
 RATE_HZ = 10.0
 

@@ -9,9 +9,9 @@ import pytest
 from positioning_settings import cross_validated, training_part
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
-from vislam2tag.errors import UsageError
 
 
 def test_walks_are_left_out_whole(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from second_generator.route import draw_route
 from second_generator.sightings import Pass, draw_errors, draw_passes
 from second_generator.tracker import Logged, Tracker, World
 
-from tests.test_layers import imported_layers
+from tests.test_layers import imported
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import to_plane
 
@@ -191,7 +191,7 @@ def test_data_set_gives_the_truth_of_every_frame() -> None:
 def test_it_knows_of_the_package_only_what_strategies_get() -> None:
     folder = Path(second_generator.__file__).parent
     for path in folder.glob("*.py"):
-        assert imported_layers(path) <= {"core"}, path.name
+        assert imported(path) <= {"core"}, path.name
 
 
 def test_a_survey_in_two_pieces_shifts_landmarks_and_truth_alike_beyond_a_line() -> None:

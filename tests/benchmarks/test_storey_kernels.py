@@ -8,8 +8,8 @@ import numpy as np
 from storey_kernels import CHOICES, right_share
 
 from tests.positioning.radio_fields import surveyed
-from vislam2tag.positioning.held_out import folds
-from vislam2tag.positioning.learning_data import LearningData
+from vislam2tag.positioning.scans.held_out import folds
+from vislam2tag.positioning.scans.learning_data import LearningData
 
 
 def test_wrong_labels_cost_less_where_contradicted_scans_are_left_out() -> None:

@@ -12,10 +12,10 @@ from tests.dataset.formats.test_getsensordata import walk
 from tests.dataset.formats.test_ilc20 import trace
 from tests.dataset.formats.test_tampere import quartet
 from vislam2tag.cli.command_import import degrees_of, floor_words
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.formats import import_formats
 from vislam2tag.dataset.model import FloorInfo
-from vislam2tag.errors import UsageError
 
 
 def test_a_summary(tmp_path: Path) -> None:

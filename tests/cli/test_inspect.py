@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from tests.survey.site import write_survey
 from vislam2tag.cli.command_inspect import register
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 
 APP = typer.Typer()
 APP.callback()(lambda: None)

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.cli.privacy import privacy_of
+from vislam2tag.cli.options import privacy_of
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.transmitters.privacy import Privacy
-from vislam2tag.errors import UsageError
 
 
 def test_without_options_only_networks_that_opted_out_go() -> None:

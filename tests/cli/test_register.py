@@ -15,7 +15,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.survey.site import write_survey
 from tests.surveys import bytes_of
 from vislam2tag.cli.command_register import register
-from vislam2tag.errors import Vislam2tagError
+from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.survey.discover import read_site
 
 PLACES = {"10": 1.5 + 2.5j, "7": 30 + 4j, "11": 20 + 20j, "12": 50 + 25j}

@@ -19,7 +19,7 @@ from tests.conformance.java import replay
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session

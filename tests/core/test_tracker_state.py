@@ -9,14 +9,14 @@ import pytest
 
 from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.context import AnchorLog, TrackerState
 from vislam2tag.core.faults import EventKind
-from vislam2tag.core.losses import lost_frames
-from vislam2tag.core.map_moves import map_moves
-from vislam2tag.core.odometry import continuous_odometry
-from vislam2tag.core.passes import find_passes
-from vislam2tag.core.tracker_state import AnchorLog, TrackerState
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import frames_without_landmark
+from vislam2tag.smoother.losses import lost_frames
+from vislam2tag.smoother.map_moves import map_moves
+from vislam2tag.smoother.odometry import continuous_odometry
+from vislam2tag.smoother.passes import find_passes
 
 FRAMES = 300
 UPDATE = 150

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.dataset.described import FULL
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.description import described, description_text, missing_fields, read_description
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Person
-from vislam2tag.errors import DatasetError
 from vislam2tag.survey.georeference import Georeference
 
 BARE = DatasetInfo(name="bare", floors=(FloorInfo(number=1), FloorInfo(number=2, building="annex")))

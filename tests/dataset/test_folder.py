@@ -9,9 +9,9 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.errors import DatasetError, OutputError
 from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
-from vislam2tag.errors import DatasetError, OutputError
 
 
 def with_split(dataset: Dataset) -> Dataset:

@@ -18,8 +18,8 @@ from vislam2tag.evaluation.dense import (
     drift_per_metre,
     relative_errors,
 )
-from vislam2tag.evaluation.evaluation_record import DriftSums
 from vislam2tag.evaluation.point_errors import TruthKind
+from vislam2tag.evaluation.record import DriftSums
 from vislam2tag.evaluation.truth import Truth
 
 SECOND = 1_000_000_000

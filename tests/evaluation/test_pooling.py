@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vislam2tag.common.bootstrap import FEWEST_WALKS, ROUNDS, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.bootstrap import FEWEST_WALKS, ROUNDS, draws, interval, multiplicities
-from vislam2tag.evaluation.evaluation_record import Measured, Row, SessionEvaluation
 from vislam2tag.evaluation.measuring import measured, retention, sure_points
 from vislam2tag.evaluation.metrics import FIGURES, summarise
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
 from vislam2tag.evaluation.pooling import table_rows
+from vislam2tag.evaluation.record import Measured, Row, SessionEvaluation
 
 
 def walk(errors: FloatArray, strategy: str = "local") -> Measured:

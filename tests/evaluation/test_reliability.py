@@ -15,7 +15,7 @@ from vislam2tag.evaluation.reliability import (
     region_probability,
     reliability_curve,
 )
-from vislam2tag.results import ErrorRecord
+from vislam2tag.labeling.results import ErrorRecord
 
 SEEDS = st.integers(0, 2**32 - 1)
 

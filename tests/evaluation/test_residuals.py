@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.evaluation.maps import floor_with, straight_walk, without
 from vislam2tag.core.status import Status
-from vislam2tag.evaluation.control_points import nearest_point_errors
+from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors
 from vislam2tag.evaluation.residuals import covariances_at, residuals_at_presses, residuals_at_truth
 from vislam2tag.evaluation.truth import Truth, errors_at_truth
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from tests.evaluation.maps import straight_walk, without
+from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
-from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.metrics import summarise
 from vislam2tag.evaluation.trajectory_files import (
     find_truth,

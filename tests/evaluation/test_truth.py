@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.evaluation.maps import straight_walk, without
+from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
-from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
 
 

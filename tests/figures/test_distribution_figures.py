@@ -5,7 +5,7 @@ import pytest
 
 from vislam2tag.evaluation.error_curves import ErrorCurve
 from vislam2tag.evaluation.reliability import CoverageCurve
-from vislam2tag.figures.distribution_figures import coverage_accuracy, error_distributions
+from vislam2tag.figures.error_figures import coverage_accuracy, error_distributions
 
 
 def test_distributions_end_at_the_share_labelled() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.evaluation.maps import floor_with, straight_walk
 from tests.walks import landmarks_at
-from vislam2tag.evaluation.control_points import nearest_point_errors
+from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors
 from vislam2tag.figures.error_figures import control_point_errors, error_by_landmark_movement, station_overlay
 from vislam2tag.figures.style import rendered
 

@@ -10,8 +10,7 @@ from PIL import Image
 from tests.evaluation.maps import floor_with
 from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.figures.scan_figures import scan_labels
-from vislam2tag.figures.site_figures import landmark_configuration, workflow
+from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.figures.style import rendered
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings

@@ -14,8 +14,8 @@ from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings
-from vislam2tag.simulation.sampling import position_at
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.walking.sampling import position_at
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
 
 SURVEY_SIGMA_M = 0.02

@@ -10,11 +10,11 @@ import pytest
 from tests.drifting import Drifting, about_vertical, loops
 from tests.walks import to_acs
 from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.context import TrackerState
 from vislam2tag.core.orientation import multiply
-from vislam2tag.core.parts import longest_part, parts_of
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.status import Status
-from vislam2tag.core.tracker_state import TrackerState
+from vislam2tag.core.tracker_sections import longest_part, parts_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.mapping import strategy_named
 from vislam2tag.settings import Settings, VisitSettings

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.walks import corridor_walk, landmarks_at
+from vislam2tag.common.errors import UsageError
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.errors import UsageError
 from vislam2tag.mapping import strategy_named, strategy_names
 from vislam2tag.settings import Settings
 

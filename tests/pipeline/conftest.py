@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.paper_copy import make_paper_copy
+from tests.pipeline.paper.paper_copy import make_paper_copy
 from tests.surveys import make_survey
-from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 
 

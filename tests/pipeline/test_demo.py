@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import bytes_of
-from vislam2tag.errors import OutputError
+from vislam2tag.common.errors import OutputError
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.demo import run_demo
 from vislam2tag.settings import Settings

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.planning.floors import graph_of, nothing_given, ring
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.planning.demands import broken
 from vislam2tag.planning.floor import STEPS, FloorDesign, Given, plan_floor
 from vislam2tag.planning.further import further_landmarks

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.planning.forbidden import read_forbidden
 
 

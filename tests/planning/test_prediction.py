@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.core.noise import Noise
 from vislam2tag.planning.prediction import (
     Sheets,
     comes_by,
@@ -14,6 +13,7 @@ from vislam2tag.planning.prediction import (
     mean_error_m,
     smoothed_walk,
 )
+from vislam2tag.smoother.noise import Noise
 
 STRAIGHT = np.column_stack((np.arange(0.0, 60.05, 0.1), np.zeros(601)))
 

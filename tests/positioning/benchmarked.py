@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
-from vislam2tag.errors import DatasetError
-from vislam2tag.positioning import base
-from vislam2tag.positioning.base import Arrays, Positioner, models, register
+from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.registry import Arrays, Positioner, models, register
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 SLOW_S = 0.15
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 
 STOREY_HEIGHT_M = 4.0
 TWO_FLOORS = ((Storey("A", 0), (40.0, 20.0)), (Storey("A", 1), (24.0, 12.0)))

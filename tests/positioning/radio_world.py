@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 
 STOREYS = (Storey("east", 0), Storey("east", 1), Storey("west", 0))
 FAINTEST_DBM = -92.0

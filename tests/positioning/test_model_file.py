@@ -14,11 +14,11 @@ from safetensors import safe_open
 from safetensors.numpy import save_file
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.errors import ModelError, OutputError, UsageError
-from vislam2tag.positioning import base
-from vislam2tag.positioning.base import Positioner, model_named, models
+from vislam2tag.common.errors import ModelError, OutputError, UsageError
+from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load, save
 from vislam2tag.positioning.models.nearest_neighbours import NearestNeighbours
+from vislam2tag.positioning.registry import Positioner, model_named, models
 
 ORIGIN = ModelOrigin(dataset="small", part="random, fold random", scans=36, bssid_key="0123456789abcdef")
 KEY = "vislam2tag_model"
@@ -50,7 +50,7 @@ def saved(path: Path) -> Path:
 @pytest.mark.parametrize("name", models())
 def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if name == "cell-density-networks":
-        network = pytest.importorskip("vislam2tag.positioning.networks.density_network", reason="PyTorch is absent")
+        network = pytest.importorskip("vislam2tag.positioning.cell_density.network", reason="PyTorch is absent")
         monkeypatch.setattr(network, "Training", partial(network.Training, steps=20, widths=(16, 8)))
     first = fitted(name)
     save(first, tmp_path / "model.v2t")

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
-from tests.positioning.test_base import Mean
-from vislam2tag.errors import OutputError, UsageError
-from vislam2tag.positioning.base import Positioner, model_named
+from tests.positioning.test_registry import Mean
+from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.positioning.onnx_export import INPUT, write_onnx
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 
 FAR_M = np.array([-7600.0, 4864900.0])
 """Places as in UJIIndoorLoc, where single precision is half a metre."""
@@ -49,7 +49,7 @@ def fresh_scans() -> RadioScans:
 def test_onnxruntime_agrees(name: str, widths: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     onnxruntime = pytest.importorskip("onnxruntime", reason="is not installed")
     if name == "cell-density-networks":
-        density_network = pytest.importorskip("vislam2tag.positioning.networks.density_network")
+        density_network = pytest.importorskip("vislam2tag.positioning.cell_density.network")
         monkeypatch.setattr(density_network, "Training", partial(density_network.Training, steps=20, widths=(16, 8)))
     model = fitted(name, **widths)
     write_onnx(model, tmp_path / "model.onnx", {"frame": "here"})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.positioning.places import Positions, Storey
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 from vislam2tag.positioning.sequences import _variance, filtered, smoothed
 
 STOREYS = (Storey("", 0), Storey("", 1))

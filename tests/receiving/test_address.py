@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.receiving.address import code_of, listen, local_address, url_for
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.receiving.zips import SESSION, digest, session_zip
-from vislam2tag.errors import OutputError
+from vislam2tag.common.errors import OutputError
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.uploads import BusyError, Uploads, UploadState, WrongLengthError

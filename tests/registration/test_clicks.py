@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.clicks import HEADER, click_sigma_m, read_clicks
 from vislam2tag.registration.settings import RegistrationSettings
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.consensus import agree, rough_frames
 
 POINTS = {"a": 0j, "b": 20 + 1j, "c": 5 + 15j, "d": 30 + 22j, "e": 12 + 3j}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.survey.site import write_survey
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.registration.heights import KNOWN
 from vislam2tag.registration.inputs import known_of_site, read_known, read_stations
 from vislam2tag.registration.names import NameRules

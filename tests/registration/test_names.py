@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.registration.names import NameRules, Role, called, role_of
 
 

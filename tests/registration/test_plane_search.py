@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.registration.networks import Survey, shot_of, survey, swapped_known, swapped_shots
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.network import Known, Shot
 from vislam2tag.registration.plane_search import Searched, search_plane
 from vislam2tag.registration.settings import RegistrationSettings

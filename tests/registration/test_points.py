@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.registration.columns import parse_columns
 from vislam2tag.registration.points import PointRow, read_points
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.registration.record import RegisteredPoint, Source
 from vislam2tag.registration.site_output import control_point_text, landmark_text
 from vislam2tag.survey.landmark_file import read_landmark_file

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import Target, read_distances, read_targets
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.registration.text_table import TextTable, read_text_table
 
 

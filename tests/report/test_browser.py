@@ -13,9 +13,9 @@ from playwright.sync_api import Browser, Page
 from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_result, make_results, make_survey
 from vislam2tag.core.faults import EventKind
-from vislam2tag.report.html import write_report
-from vislam2tag.report.summary import summarise
-from vislam2tag.results import Drawing, Polyline, SessionResult, Stretch
+from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Stretch
+from vislam2tag.report.run_page.html import write_report
+from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings
 
 EVIL = "</script><img src=x onerror=alert(1)>"

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from tests.walks import camera_on, landmarks_at, log_of
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.errors import SessionError
-from vislam2tag.findings import Finding
 from vislam2tag.sessions.floors_walked import (
     SessionLandmarks,
     ambiguous_floor,
     considered_landmarks,
     landmarks_of_session,
 )
-from vislam2tag.sessions.known_landmarks import landmarks_without_position
+from vislam2tag.sessions.site_findings import landmarks_without_position
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
 
 KEY = SessionKey(1, "LG", "walk")

@@ -6,7 +6,7 @@ import pytest
 
 from tests.locks import lock
 from tests.survey.site import write_survey
-from vislam2tag.errors import SessionError
+from vislam2tag.common.errors import SessionError
 from vislam2tag.sessions import hash_inputs, open_survey, read_session
 from vislam2tag.sessions.inspection import Inspection, inspect_survey
 

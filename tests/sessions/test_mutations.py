@@ -11,16 +11,16 @@ import pytest
 from tests.mutations import mutate
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.sessions.ble_table import ble_findings, parse_ble
-from vislam2tag.sessions.ble_table import mark_repeated as mark_repeated_ble
-from vislam2tag.sessions.camera import CAMERA_SCHEMA, camera_track
 from vislam2tag.sessions.clock import clock_mismatch
-from vislam2tag.sessions.landmark_log import LANDMARK_SCHEMA, landmark_log
-from vislam2tag.sessions.raw_table import RawTable, parse_table
-from vislam2tag.sessions.sensor_table import SENSOR_SCHEMA, sensor_table
-from vislam2tag.sessions.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
+from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
+from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
+from vislam2tag.sessions.tables.raw_table import RawTable, parse_table
+from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
+from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.settings import FindingSettings
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.names import landmark_id
 
 MUTATIONS = 2000
 LINES = 30

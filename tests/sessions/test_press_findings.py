@@ -8,7 +8,7 @@ import pytest
 
 from tests.surveys import make_survey
 from vislam2tag.sessions import open_survey, read_session
-from vislam2tag.sessions.press_findings import press_findings
+from vislam2tag.sessions.site_findings import press_findings
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.height import estimate_heights, vertical_span_m
-from vislam2tag.core.storeys import Storeys
+from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
 from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
 from vislam2tag.sessions.model import Session

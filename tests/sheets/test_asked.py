@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.survey.site import write_survey
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.sheets.asked import Asked, asked_of, typed_ids
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 

@@ -7,7 +7,7 @@ import re
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from vislam2tag.sheets.file_names import image_names
+from vislam2tag.sheets.sheet_folder import image_names
 
 SAFE = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*\.png")
 

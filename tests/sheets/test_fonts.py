@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.sheets.fonts import MISSING, printable
+from vislam2tag.sheets.page import MISSING, printable
 
 
 @pytest.mark.parametrize("text", ["lobby 7", "Küche", "Αθήνα", "Москва", "n° 4 – 5", ""])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.images import Likeness, confused, generated_image, likenesses, own_files, own_images
 from vislam2tag.sheets.leaves import picture

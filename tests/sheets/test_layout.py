@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.sheets.layout import largest_width_m, layout
 from vislam2tag.survey.sheet_size import QUIET_M, SHEET_SIZES
 

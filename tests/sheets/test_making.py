@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from tests.surveys import bytes_of
-from vislam2tag.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.making import SheetOptions, make_sheets
 

@@ -13,8 +13,7 @@ from tests.sheets.printed import printed
 from vislam2tag.sheets.asked import Asked
 from vislam2tag.sheets.layout import largest_width_m, layout
 from vislam2tag.sheets.leaves import picture
-from vislam2tag.sheets.page import Sheet
-from vislam2tag.sheets.pdf import write_pdf
+from vislam2tag.sheets.page import Sheet, write_pdf
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 LOBBY = Asked("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)

@@ -11,13 +11,13 @@ import pytest
 from PIL import Image
 
 from tests.surveys import bytes_of
-from vislam2tag.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.asked import Asked
 from vislam2tag.sheets.images import LandmarkImage, generated_image
 from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
 from vislam2tag.survey.sheet_size import SHEET_SIZES
-from vislam2tag.whole_folder import whole_folder
 
 A4 = SHEET_SIZES["A4"]
 

@@ -7,7 +7,7 @@ import pytest
 
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import severity_level
-from vislam2tag.simulation.tour import Climb
+from vislam2tag.simulation.walking.tour import Climb
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
 
 

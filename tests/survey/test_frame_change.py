@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.errors import SurveyError
 from vislam2tag.survey.changed_files import changed_landmarks_text, changed_points_text
 from vislam2tag.survey.frame_change import (
     FrameChange,

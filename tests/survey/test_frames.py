@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vislam2tag.survey.frames import changes_from, in_frame_of
+from vislam2tag.survey.frame_change import changes_from, in_frame_of
 from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 from vislam2tag.survey.site_file import Relation

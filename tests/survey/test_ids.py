@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.names import landmark_id
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.sheet_size import SHEET_SIZES, sheet_size
 
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyproj import Transformer
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.survey.georeference import georeference_of, to_wgs84
 from vislam2tag.survey.plans.source import Extent, KnownDistance, KnownPoint, PlanSource
 from vislam2tag.survey.site_file import (

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.slugs import session_slugs
+from vislam2tag.survey.names import session_slugs
 
 KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
 

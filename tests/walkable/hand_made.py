@@ -9,8 +9,7 @@ from PIL import Image, ImageDraw
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.survey.plans.model import FloorPlan
-from vislam2tag.walkable.outline import wall_segments
-from vislam2tag.walkable.space import WalkableSpace
+from vislam2tag.walkable.space import WalkableSpace, wall_segments
 
 WIDTH_M, HEIGHT_M = 24.0, 20.0
 CORRIDOR = (10.0, 12.2)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.errors import SurveyError
 from vislam2tag.walkable.correction import GREEN, RED, corrected_cells, read_mask
 
 GRID = CellGrid((0.0, 0.0), 0.5, 20, 40)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.walkable.ink import Bytes, ink_on_paper, reduced, walls_in
 
 

@@ -18,7 +18,7 @@ from tests.walkable.hand_made import (
     rectangles,
     walls,
 )
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space

@@ -10,7 +10,7 @@ import typer
 
 import vislam2tag
 from vislam2tag import cli
-from vislam2tag.errors import Vislam2tagError
+from vislam2tag.common.errors import Vislam2tagError
 
 app = typer.Typer(
     name="vislam2tag",

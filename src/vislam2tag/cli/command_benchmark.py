@@ -15,18 +15,17 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from vislam2tag.cli.model_parameters import value_of
 from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.cli.positioning_table import print_table_4
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import print_table_4, table, table_console
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.benchmark import PAGE_FILE, PUBLIC, BenchmarkPlan, benchmark, public_dataset
-from vislam2tag.positioning.base import models
-from vislam2tag.positioning.benchmark_record import Benchmark
-from vislam2tag.positioning.benchmark_text import HEADS, figure_text, fold_name
-from vislam2tag.positioning.protocol import ModelChoice
-from vislam2tag.positioning.published import published_choices
-from vislam2tag.positioning.table_4 import SPLITS, table_4
+from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE, PUBLIC, BenchmarkPlan, benchmark, public_dataset
+from vislam2tag.positioning.benchmark.protocol import ModelChoice
+from vislam2tag.positioning.benchmark.published import published_choices
+from vislam2tag.positioning.benchmark.record import Benchmark
+from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
+from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
+from vislam2tag.positioning.registry import models
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""

@@ -9,16 +9,24 @@ from typing import Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, wrong_values_told
-from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    HashBssid,
+    IncludeNomap,
+    Jobs,
+    NoSsid,
+    privacy_of,
+    wrong_values_told,
+)
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.dataset import BuildOptions, build_dataset
-from vislam2tag.pipeline.dataset_findings import FAILED
-from vislam2tag.pipeline.dataset_finish import PAGE_FILE
+from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
+from vislam2tag.pipeline.datasets.finish import PAGE_FILE
+from vislam2tag.pipeline.datasets.session import FAILED
 from vislam2tag.settings import DatasetSettings, ImuWindowSettings
 
 DEFAULTS = DatasetSettings()

@@ -8,11 +8,10 @@ from typing import Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs
-from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, HashBssid, IncludeNomap, Jobs, NoSsid, privacy_of
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.dataset.formats import export_formats
-from vislam2tag.pipeline.export import RECORD_FILE, ExportOptions, ExportRecord, export
+from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, ExportRecord, export
 
 _FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in export_formats().items())
 _OF_LABELS = ", ".join(name for name, each in export_formats().items() if each.source == "labels")

@@ -12,10 +12,10 @@ from rich.markup import escape
 
 from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.measures.coverage import CoverageSettings, Place
 from vislam2tag.dataset.measures.coverage_record import CoverageRecord
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.dataset_figures import COVERAGE_FILE, make_dataset_figures, place_text
+from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, make_dataset_figures, place_text
 
 DEFAULTS = CoverageSettings()
 HELP = """

@@ -8,15 +8,14 @@ from typing import Annotated
 import polars as pl
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.cli.privacy import HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, privacy_of
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Severity
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.formats import import_formats
 from vislam2tag.dataset.model import Dataset, FloorInfo
-from vislam2tag.errors import UsageError
-from vislam2tag.findings import Severity
-from vislam2tag.pipeline.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 
 _NAMES_SHOWN = 12
 _FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in import_formats().items())

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.findings import Finding
+from vislam2tag.common.findings import Finding
 from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview, inspect_survey
 
 HELP = """

@@ -14,7 +14,7 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
 from vislam2tag.dataset.comparing.changes import CELL_M, CHANGED, OUTDATED
-from vislam2tag.pipeline.join import CHANGES, join
+from vislam2tag.pipeline.datasets.join import CHANGES, join
 
 HELP = """
 Join a later survey to a data set, and tell what changed in the building between the two.

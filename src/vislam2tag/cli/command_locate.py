@@ -12,13 +12,13 @@ import typer
 from rich.console import Console
 
 from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.whole_file import whole_file
 from vislam2tag.dataset.transmitters.privacy import read_key
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.locate import Located, WalkPlan, locate
-from vislam2tag.positioning.scan_file import JSON_SUFFIXES
+from vislam2tag.pipeline.positioning.locate import Located, WalkPlan, locate
+from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
+from vislam2tag.positioning.scans.track_file import Tracks
 from vislam2tag.positioning.sequences import Sequence
-from vislam2tag.positioning.track_file import Tracks
-from vislam2tag.whole_file import whole_file
 
 HELP = """
 Say where scans were taken, by a model that `vislam2tag train` saved.

@@ -10,13 +10,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from vislam2tag.cli.positioning_table import print_table_4
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import print_table_4, table, table_console
 from vislam2tag.dataset.measures.table_3 import TITLE
-from vislam2tag.evaluation.table_text import figures_of, heads_of
-from vislam2tag.pipeline.paper import NAMES, PAGE_FILE, Reproduced, reproduce
-from vislam2tag.positioning.table_4 import TITLE as TITLE_4
-from vislam2tag.report.paper_page import CollectionPart, PositioningPart, TablePart
+from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
+from vislam2tag.pipeline.paper.reproduce import NAMES, PAGE_FILE, Reproduced, reproduce
+from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
+from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
 
 HELP = """
 Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.

@@ -13,8 +13,8 @@ from rich.table import Table
 from vislam2tag.cli.options import INTERRUPTED, Floors, wrong_values_told
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.plan import LANDMARKS_FILE, PAGE_FILE, SUMMARY_FILE, PlanRequest, write_plans
+from vislam2tag.common.errors import UsageError
+from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE, SUMMARY_FILE, PlanRequest, write_plans
 from vislam2tag.planning.floor import STEPS
 from vislam2tag.planning.records import FloorSummary, PlanSummary
 from vislam2tag.planning.settings import CameraSettings, PlanSettings

@@ -23,11 +23,11 @@ from vislam2tag.cli.options import (
     wrong_values_told,
 )
 from vislam2tag.core.status import Status
+from vislam2tag.labeling.results import Summary
 from vislam2tag.mapping import strategy_names
-from vislam2tag.pipeline.run import process
-from vislam2tag.pipeline.session import Outcome
-from vislam2tag.report.summary import labelled_share
-from vislam2tag.results import Summary
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.report.run_page.summary import labelled_share
 from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, SmootherSettings, VisitSettings
 
 DEFAULTS = Settings()

@@ -14,9 +14,9 @@ from rich.table import Table
 from vislam2tag.cli.options import INTERRUPTED, wrong_values_told
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.radio_mapping.radio_maps import RadioMapSettings
-from vislam2tag.errors import UsageError
-from vislam2tag.pipeline.radio_maps import INDEX_FILE, PAGE_FILE, RadioMapIndex, write_radio_maps
+from vislam2tag.pipeline.datasets.radio_maps import INDEX_FILE, PAGE_FILE, RadioMapIndex, write_radio_maps
 
 DEFAULTS = RadioMapSettings()
 HELP = f"""

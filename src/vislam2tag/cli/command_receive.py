@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TaskID, TextColumn, TransferSpeedColumn
 from rich.text import Text
 
-from vislam2tag.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
 from vislam2tag.receiving.filing import Filed, file_zip
 from vislam2tag.receiving.session_zip import RefusedZipError
@@ -114,8 +114,7 @@ class _Screen:
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
-    from vislam2tag.receiving.server import Listener, Receiver
-    from vislam2tag.receiving.serving import serve
+    from vislam2tag.receiving.server import Listener, Receiver, serve
     from vislam2tag.receiving.uploads import Uploads
 
     console = Console()

@@ -11,16 +11,16 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from vislam2tag.errors import UsageError
-from vislam2tag.simulation.devices import Locale, device_names
+from vislam2tag.common.errors import UsageError
+from vislam2tag.simulation.building.site_building import site_building
+from vislam2tag.simulation.building.site_survey import site_floors
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey, site_survey
+from vislam2tag.simulation.sensors.devices import Locale, device_names
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.site_building import site_building
-from vislam2tag.simulation.site_files import SiteColumn
-from vislam2tag.simulation.site_survey import site_floors
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
-from vislam2tag.simulation.tour import Climb
-from vislam2tag.simulation.traps import TRAP_FINDINGS, check_traps
+from vislam2tag.simulation.walking.tour import Climb
+from vislam2tag.simulation.writing.site_files import SiteColumn
+from vislam2tag.simulation.writing.traps import TRAP_FINDINGS, check_traps
 
 
 class SeverityLevel(StrEnum):

@@ -12,17 +12,17 @@ from rich.markup import escape
 from vislam2tag.cli.site_values import georeference_part, plan_source
 from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.errors import UsageError
-from vislam2tag.findings import Finding
-from vislam2tag.pipeline.site_init import (
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.pipeline.site.init import (
     NewFloor,
     add_floor,
     competition_floor,
     describe_published,
     is_competition_floor,
 )
-from vislam2tag.pipeline.site_show import KINDS, SiteSummary, draw_site, look_at_site, title_of
-from vislam2tag.pipeline.site_write import write_published
+from vislam2tag.pipeline.site.show import KINDS, SiteSummary, draw_site, look_at_site, title_of
+from vislam2tag.pipeline.site.write import write_published
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChanges, estimated_changes, read_changes
 from vislam2tag.survey.site_file import SITE_FILE, FloorPart
@@ -218,7 +218,7 @@ def _rebase(
     ] = None,
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
 ) -> None:
-    from vislam2tag.pipeline.rebase import rebase  # reads data sets: the other commands do without
+    from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
     changes = _changes(source, to, old, by, rigid, tuple(without or ()))
     changes = changes.inverse if back else changes

@@ -13,9 +13,14 @@ from rich.table import Table
 from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table_console
-from vislam2tag.pipeline.completed_file import check_targets, write_completed
-from vislam2tag.pipeline.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
-from vislam2tag.pipeline.landmark_survey import JointSurvey, survey_landmarks
+from vislam2tag.pipeline.labels.landmark_results import (
+    LandmarkRow,
+    LandmarkSurvey,
+    check_targets,
+    landmark_survey,
+    write_completed,
+)
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, survey_landmarks
 
 HELP = """
 Give landmarks without a position one, from all walks together.

@@ -14,8 +14,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.pipeline.train import Tested, Trained, TrainPlan, train
-from vislam2tag.positioning.base import models
+from vislam2tag.pipeline.positioning.train import Tested, Trained, TrainPlan, train
+from vislam2tag.positioning.registry import models
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.

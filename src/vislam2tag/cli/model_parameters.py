@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 
 
 def value_of(text: str) -> Any:

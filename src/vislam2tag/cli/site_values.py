@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.plans.source import PlanSource
 from vislam2tag.survey.site_file import GeoreferencePart
 

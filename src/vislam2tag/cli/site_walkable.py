@@ -13,7 +13,7 @@ from vislam2tag.cli.tables import table, table_console
 from vislam2tag.walkable.settings import WalkableSettings
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
-    from vislam2tag.pipeline.site_walkable import WalkableFloor
+    from vislam2tag.pipeline.site.walkable import WalkableFloor
 
 WALKABLE_HELP = """
 Show where floors can be walked, as planning and simulating take it from the plans (docs/walkable.md).
@@ -51,7 +51,7 @@ def site_walkable(
     ] = None,
 ) -> None:
     """Find and draw walkable space."""
-    from vislam2tag.pipeline.site_walkable import write_walkable
+    from vislam2tag.pipeline.site.walkable import write_walkable
 
     found = write_walkable(site, out, floor or (), WalkableSettings(wall_contrast=wall_contrast), mask)
     _print(found)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
+
+from vislam2tag.positioning.benchmark.table_4 import TITLE, Table4
 
 _PIPE_WIDTH = 140
 """Columns where the output is no terminal."""
@@ -24,3 +27,11 @@ def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table
     for name in numbers:
         empty.add_column(name, justify="right")
     return empty
+
+
+def print_table_4(made: Table4) -> None:
+    """Print it on standard output."""
+    shown = table(TITLE, ("test data", "model"), made.heads)
+    for row in made.rows:
+        shown.add_row(escape(row.test), escape(row.model), *row.cells())
+    table_console().print(shown)

@@ -13,9 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
+from vislam2tag.core.context import AnchorLog, PressureLog, Storeys, TrackerState
 from vislam2tag.core.faults import Contradiction, TrackerEvent
-from vislam2tag.core.storeys import PressureLog, Storeys
-from vislam2tag.core.tracker_state import AnchorLog, TrackerState
 
 
 def _no_rows() -> IntArray:

@@ -12,10 +12,10 @@ from typing import Annotated, Literal, get_args
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.toml_file import toml_value
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
-from vislam2tag.errors import DatasetError
 from vislam2tag.survey.georeference import Georeference
-from vislam2tag.survey.toml_file import toml_value
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""

@@ -13,10 +13,10 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
-from vislam2tag.errors import DatasetError, first_line
-from vislam2tag.whole_folder import whole_folder
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"

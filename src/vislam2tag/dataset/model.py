@@ -11,8 +11,8 @@ from typing import Literal
 import polars as pl
 from pydantic import BaseModel, ConfigDict, Field
 
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
-from vislam2tag.findings import Finding
 from vislam2tag.survey.georeference import Georeference
 
 FORMAT_VERSION = 1

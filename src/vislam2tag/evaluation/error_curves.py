@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
+from vislam2tag.common.bootstrap import FEWEST_WALKS, LEVEL, draws, multiplicities
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.bootstrap import FEWEST_WALKS, LEVEL, draws, multiplicities
-from vislam2tag.evaluation.evaluation_record import Measured
+from vislam2tag.evaluation.record import Measured
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.evaluation_record import DenseFigures, Measured
 from vislam2tag.evaluation.metrics import FIGURES, summarise
 from vislam2tag.evaluation.point_errors import PointErrors
+from vislam2tag.evaluation.record import DenseFigures, Measured
 
 
 def sure_points(points: PointErrors, max_sigma_m: float) -> PointErrors:

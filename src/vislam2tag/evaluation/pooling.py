@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
+from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.evaluation.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
-from vislam2tag.evaluation.evaluation_record import Figure, Measured, Row, SessionEvaluation
 from vislam2tag.evaluation.metrics import DIRECTED
+from vislam2tag.evaluation.record import Figure, Measured, Row, SessionEvaluation
 
 ALL = "all"
 ALL_WALKS, WITHOUT_FAULTS = "all walks", "without faults"

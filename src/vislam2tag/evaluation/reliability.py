@@ -1,6 +1,6 @@
 """Is the stated uncertainty true, and what does a limit on it cost and bring?
 
-Errors and covariances reduce to counts (:class:`~vislam2tag.results.ErrorRecord`) that add up over sessions; the
+Errors and covariances reduce to counts (:class:`.ErrorRecord`) that add up over sessions; the
 reliability and the coverage-accuracy curve follow from the counts alone.
 """
 
@@ -13,9 +13,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.results import ErrorRecord, SigmaRow
+from vislam2tag.labeling.results import ErrorRecord, SigmaRow
 
 _Key = TypeVar("_Key", int, str)
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.errors import SessionError
 from vislam2tag.evaluation.truth import Truth, read_truth
 
 NO_TURN = (0.0, 0.0, 0.0, 1.0)

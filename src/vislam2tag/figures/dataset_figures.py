@@ -11,7 +11,7 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
 from vislam2tag.dataset.measures.statistics_record import (
     DeviceRssi,
     FloorLabels,

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.errors import OutputError
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.errors import OutputError
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.trajectory_table import trajectory_of
 from vislam2tag.mapping import strategy_names
-from vislam2tag.pipeline.run import process
-from vislam2tag.results import SessionResult
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate

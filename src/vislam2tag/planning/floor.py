@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.errors import SurveyError
 from vislam2tag.planning.cover import Cover, cover
 from vislam2tag.planning.demands import Demands, Gap, broken, demands_of, walking_m
 from vislam2tag.planning.further import Further, further_landmarks

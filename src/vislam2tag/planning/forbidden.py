@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.errors import SurveyError
 from vislam2tag.survey.site_table import finite_or_none, read_site_table
 
 HEADER = ("floor", "x0", "y0", "x1", "y1")

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.evaluation.gain_map import APART_M, GainMap, session_gains
-from vislam2tag.evaluation.landmark_gain import CELL_M, gains, walked_metre_by_metre
-from vislam2tag.evaluation.self_check import expected_error_m
 from vislam2tag.planning.places import Places, Stations
 from vislam2tag.planning.prediction import Sheets, comes_by, expected_along, smoothed_walk
+from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.self_check.gain_map import APART_M, GainMap, session_gains
+from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
 
 MOST_WALKS = 12
 """Gains are looked for on so many walks, spread evenly over all."""

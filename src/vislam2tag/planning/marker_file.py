@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 
-from vislam2tag.csv_rows import csv_rows
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.planning.records import PlannedLandmark
 
 COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_rad", "sheet", "width_m")

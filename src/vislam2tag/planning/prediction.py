@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.chain import solve
-from vislam2tag.core.equations import Weights, normal_equations
-from vislam2tag.core.known import KnownLandmarks
-from vislam2tag.core.model import Model
-from vislam2tag.core.noise import USUAL, Noise
-from vislam2tag.core.odometry import Odometry
-from vislam2tag.core.passes import Passes
-from vislam2tag.core.reweighting import equivalent_variances
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.core.smoothing import Smoothed, mapped_path
-from vislam2tag.core.walked import Walked
-from vislam2tag.evaluation.self_check import expected_error_m
+from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.smoother.chain import solve
+from vislam2tag.smoother.equations import Weights, normal_equations
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.noise import USUAL, Noise
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.odometry import Odometry
+from vislam2tag.smoother.passes import Passes
+from vislam2tag.smoother.reweighting import equivalent_variances
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path
 
 PASSED_M = 0.7
 """A walk that comes so near to a landmark's station passes it."""

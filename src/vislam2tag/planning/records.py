@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from vislam2tag.csv_rows import csv_rows
-from vislam2tag.findings import Finding
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.prediction import mean_error_m
 from vislam2tag.planning.refine import NARROW_M

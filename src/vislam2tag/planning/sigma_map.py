@@ -10,8 +10,8 @@ from scipy.ndimage import uniform_filter
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.evaluation.self_check import expected_error_m
 from vislam2tag.planning.prediction import Expected
+from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walking import WalkingDistances
 

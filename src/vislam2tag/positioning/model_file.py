@@ -19,11 +19,11 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import ModelError
+from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.errors import ModelError
-from vislam2tag.positioning.base import Positioner, model_named, models
 from vislam2tag.positioning.places import Storey
-from vislam2tag.whole_file import whole_file
+from vislam2tag.positioning.registry import Positioner, model_named, models
 
 FORMAT_VERSION = 1
 SUFFIX = ".v2t"

@@ -21,10 +21,10 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from vislam2tag import __version__
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import Positioner
-from vislam2tag.positioning.extra import import_extra
-from vislam2tag.whole_file import whole_file
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.extras import import_extra
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.positioning.registry import Positioner
 
 INPUT = "level_dbm"
 OPSET = 20

@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.scans import Rows
+from vislam2tag.positioning.scans.radio_scans import Rows
 
 
 class Storey(NamedTuple):

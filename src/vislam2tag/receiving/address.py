@@ -7,7 +7,7 @@ import socket
 
 import segno
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 
 _ELSEWHERE = ("192.0.2.1", 9)
 """An address for documentation (RFC 5737): choosing a way there sends nothing."""

@@ -10,7 +10,7 @@ import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.receiving.session_zip import RefusedZipError, UnpackedSession, unpack
 from vislam2tag.survey.discover import floor_folders
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import errno
-from collections.abc import AsyncIterator, Callable
+import signal
+import socket
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 
+import uvicorn
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -193,3 +197,28 @@ def _storage_refusal(error: OSError) -> RefusalError:
 def _answer(state: UploadState) -> Response:
     words = {"none": "nothing arrived yet", "partial": "more is to come", "filed": f"filed as {state.session}"}
     return JSONResponse({**asdict(state), "message": words[state.state]}, headers=_HEADERS)
+
+
+GRACE_S = 2
+"""Requests still running when the server is ended have so long; what they brought is kept anyway."""
+
+
+class _Server(uvicorn.Server):
+    """A server that Ctrl-C ends, and that is the end of it: uvicorn's own would send itself the signal again."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        before = {number: signal.signal(number, self.handle_exit) for number in (signal.SIGINT, signal.SIGTERM)}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+
+def serve(app: Starlette, opened: socket.socket) -> None:
+    """Serve an application on an open socket until SIGINT or SIGTERM."""
+    config = uvicorn.Config(
+        app, log_level="critical", access_log=False, lifespan="off", timeout_graceful_shutdown=GRACE_S, http="h11"
+    )
+    _Server(config).run(sockets=[opened])

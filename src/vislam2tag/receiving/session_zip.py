@@ -11,9 +11,9 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SessionError
-from vislam2tag.sessions.phone import FILE_NAMES
-from vislam2tag.sessions.phone_record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
+from vislam2tag.common.errors import SessionError
+from vislam2tag.sessions.formats.phone import FILE_NAMES
+from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 
 SUMS_FILE = "SHA256SUMS"
 KNOWN_FILES = frozenset(name for names in FILE_NAMES.values() for name in names) | {SUMS_FILE}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from vislam2tag.errors import OutputError
+from vislam2tag.common.errors import OutputError
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip
 from vislam2tag.receiving.session_zip import RefusedZipError
 

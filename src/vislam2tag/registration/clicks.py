@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.text_table import read_text_table
-from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.landmark_file import GREATEST_M
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import LineCounts
 
 HEADER = ("id", "floor", "x", "y", "screen_pixel_m", "plan_pixel_m")

@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 
-from vislam2tag.errors import SurveyError, UsageError
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.registration.text_table import TextTable
 
 

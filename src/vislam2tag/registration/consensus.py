@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import ComplexArray, IntArray
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.errors import SurveyError
 from vislam2tag.registration.names import called
 
 BUILDING = "the building"

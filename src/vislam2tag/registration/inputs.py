@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.errors import SurveyError, UsageError
-from vislam2tag.findings import Finding, Severity
 from vislam2tag.registration.columns import Column
 from vislam2tag.registration.heights import KNOWN, Height
 from vislam2tag.registration.names import NameRules, control_key

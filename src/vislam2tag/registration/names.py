@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 
-from vislam2tag.errors import UsageError
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.common.errors import UsageError
+from vislam2tag.survey.names import landmark_id
 
 
 class Role(StrEnum):

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict
 
-from vislam2tag.findings import Finding
+from vislam2tag.common.findings import Finding
 
 INTERCHANGED = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""

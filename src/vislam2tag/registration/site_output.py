@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from vislam2tag.csv_rows import csv_rows
-from vislam2tag.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.registration.record import RegisteredPoint
-from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import SiteTable, read_site_table
 
 SAME_M = 5e-5

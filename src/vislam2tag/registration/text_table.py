@@ -8,8 +8,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding, Severity
 
 SEPARATORS = (";", "\t", ",", " ")
 """In the order in which ties are decided."""

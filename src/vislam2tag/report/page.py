@@ -11,8 +11,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
+from vislam2tag.common.whole_file import whole_file
 from vislam2tag.report.wording import FILTERS
-from vislam2tag.whole_file import whole_file
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:

@@ -10,10 +10,9 @@ import polars as pl
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.sessions.clock import clock_mismatch
+from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.pose_lag import pose_lag_of
-from vislam2tag.sessions.pressure import pressure_log
+from vislam2tag.sessions.tables.sensor_table import pressure_log
 from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
 
 _NS = 1_000_000_000

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.height import vertical_span_m
-from vislam2tag.core.storeys import Storeys
+from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.errors import SessionError
-from vislam2tag.findings import Finding
+from vislam2tag.heights.estimate import vertical_span_m
 from vislam2tag.survey.model import SessionKey, Site
 
 CLIMB_M = 1.5

@@ -8,18 +8,16 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from vislam2tag.errors import SessionError
-from vislam2tag.findings import Finding, Severity
-from vislam2tag.sessions.discover import open_survey
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
-from vislam2tag.sessions.known_landmarks import landmarks_without_position
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.press_findings import press_findings
-from vislam2tag.sessions.registry import read_session
-from vislam2tag.sessions.wifi_table import median_scan_interval_s
+from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
+from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, read_corrections
-from vislam2tag.survey.frames import in_frame_of
+from vislam2tag.survey.frame_change import in_frame_of
 from vislam2tag.survey.model import SessionRef, Survey
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import polars as pl
 
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.findings import Finding
 from vislam2tag.survey.model import SessionKey
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.model import FileRecord
-from vislam2tag.sessions.raw_table import RawTable
-from vislam2tag.survey.files import is_file
+from vislam2tag.sessions.tables.raw_table import RawTable
+from vislam2tag.survey.site_table import is_file
 
 MISSING = {
     "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),

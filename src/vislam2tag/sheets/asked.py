@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.errors import SurveyError, UsageError
-from vislam2tag.findings import Finding
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.landmark_file import LANDMARK_FILE
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.sheet_size import SheetSize, sheet_size
 from vislam2tag.survey.site_file import has_site_file, read_site_file
 from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.sheets.features import Features, GreyImage
 from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.quality import ImageQuality, quality_of, reference_features
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, VOTERS, Recogniser
-from vislam2tag.survey.ids import landmark_id
-from vislam2tag.survey.plan_image import load_plan, on_paper
+from vislam2tag.survey.names import landmark_id
+from vislam2tag.survey.plans.image import load_plan, on_paper
 
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg")
 """What ARCore takes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.sheet_size import QUIET_M, SHEET_SIZES, SheetSize
 
 SCALE_BAR_M = 0.100

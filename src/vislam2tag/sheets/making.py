@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError, UsageError
-from vislam2tag.findings import Finding
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.asked import MOST_SHEETS, Asked, asked_of
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
 from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
 from vislam2tag.survey.sheet_size import sheet_size
-from vislam2tag.whole_folder import whole_folder
 
 Progress = Callable[[int], None]
 """Called after each of so many steps."""

@@ -2,17 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
+import matplotlib
 import segno
+from PIL import Image
+from reportlab import rl_config
 from reportlab.lib.utils import ImageReader
 from reportlab.pdfbase import pdfmetrics
+from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
 from vislam2tag.sheets.asked import Asked
-from vislam2tag.sheets.fonts import BOLD, PLAIN, printable
+from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.layout import SCALE_BAR_M, Box, Layout
 from vislam2tag.survey.sheet_size import QUIET_M
+
+PLAIN, BOLD = "DejaVuSans", "DejaVuSans-Bold"
+MISSING = "\N{REPLACEMENT CHARACTER}"
+
+
+@cache
+def _typeface() -> frozenset[int]:
+    """Make the fonts known to ReportLab; return the code points that both draw."""
+    folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+    drawn: list[set[int]] = []
+    for name in (PLAIN, BOLD):
+        font = TTFont(name, str(folder / f"{name}.ttf"))
+        pdfmetrics.registerFont(font)
+        drawn.append(set(font.face.charToGlyph))
+    return frozenset(set.intersection(*drawn))
+
+
+def printable(text: str) -> str:
+    """Replace what the typeface cannot draw; the QR code still holds the text as it is."""
+    known = _typeface()
+    return "".join(letter if ord(letter) in known else MISSING for letter in text)
+
 
 POINTS_A_METRE = 72 / 0.0254
 USUAL_HEIGHT_M = 1.4
@@ -136,3 +165,25 @@ def _text(canvas: Canvas, text: str, left_m: float, low_m: float, font: str, siz
     wide = pdfmetrics.stringWidth(shown, font, size_m)
     canvas.setFont(font, size_m * min(1.0, width_m / wide) if wide else size_m)
     canvas.drawString(left_m, low_m, shown)
+
+
+def write_pdf(
+    path: Path, sheets: Sequence[Sheet], images: Mapping[str, GreyImage], progress: Callable[[], None] = lambda: None
+) -> None:
+    """Write a page for each sheet with the image of its landmark; raises OSError where that cannot be."""
+    rl_config.useA85 = 0  # images as bytes, not as text a quarter longer
+    canvas = Canvas(str(path), invariant=1, pageCompression=1)
+    canvas.setTitle("Landmarks")
+    canvas.setViewerPreference("PrintScaling", "None")
+    readers: dict[str, ImageReader] = {}
+    for sheet in sheets:
+        name = sheet.asked.landmark
+        if name not in readers:
+            readers[name] = ImageReader(Image.fromarray(images[name]))
+        canvas.bookmarkPage(f"page {canvas.getPageNumber()}")
+        canvas.addOutlineEntry(
+            printable(f"{sheet.place}: {name}" if sheet.place else name), f"page {canvas.getPageNumber()}"
+        )
+        draw_page(canvas, sheet, readers[name])
+        progress()
+    canvas.save()

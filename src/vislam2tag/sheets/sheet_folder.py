@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,18 +11,31 @@ from PIL import Image
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.csv_rows import csv_rows
-from vislam2tag.errors import SurveyError, UsageError
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.sheets.asked import Asked
-from vislam2tag.sheets.file_names import image_names
-from vislam2tag.sheets.fonts import printable
 from vislam2tag.sheets.images import LandmarkImage, Likeness, confused, likenesses
 from vislam2tag.sheets.layout import largest_width_m, layout
-from vislam2tag.sheets.page import Sheet
-from vislam2tag.sheets.pdf import write_pdf
+from vislam2tag.sheets.page import Sheet, printable, write_pdf
 from vislam2tag.sheets.quality import ImageQuality
+from vislam2tag.survey.names import unique_slugs
 from vislam2tag.survey.sheet_size import SheetSize
+
+_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Names that Windows keeps for devices, with any ending."""
+
+
+def image_names(ids: Sequence[str]) -> tuple[str, ...]:
+    """Name the image file of each id, ``lobby.png``; ids that would share a name get a hash of the id."""
+    return tuple(f"{slug}.png" for slug in unique_slugs([_plain(name) for name in ids], ids))
+
+
+def _plain(name: str) -> str:
+    """Make a name that is neither empty, hidden nor reserved."""
+    shown = name.replace(":", "").lstrip(".")
+    return f"landmark-{shown}" if not shown or _RESERVED.fullmatch(shown) else shown
+
 
 PDF_FILE, RECORD_FILE, IMAGE_FOLDER, MANIFEST_FILE = "sheets.pdf", "sheets.json", "images", "manifest.csv"
 _PAIRS_NAMED = 10

@@ -11,35 +11,33 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.errors import OutputError, UsageError
-from vislam2tag.simulation.barometer import with_pressure
-from vislam2tag.simulation.beacons import Beacons, make_beacons, simulate_ble
-from vislam2tag.simulation.building import STATION_LANDMARKS
-from vislam2tag.simulation.devices import Locale, make_device
-from vislam2tag.simulation.imu import ImuSettings, simulate_imu
+from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
+from vislam2tag.simulation.building.site_survey import taken_over
 from vislam2tag.simulation.model import SimulatedFloor
-from vislam2tag.simulation.phone_log import phone_log
-from vislam2tag.simulation.phone_script import phone_script
-from vislam2tag.simulation.phone_writer import phone_text, session_name
-from vislam2tag.simulation.plan import draw_plan
-from vislam2tag.simulation.presses import simulate_presses
-from vislam2tag.simulation.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
-from vislam2tag.simulation.session import SimulatedSession
-from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.site_files import SiteColumn, site_text
-from vislam2tag.simulation.site_survey import taken_over
-from vislam2tag.simulation.station import (
+from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
+from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
+from vislam2tag.simulation.sensors.presses import simulate_presses
+from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.sensors.station import (
     StationSettings,
     StationSetup,
     place_station,
     shoot_points,
     simulate_station,
 )
-from vislam2tag.simulation.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
-from vislam2tag.simulation.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
+from vislam2tag.simulation.writing.phone_log import phone_log
+from vislam2tag.simulation.writing.phone_script import phone_script
+from vislam2tag.simulation.writing.phone_writer import phone_text, session_name
+from vislam2tag.simulation.writing.session import SimulatedSession
+from vislam2tag.simulation.writing.site_files import SiteColumn, site_text
+from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
+from vislam2tag.simulation.writing.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
 from vislam2tag.survey.model import SessionKey
 
 STALE_SHARE = 0.04
@@ -68,7 +66,7 @@ class WritingOptions:
     paper_names: bool = False
     """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
     traps: frozenset[str] = frozenset()
-    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+    """Names of :data:`~vislam2tag.simulation.writing.traps.TRAP_FINDINGS`; each holds for the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
     layout: Layout = Layout.PUBLISHED

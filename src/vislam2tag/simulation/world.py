@@ -5,9 +5,9 @@ from __future__ import annotations
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.tour import seen_from_first, tour_from
-from vislam2tag.simulation.tracker import track
-from vislam2tag.simulation.walk import make_walk
+from vislam2tag.simulation.tracking.tracker import track
+from vislam2tag.simulation.walking.tour import seen_from_first, tour_from
+from vislam2tag.simulation.walking.walk import make_walk
 
 
 def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:

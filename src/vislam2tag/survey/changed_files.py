@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.csv_rows import csv_rows
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.survey.frame_change import FrameChange
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
 
 

@@ -19,12 +19,12 @@ from pydantic import (
     model_validator,
 )
 
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.toml_file import read_toml
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.findings import Finding
 from vislam2tag.settings import Settings
-from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.toml_file import read_toml
+from vislam2tag.survey.names import landmark_id
 
 CORRECTIONS_FILE = "corrections.toml"
 _START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")

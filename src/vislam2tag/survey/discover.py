@@ -6,11 +6,10 @@ import re
 from collections.abc import Container
 from pathlib import Path
 
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE
-from vislam2tag.survey.files import is_file
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import (
     landmarks_from,
@@ -19,9 +18,10 @@ from vislam2tag.survey.landmark_file import (
     read_landmark_files,
 )
 from vislam2tag.survey.model import Floor, SessionKey, Site
-from vislam2tag.survey.plan_image import load_plan
+from vislam2tag.survey.plans.image import load_plan
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
+from vislam2tag.survey.site_table import is_file
 
 PLAN_NAMES = ("floorplan.jpg", "floorplan.png", "floorplan.jpeg")
 _SITE_FILES = (

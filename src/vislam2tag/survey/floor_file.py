@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.findings import Finding
-from vislam2tag.survey.ids import landmark_id
+from vislam2tag.common.findings import Finding
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 
 FLOOR_FILE = "floor_dimensions.csv"

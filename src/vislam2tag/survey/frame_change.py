@@ -5,19 +5,20 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.errors import SurveyError
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.source import GREATEST_M
-from vislam2tag.survey.toml_file import read_toml, toml_value
 
 CHANGE_FILE = "rebase.toml"
 _HEAD = (
@@ -170,3 +171,34 @@ def _rise(before: Floor, after: Floor, old_z_m: FloatArray, new_z_m: FloatArray)
     grown = new_z_m - old_z_m
     above_floor_m = float(np.nanmean(grown)) if np.isfinite(grown).any() else 0.0
     return after.elevation_m - before.elevation_m + above_floor_m
+
+
+def changes_from(site: Site, own: int) -> dict[int, FrameChange]:
+    """From the BCS of floor ``own`` to that of each floor; none where all floors share one frame."""
+    frames = {floor.number: floor.site_T_bcs for floor in site.floors}
+    if len(set(frames.values())) < 2:
+        return {}
+    return {number: FrameChange.of(number, frame.inverse.compose(frames[own])) for number, frame in frames.items()}
+
+
+def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
+    """Turn landmarks of all floors into the BCS of floor ``own``, in which a walk that passed them is mapped."""
+    changes = changes_from(site, own)
+    if not changes:
+        return landmarks
+    position, covariance = landmarks.position_bcs.copy(), landmarks.covariance_bcs.copy()
+    heading = landmarks.heading_rad.copy()
+    for number, change in changes.items():
+        own_T_other = change.new_T_old.inverse
+        rows = np.flatnonzero(landmarks.floor == number)
+        surveyed = rows[landmarks.surveyed[rows]]
+        position[surveyed] = own_T_other @ position[surveyed]
+        turn = _matrix(own_T_other)
+        covariance[surveyed] = turn @ covariance[surveyed] @ turn.T
+        heading[rows] += own_T_other.rotation_rad
+    return replace(landmarks, position_bcs=position, covariance_bcs=covariance, heading_rad=heading)
+
+
+def _matrix(similarity: Similarity2) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    a = similarity.a
+    return np.array([[a.real, -a.imag], [a.imag, a.real]])

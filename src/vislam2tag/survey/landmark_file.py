@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding
-from vislam2tag.survey.ids import landmark_id
 from vislam2tag.survey.model import ControlPoints
+from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import (
     LineCounts,
     SiteTable,

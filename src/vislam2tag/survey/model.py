@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.findings import Finding
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.plans.source import PlanSource
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 
 QUIET_M = 0.010
 """White border between the image and the paper's edge: printers leave about 5 mm of it blank anyway."""

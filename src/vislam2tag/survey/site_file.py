@@ -10,11 +10,11 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.errors import SurveyError
 from vislam2tag.survey.georeference import Georeference, georeference_in_grid
 from vislam2tag.survey.plans.source import GREATEST_M, PlanSource
-from vislam2tag.survey.toml_file import read_toml, toml_value
 
 SITE_FILE = "site.toml"
 _HEAD = "# The building: its floors, their plans and frames. What each entry means: docs/site.md\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.georeference import Georeference, georeference_of
 from vislam2tag.survey.landmark_file import read_control_points

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import csv
+import errno
 import math
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity
 
 
 @dataclass(frozen=True)
@@ -94,3 +96,19 @@ class LineCounts:
             for kind, message in messages.items()
             if kind in self.lines
         ]
+
+
+_ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
+
+
+def is_file(path: Path) -> bool:
+    """Tell whether a file is there; raises OSError where that cannot be known.
+
+    ``Path.is_file`` answers False or raises there, depending on Python's version.
+    """
+    try:
+        return stat.S_ISREG(path.stat().st_mode)
+    except OSError as error:
+        if error.errno in _ABSENT:
+            return False
+        raise

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.errors import SurveyError
-from vislam2tag.survey.plan_image import load_plan
+from vislam2tag.survey.plans.image import load_plan
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.errors import SurveyError
 
 Bytes = npt.NDArray[np.uint8]
 

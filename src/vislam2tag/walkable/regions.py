@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.findings import ROWS_NAMED, Finding
 from vislam2tag.walkable.settings import WalkableSettings
 
 _LEAST_INSIDE = 0.05

@@ -9,17 +9,36 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
+from skimage.measure import approximate_polygon, find_contours
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
-from vislam2tag.errors import SurveyError
-from vislam2tag.findings import Finding
 from vislam2tag.survey.plans.model import FloorPlan, Use
 from vislam2tag.walkable.correction import corrected_cells
 from vislam2tag.walkable.drawing import image_walls, line_walls, plan_grid, polygon_floor, use_cells
-from vislam2tag.walkable.outline import wall_segments
 from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
+
+_TOLERANCE_CELLS = 0.8
+"""Segments leave the cells' own outline by at most this: a slanting wall is one, not a staircase."""
+
+
+def wall_segments(area: WalkableArea) -> FloatArray:
+    """Segments (w, 2, 2) of an area's boundary, BCS metres, with the area on the left of start to stop."""
+    rings = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="low")
+    segments = []
+    for ring in rings:
+        corners = approximate_polygon(ring, _TOLERANCE_CELLS)[:, ::-1]
+        if len(corners) > 3:
+            segments.append(np.stack((corners[:-1], corners[1:]), axis=1))
+    if not segments:
+        return np.empty((0, 2, 2))
+    # Row and column 0 of the padded mask lie half a cell outside the first cell's edge.
+    placed: FloatArray = (np.vstack(segments) - 0.5) * area.cell_m + np.array(area.origin_m)
+    return placed
+
 
 _Value = TypeVar("_Value", np.bool_, np.float64)
 _OFF_WALL_CELLS = 1.5

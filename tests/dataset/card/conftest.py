@@ -9,12 +9,12 @@ import pytest
 
 from tests.dataset.described import FULL
 from tests.dataset.factory import small_dataset
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import described, read_description
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.measures.statistics import dataset_statistics
 from vislam2tag.dataset.model import Dataset, Fold, Source, Split, SplitInfo
-from vislam2tag.findings import Finding
 
 FINDING = Finding(kind="stale_readings", file="a.csv", count=3, message="Given again by the scan after, left out.")
 

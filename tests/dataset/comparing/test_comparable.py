@@ -5,8 +5,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.comparing.comparable import ANNOTATED, comparable, read_annotated
-from vislam2tag.errors import DatasetError, UsageError
 
 WIFI_HEAD = "id,time,type,ssid,mac,rss,x_coord,y_coord\n"
 

@@ -7,11 +7,11 @@ import polars as pl
 import pytest
 
 from tests.dataset.factory import SESSION_KEYS, small_dataset
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.comparing.comparison import compare
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
-from vislam2tag.errors import UsageError
 
 FIRST = SESSION_KEYS[0][2]
 

@@ -9,12 +9,12 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import SESSION_KEYS, bssid, small_dataset
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.comparing.joining import SAME_SESSIONS, SPLITS_LEFT_OUT, join_datasets
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Related, Split, SplitInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS, SESSIONS
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
-from vislam2tag.errors import DatasetError
 
 NAMES = sorted(session for _, _, session in SESSION_KEYS)
 

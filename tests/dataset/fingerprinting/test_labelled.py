@@ -7,10 +7,10 @@ import polars as pl
 import pytest
 
 from tests.dataset.labelled_rows import wifi
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled, open_labelled
-from vislam2tag.errors import DatasetError
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.results import SessionResult
 
 RUN: dict[str, object] = {
     "program": "vislam2tag",

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.dataset.fingerprinting.positions import LEAST_SIGMA_M, mean_position
+from vislam2tag.dataset.fingerprinting.radio_tables import LEAST_SIGMA_M, mean_position
 
 Reading = tuple[float, float, float | None, bool, int]
 METRES = st.floats(-1e3, 1e3)

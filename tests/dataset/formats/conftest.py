@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import make_survey
-from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import LabelRule, LabelSettings, Settings
 
 

@@ -12,9 +12,9 @@ from rasterio.features import bounds
 
 from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import exported, odd_dataset, signatures, signatures_of_geojson
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.formats.geojson import FILE
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import DatasetError
 from vislam2tag.survey.georeference import Georeference
 
 HOME = Georeference(latitude_deg=50.7796, longitude_deg=6.0685, bearing_deg=90.0)

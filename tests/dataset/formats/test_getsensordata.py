@@ -13,12 +13,12 @@ import polars as pl
 import pytest
 
 from tests.mutations import exaggerate, mutate
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata import read
-from vislam2tag.dataset.formats.getsensordata_log import Log, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import DatasetError
+from vislam2tag.dataset.reading.getsensordata_log import Log, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 BOOT_S = 5000.25

@@ -10,15 +10,15 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from tests.dataset.formats.round_trip import imported
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.formats import ExportContext, export_named, import_format_of
-from vislam2tag.dataset.formats.gia_tables import wifi_rows
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.reading.gia_tables import wifi_rows
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
-from vislam2tag.errors import DatasetError, UsageError
-from vislam2tag.findings import Finding
-from vislam2tag.pipeline.dataset import build_dataset
-from vislam2tag.pipeline.run import process
+from vislam2tag.pipeline.datasets.build import build_dataset
+from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate

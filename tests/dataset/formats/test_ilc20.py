@@ -14,14 +14,14 @@ from matplotlib.path import Path as Outline
 
 from tests.conftest import shared_folder
 from tests.mutations import exaggerate, mutate
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.formats import ImportContext, import_format_of
-from vislam2tag.dataset.formats.archives import folder_of
 from vislam2tag.dataset.formats.ilc20 import read
-from vislam2tag.dataset.formats.ilc20_site import find_sites, floor_number
-from vislam2tag.dataset.formats.ilc20_trace import parse_trace
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.errors import DatasetError
+from vislam2tag.dataset.reading.archives import folder_of
+from vislam2tag.dataset.reading.ilc20_site import find_sites, floor_number
+from vislam2tag.dataset.reading.ilc20_trace import parse_trace
 
 T = 1574149352000
 

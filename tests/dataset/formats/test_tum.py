@@ -9,10 +9,10 @@ import polars as pl
 import pytest
 from evo.tools import file_interface  # type: ignore[import-untyped]
 
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
 from vislam2tag.dataset.formats import ExportContext, export_named
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding
 
 
 def exported(labels: Path, folder: Path) -> tuple[Finding, ...]:

@@ -11,10 +11,10 @@ import pytest
 
 from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import ODD_BSSID, ODD_DEVICE, exported, imported, odd_dataset, through, with_split
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.formats import import_format_of, uji
-from vislam2tag.dataset.formats.samples import labelled
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.errors import DatasetError, UsageError
+from vislam2tag.dataset.writing.samples import labelled
 
 TAIL = "LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP"
 
@@ -135,7 +135,7 @@ def test_times_are_seconds_of_the_walks_own_day(tmp_path: Path) -> None:
 
 def test_pieces_make_the_same_file_as_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exported(small_dataset(), "uji", tmp_path / "whole")
-    monkeypatch.setattr("vislam2tag.dataset.formats.samples._CELLS_AT_ONCE", 30)
+    monkeypatch.setattr("vislam2tag.dataset.writing.samples._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "uji", tmp_path / "pieces")
     whole, pieces = ((tmp_path / name / "trainingData.csv").read_bytes() for name in ("whole", "pieces"))
     assert whole == pieces

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vislam2tag.dataset.inertial.period_means import period_means
+from vislam2tag.dataset.inertial.sensor_series import period_means
 
 
 def test_the_mean_of_a_line_is_its_middle() -> None:

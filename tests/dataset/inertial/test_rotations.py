@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from vislam2tag.dataset.inertial.rotations import RotationSeries
+from vislam2tag.dataset.inertial.sensor_series import RotationSeries
 
 TIME_NS = 10**15 + np.arange(50) * 20_000_000
 

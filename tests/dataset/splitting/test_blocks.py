@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vislam2tag.dataset.splitting.blocks import block_of, near_blocks
+from vislam2tag.dataset.splitting.splits import block_of, near_blocks
 
 METRES = st.floats(-40, 40, allow_nan=False)
 

@@ -4,7 +4,7 @@ import polars as pl
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vislam2tag.dataset.splitting.draws import dealt, draw_order, drawn
+from vislam2tag.dataset.splitting.splits import dealt, draw_order, drawn
 
 NAMES = st.lists(st.text("abcdef/0123", min_size=1, max_size=6), unique=True, max_size=40)
 

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.dataset.factory import DEVICES, SCANS, SESSION_KEYS, small_dataset
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, empty_table, in_schema
 from vislam2tag.dataset.splitting.split_items import split_items
 from vislam2tag.dataset.splitting.splits import SplitKind, make_split, split_findings, standard_splits
-from vislam2tag.errors import UsageError
 from vislam2tag.settings import SplitSettings
 
 SMALL = small_dataset()

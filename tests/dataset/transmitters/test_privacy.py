@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import bssid, small_dataset
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import ACCESS_POINTS, READINGS, SCHEMAS
 from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, hashed, key_name, read_key, with_privacy
-from vislam2tag.errors import UsageError
 
 KEY = b"sixteen bytes or more"
 ALL = [bssid(floor, index) for floor in (0, 1) for index in range(5)]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.cell_density import CellDensity
+from vislam2tag.positioning.registry import model_named
 
 
 def test_it_learns_buildings_and_floors() -> None:

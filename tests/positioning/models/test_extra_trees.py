@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.extra_trees import ExtraTrees
+from vislam2tag.positioning.registry import model_named
 
 
 def test_learned_scans_are_where_they_were() -> None:

@@ -9,17 +9,17 @@ import pytest
 
 from tests.conftest import shared_folder
 from tests.positioning.radio_world import STOREYS, radio_world
-from tests.positioning.test_scans import scans_from
+from tests.positioning.scans.test_radio_scans import scans_from
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.formats import ImportContext
-from vislam2tag.dataset.formats.points import OFFICIAL
 from vislam2tag.dataset.formats.tampere import read
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.learning_data import learning_data
+from vislam2tag.dataset.reading.points import OFFICIAL
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.nearest_neighbours import Distance, NearestNeighbours
 from vislam2tag.positioning.places import Places
-from vislam2tag.positioning.representation import Representation
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.learning_data import learning_data
+from vislam2tag.positioning.scans.representation import Representation
 
 LEVELS = np.array([[-50.0, -60.0, np.nan], [-52.0, -63.0, np.nan], [np.nan, -60.0, -50.0], [np.nan, -57.0, -48.0]])
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.errors import DatasetError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.positioning.places import Places
-from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 BASELINES: dict[str, dict[str, Any]] = {
     "knn": {},

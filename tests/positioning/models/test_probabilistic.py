@@ -7,11 +7,11 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.metrics import plane_error_m, score
 from vislam2tag.positioning.models import probabilistic
 from vislam2tag.positioning.models.probabilistic import Probabilistic
+from vislam2tag.positioning.registry import model_named
 
 
 def test_the_likelihood_is_that_of_levels_with_a_shared_offset() -> None:

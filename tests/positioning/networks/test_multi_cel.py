@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
-from vislam2tag.positioning.base import model_named
-from vislam2tag.positioning.cells import lattice_over
 from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.networks.cells import lattice_over
+from vislam2tag.positioning.registry import model_named
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from tests.positioning.radio_fields import surveyed
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import model_named
+from vislam2tag.common.errors import UsageError
+from vislam2tag.positioning.registry import model_named
 
 pytest.importorskip("torch", reason="networks need the extra 'models'")
 

@@ -10,11 +10,11 @@ import pytest
 from sklearn.base import clone
 
 from tests.positioning.radio_fields import TWO_FLOORS, surveyed
-from vislam2tag.errors import DatasetError
-from vislam2tag.positioning.base import Positioner, model_named
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.scans import RadioScans, scans_of
+from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.errors import UsageError
+from vislam2tag.common.errors import UsageError
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
 
-from vislam2tag.positioning.networks.repeatable import repeatable, training_device  # noqa: E402  # needs torch
+from vislam2tag.positioning.networks.training import repeatable, training_device  # noqa: E402  # needs torch
 
 
 @pytest.mark.parametrize("there", [False, True])

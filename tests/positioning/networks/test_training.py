@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.errors import DatasetError, UsageError
+from vislam2tag.common.errors import DatasetError, UsageError
 
 pytest.importorskip("torch", reason="networks need the extra 'models'")
 import torch
 
-from vislam2tag.positioning.networks.repeatable import repeatable, training_device
-from vislam2tag.positioning.networks.training import Examples, Schedule, train
+from vislam2tag.positioning.networks.training import Examples, Schedule, repeatable, train, training_device
 
 
 class Scripted:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from tests.survey.plans import drawn_floor
 from tests.survey.plans.drawn_floor import EXTENT, collection, feature, floor_with
-from vislam2tag.errors import SurveyError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.survey.plans.load import floor_plan, plan_file
 from vislam2tag.survey.plans.registry import plan_suffixes
 from vislam2tag.survey.plans.source import PlanSource

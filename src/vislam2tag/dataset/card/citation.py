@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from vislam2tag.dataset.card.licences import licence_url
+from vislam2tag.dataset.card.hugging_face import licence_url
 from vislam2tag.dataset.model import DatasetInfo, Person
 
 ORCID_URL = "https://orcid.org/"

@@ -10,7 +10,7 @@ import polars as pl
 
 from vislam2tag.dataset.card.citation import ORCID_URL, bibtex
 from vislam2tag.dataset.card.columns import column_text
-from vislam2tag.dataset.card.licences import licence_url
+from vislam2tag.dataset.card.hugging_face import licence_url
 from vislam2tag.dataset.model import DatasetInfo, Person, TableAccount
 from vislam2tag.dataset.schema import KEYS, SCHEMAS
 

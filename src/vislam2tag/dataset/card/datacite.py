@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from vislam2tag.dataset.card.citation import ORCID_URL
-from vislam2tag.dataset.card.licences import licence_url
+from vislam2tag.dataset.card.hugging_face import licence_url
 from vislam2tag.dataset.model import DatasetInfo, Funding, Person, Related
 
 REQUIRED = ("creators", "publisher", "published")

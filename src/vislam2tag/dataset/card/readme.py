@@ -12,8 +12,7 @@ from vislam2tag import __version__
 from vislam2tag.dataset.card.citation import bibtex
 from vislam2tag.dataset.card.columns import meaning
 from vislam2tag.dataset.card.datacite import datacite_text
-from vislam2tag.dataset.card.hugging_face import front_matter
-from vislam2tag.dataset.card.licences import licence_url
+from vislam2tag.dataset.card.hugging_face import front_matter, licence_url
 from vislam2tag.dataset.description import missing_fields
 from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Source

@@ -8,6 +8,7 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.comparing.changes import (
     APPEARED,
     CHANGED,
@@ -19,7 +20,6 @@ from vislam2tag.dataset.comparing.changes import (
     VANISHED,
     Changes,
 )
-from vislam2tag.findings import Finding
 
 RECORD = "changes.json"
 MOST_CHANGED, NOTHING_COMPARED = "most_changed", "nothing_compared"

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
-from vislam2tag.dataset.formats.gia_tables import SENSOR_COLUMNS, WIFI_COLUMNS
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.reading.gia_tables import SENSOR_COLUMNS, WIFI_COLUMNS
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, SESSIONS
-from vislam2tag.errors import DatasetError, UsageError
+from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE
 from vislam2tag.labeling.schemas import TRAJECTORY
-from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE
 
 DATASET, LABELS, ANNOTATED = "data set", "labels", "annotated files"
 WHOLE_SET = ""

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.comparing.comparable import Comparable, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
-from vislam2tag.errors import UsageError
 
 Progress = Callable[[int, int], None]
 """Told after each table: how many are done, of how many."""

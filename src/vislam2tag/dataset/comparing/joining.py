@@ -8,6 +8,8 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.by_session import one_session, session_readings
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related, Split
 from vislam2tag.dataset.schema import (
@@ -22,8 +24,6 @@ from vislam2tag.dataset.schema import (
 )
 from vislam2tag.dataset.splitting.splits import SplitKind
 from vislam2tag.dataset.transmitters.access_points import access_point_table
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding, Severity
 
 SAME_SESSIONS = "sessions_in_both"
 SPLITS_LEFT_OUT = "splits_left_out"

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import polars as pl
 
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.dataset.fingerprinting.motion import Motion
-from vislam2tag.dataset.fingerprinting.positions import mean_position
+from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
-from vislam2tag.findings import Finding, Severity
-from vislam2tag.results import SessionResult
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import polars as pl
 from pydantic import BaseModel, ValidationError
 
-from vislam2tag.errors import DatasetError, first_line
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 
 _AGAIN = "run `vislam2tag process` again"
 

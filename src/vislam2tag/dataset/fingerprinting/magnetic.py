@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.fingerprinting.positions import mean_position
+from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.inertial.gravity_frame import LevelOrientation, filtered_orientation, logged_orientation
 from vislam2tag.dataset.inertial.sensor_series import in_time_order, sensor_series
 from vislam2tag.dataset.schema import MAGNETIC, in_schema

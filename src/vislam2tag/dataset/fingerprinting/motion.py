@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.way import FASTEST_M_PER_S, WAY_STEP_NS, step_lengths, walked_steps, way_frames
+from vislam2tag.core.path_length import FASTEST_M_PER_S, WAY_STEP_NS, step_lengths, walked_steps, way_frames
 
 LEAST_SPAN_NS = 1_000_000_000
 """Shorter spans are widened to this about their middle."""

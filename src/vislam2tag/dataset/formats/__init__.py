@@ -1,6 +1,6 @@
 """Formats of the field: one file each, found by import, that registers how it is read, written, or both."""
 
-from vislam2tag.dataset.formats.registry import (
+from vislam2tag.dataset.format_registry import (
     ExportContext,
     ExportFormat,
     ImportContext,

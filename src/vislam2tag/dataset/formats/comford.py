@@ -12,17 +12,17 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET
-from vislam2tag.dataset.formats.parts import TEST, TRAIN, chosen_parts
-from vislam2tag.dataset.formats.points import Points, floor_infos, point_dataset
-from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
-from vislam2tag.dataset.formats.samples import each_labelled, labelled, seconds_text, with_unix_time
-from vislam2tag.dataset.formats.text_file import csv_file
+from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
-from vislam2tag.errors import DatasetError, first_line
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.points import Points, floor_infos, point_dataset
+from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
+from vislam2tag.dataset.writing.parts import TEST, TRAIN, chosen_parts
+from vislam2tag.dataset.writing.samples import each_labelled, labelled, seconds_text, with_unix_time
+from vislam2tag.dataset.writing.text_file import csv_file
 
 FOLDER = "intermediate"
 """Where the package looks for the three files below a data set's root."""

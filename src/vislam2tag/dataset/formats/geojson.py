@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.by_session import SessionTables
-from vislam2tag.dataset.formats.registry import ExportContext, register_export
-from vislam2tag.dataset.formats.samples import each_labelled, labelled
+from vislam2tag.dataset.format_registry import ExportContext, register_export
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.dataset.writing.samples import each_labelled, labelled
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"

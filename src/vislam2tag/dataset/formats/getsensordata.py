@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag import __version__
-from vislam2tag.dataset.formats.archives import folder_of, heads_in
-from vislam2tag.dataset.formats.getsensordata_log import Taps, looks_like_a_log, parse_log, parse_taps
-from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
-from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.format_registry import ImportContext, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding
+from vislam2tag.dataset.reading.archives import folder_of, heads_in
+from vislam2tag.dataset.reading.getsensordata_log import Taps, looks_like_a_log, parse_log, parse_taps
+from vislam2tag.dataset.reading.logs import LoggedWalk, Place, WalkTables
+from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.georeference import Georeference, from_wgs84
-from vislam2tag.survey.slugs import unique_slugs
+from vislam2tag.survey.names import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
 """Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""

@@ -9,27 +9,27 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.fingerprinting.fingerprints import Walk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.motion import Motion
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.gia_export import SENSORS_FILE, WIFI_FILE
-from vislam2tag.dataset.formats.gia_tables import sensor_rows, wifi_rows
-from vislam2tag.dataset.formats.registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.gia_tables import sensor_rows, wifi_rows
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.dataset.transmitters.access_points import access_point_table
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding, pooled
+from vislam2tag.dataset.writing.gia_export import SENSORS_FILE, WIFI_FILE
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.plans.load import plan_file
-from vislam2tag.survey.slugs import session_slugs
 
 TECHNOLOGY = "wifi"
 IMPORT_HELP = (

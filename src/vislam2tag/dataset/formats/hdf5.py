@@ -12,7 +12,11 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.dataset.formats.hdf5_columns import (
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.format_registry import ExportContext, register_export
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
+from vislam2tag.dataset.writing.hdf5_columns import (
     Column,
     Filling,
     floats,
@@ -23,13 +27,9 @@ from vislam2tag.dataset.formats.hdf5_columns import (
     write_splits,
     write_texts,
 )
-from vislam2tag.dataset.formats.hdf5_windows import write_imu_windows, write_magnetic
-from vislam2tag.dataset.formats.left_out import ONE_SPLIT, SET, SPLITS
-from vislam2tag.dataset.formats.registry import ExportContext, register_export
-from vislam2tag.dataset.formats.samples import MatrixLosses, each_labelled, labelled, matrices
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
-from vislam2tag.findings import Finding
+from vislam2tag.dataset.writing.hdf5_windows import write_imu_windows, write_magnetic
+from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
+from vislam2tag.dataset.writing.samples import MatrixLosses, each_labelled, labelled, matrices
 
 FILE = "fingerprints.h5"
 NOT_HEARD_DBM = -110.0

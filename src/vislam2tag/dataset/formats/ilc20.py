@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.ilc20_site import TraceRef, find_sites, is_trace_path
-from vislam2tag.dataset.formats.ilc20_trace import parse_trace
-from vislam2tag.dataset.formats.logs import LoggedWalk, Place, WalkTables
-from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
+from vislam2tag.dataset.format_registry import ImportContext, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.ilc20_site import TraceRef, find_sites, is_trace_path
+from vislam2tag.dataset.reading.ilc20_trace import parse_trace
+from vislam2tag.dataset.reading.logs import LoggedWalk, Place, WalkTables
+from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.settings import DatasetSettings
 
 BESIDE_M = 10.0

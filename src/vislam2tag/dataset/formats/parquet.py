@@ -13,14 +13,14 @@ from pathlib import Path
 import polars as pl
 from pydantic import ValidationError
 
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import is_dataset
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
-from vislam2tag.dataset.formats.registry import ExportContext, ImportContext, register_export, register_import
+from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
+from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
-from vislam2tag.errors import DatasetError, first_line
-from vislam2tag.findings import Finding
+from vislam2tag.dataset.writing.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
 
 SPLITS_FILE, COLUMNS_FILE = "splits.parquet", "columns.csv"
 SPLITS_COLUMNS = ("split", "id", "group")

@@ -13,14 +13,14 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.points import TEST, TRAIN, Points, floor_infos, point_dataset
-from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.wide import read_columns, read_matrix
+from vislam2tag.dataset.format_registry import ImportContext, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Person, Source
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding, Severity
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
+from vislam2tag.dataset.reading.wide import read_columns, read_matrix
 
 FLOOR_HEIGHT_M = 3.7
 _OFF_FLOOR_M = 0.05

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import has_position
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.dataset.formats.registry import ExportContext, register_labels_export
-from vislam2tag.errors import DatasetError
+from vislam2tag.dataset.format_registry import ExportContext, register_labels_export
 from vislam2tag.evaluation.trajectory_files import tum_text
-from vislam2tag.findings import Finding, Severity
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.trajectory_table import trajectory_of
 

@@ -12,14 +12,14 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.formats.archives import folder_of, names_in
-from vislam2tag.dataset.formats.points import TEST, TRAIN, Points, floor_infos, point_dataset
-from vislam2tag.dataset.formats.registry import ImportContext, register_import
-from vislam2tag.dataset.formats.wide import WideTable, read_wide
+from vislam2tag.dataset.format_registry import ImportContext, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
-from vislam2tag.errors import DatasetError
-from vislam2tag.findings import Finding
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
+from vislam2tag.dataset.reading.wide import WideTable, read_wide
 
 _FILES = {"uts_training.csv": TRAIN, "uts_test.csv": TEST}
 _ACCESS_POINT = re.compile(r"W?AP[_ ]?\d+", re.IGNORECASE)

@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import multiply
-from vislam2tag.dataset.inertial.rotations import RotationSeries
-from vislam2tag.dataset.inertial.sensor_series import SensorSeries
+from vislam2tag.dataset.inertial.sensor_series import RotationSeries, SensorSeries
 
 GRAVITY_MEMORY_S = 3.0
 """Standard deviation of the weights by which the filter averages gravity: longer than a stride, shorter than drift."""

@@ -13,7 +13,6 @@ from vislam2tag.core.status import Status
 from vislam2tag.dataset.inertial.building_frame import level_heading
 from vislam2tag.dataset.inertial.gravity_frame import LevelOrientation, filtered_orientation, logged_orientation
 from vislam2tag.dataset.inertial.mapped_frames import MappedFrames, mapped_frames
-from vislam2tag.dataset.inertial.period_means import period_means
 from vislam2tag.dataset.inertial.sensor_series import (
     FINE,
     FLOOR_CHANGE,
@@ -21,6 +20,7 @@ from vislam2tag.dataset.inertial.sensor_series import (
     SENSOR_GAP,
     SensorSeries,
     first_fault,
+    period_means,
     sensor_series,
 )
 from vislam2tag.dataset.schema import IMU_WINDOWS, empty_table, in_schema

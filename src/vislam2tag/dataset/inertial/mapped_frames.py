@@ -11,8 +11,14 @@ from scipy.spatial.transform import Rotation
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.pose_lag import estimate_pose_lag
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
-from vislam2tag.dataset.inertial.rotations import RotationSeries
-from vislam2tag.dataset.inertial.sensor_series import FINE, JUMP, SensorSeries, first_fault, in_time_order
+from vislam2tag.dataset.inertial.sensor_series import (
+    FINE,
+    JUMP,
+    RotationSeries,
+    SensorSeries,
+    first_fault,
+    in_time_order,
+)
 from vislam2tag.settings import LabelSettings
 
 JUMP_M, FASTEST_M_S = 0.1, 4.0

@@ -8,7 +8,7 @@ from typing import Any
 
 import polars as pl
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
 from vislam2tag.dataset.by_session import each_session
 from vislam2tag.dataset.measures.device_offsets import device_offsets
 from vislam2tag.dataset.measures.statistics_record import (

@@ -96,7 +96,7 @@ class Sigma(_Model):
     median_m: float
     p95_m: float
     counts: dict[int, int]
-    """Number of fingerprints by the bin of their sigma (:mod:`vislam2tag.core.log_bins`)."""
+    """Number of fingerprints by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
 
 
 class DeviceRssi(_Model):

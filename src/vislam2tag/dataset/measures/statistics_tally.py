@@ -9,7 +9,7 @@ from typing import Any
 
 import polars as pl
 
-from vislam2tag.core import log_bins
+from vislam2tag.common import log_bins
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.measures.device_offsets import PlaceMeans

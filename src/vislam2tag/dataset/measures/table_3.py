@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vislam2tag.csv_rows import csv_rows
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.dataset.measures.statistics_record import Walks
-from vislam2tag.evaluation.table_text import latex_escaped
+from vislam2tag.evaluation.paper.table_text import latex_escaped
 
 TITLE = "Table III: walks by device"
 HEADS = ("trajectories", "duration / min", "walked distance / m", "average velocity / m/s")

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Dataset
@@ -26,7 +27,6 @@ from vislam2tag.dataset.radio_mapping.map_process import (
     points_of,
 )
 from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, MapReadings, heard_at, map_readings, offsets_db
-from vislam2tag.errors import DatasetError, UsageError
 
 Cells: TypeAlias = NDArray[np.float32]
 _SAMPLE = 12

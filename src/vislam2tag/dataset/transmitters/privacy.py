@@ -13,10 +13,10 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
-from vislam2tag.errors import UsageError
-from vislam2tag.findings import Finding, Severity
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""

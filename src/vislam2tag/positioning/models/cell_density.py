@@ -15,10 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.extras import import_extra
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import Arrays, Positioner, register
-from vislam2tag.positioning.cell_kernel import (
+from vislam2tag.positioning.cell_density.dense_layers import layer_arrays, layers_kept
+from vislam2tag.positioning.cell_density.density_cells import DensityCells
+from vislam2tag.positioning.cell_density.field import NOISES_DB, LevelField, learned_fields
+from vislam2tag.positioning.cell_density.kernel import (
     CellAnswer,
     CellKernel,
     Setup,
@@ -26,16 +29,13 @@ from vislam2tag.positioning.cell_kernel import (
     errors_on_storey_m,
     learned,
 )
-from vislam2tag.positioning.dense_layers import layer_arrays, layers_kept
-from vislam2tag.positioning.density_cells import DensityCells
-from vislam2tag.positioning.extra import import_extra
-from vislam2tag.positioning.held_out import area_of, folds, usable, walk_of
-from vislam2tag.positioning.level_field import NOISES_DB, LevelField, learned_fields
-from vislam2tag.positioning.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
+from vislam2tag.positioning.cell_density.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
+from vislam2tag.positioning.cell_density.scan_kernel import DirectionLikeness, ScanKernel
+from vislam2tag.positioning.cell_density.storeys import StoreyLikeness
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.scan_kernel import DirectionLikeness, ScanKernel
-from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.storey_likeness import StoreyLikeness
+from vislam2tag.positioning.registry import Arrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import area_of, folds, usable, walk_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
@@ -181,7 +181,7 @@ class CellDensity(Positioner):
 
     def torch_module(self) -> Any:
         """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
-        module = import_extra("vislam2tag.positioning.networks.cell_module")
+        module = import_extra("vislam2tag.positioning.cell_density.module")
         return module.CellModule(self.kernel_, self.half_, self.radii_, self.height_m_)
 
     def arrays(self) -> Arrays:

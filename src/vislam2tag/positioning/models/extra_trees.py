@@ -11,17 +11,17 @@ from collections.abc import Mapping
 import numpy as np
 from sklearn.ensemble import ExtraTreesRegressor
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import Arrays, Positioner, register
-from vislam2tag.positioning.forest import Forest, Levels, forest_of
-from vislam2tag.positioning.held_out import folds, usable, walk_of
-from vislam2tag.positioning.kept_scans import place_arrays, places_kept
+from vislam2tag.positioning.baselines.forest import Forest, Levels, forest_of
+from vislam2tag.positioning.baselines.votes import Answer, Votes, counted, joined
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.representation import Representation, represented
-from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
-from vislam2tag.positioning.votes import Answer, Votes, counted, joined
+from vislam2tag.positioning.radii import SpreadRadii, fitted_radii
+from vislam2tag.positioning.registry import Arrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import folds, usable, walk_of
+from vislam2tag.positioning.scans.kept_scans import place_arrays, places_kept
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.scans.representation import Representation, represented
 
 FOLDS = 5
 """Forests that are grown without some walks to calibrate the radii, where no validation part is given."""

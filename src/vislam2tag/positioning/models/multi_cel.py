@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from vislam2tag.positioning.base import Positioner, register
-from vislam2tag.positioning.extra import import_extra
+from vislam2tag.common.extras import import_extra
+from vislam2tag.positioning.registry import Positioner, register
 
 PUBLISHED: dict[str, dict[str, Any]] = {
     "giaIndoorLoc": {},

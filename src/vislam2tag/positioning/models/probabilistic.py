@@ -10,16 +10,16 @@ from collections.abc import Mapping
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.errors import UsageError
-from vislam2tag.positioning.base import Arrays, Positioner, register
-from vislam2tag.positioning.held_out import drawn, folds, usable, walk_of
-from vislam2tag.positioning.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
-from vislam2tag.positioning.level_maps import LevelMaps, level_maps
+from vislam2tag.positioning.baselines.level_maps import LevelMaps, level_maps
+from vislam2tag.positioning.baselines.votes import Answer, Votes, counted, joined
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.scans import RadioScans
-from vislam2tag.positioning.spread import SpreadRadii, fitted_radii
-from vislam2tag.positioning.votes import Answer, Votes, counted, joined
+from vislam2tag.positioning.radii import SpreadRadii, fitted_radii
+from vislam2tag.positioning.registry import Arrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import drawn, folds, usable, walk_of
+from vislam2tag.positioning.scans.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FOLDS = 5
 """Maps that are made without some walks to calibrate the radii, where no validation part is given."""

@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import torch
 
-from vislam2tag.positioning.representation import EXPONENT, FAINTEST_DBM
-from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.scans.representation import EXPONENT, FAINTEST_DBM
 
 NOT_HEARD_DBM = -110.0
 """What the paper's networks take an access point that is not heard for."""

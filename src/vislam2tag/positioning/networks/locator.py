@@ -11,9 +11,8 @@ from typing import NamedTuple
 import torch
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.calibration import SMALLEST_SCALE_M
 from vislam2tag.positioning.networks.layers import Scaled
-from vislam2tag.positioning.spread import SpreadRadii
+from vislam2tag.positioning.radii import SMALLEST_SCALE_M, SpreadRadii
 
 OUTPUTS = ("xy", "z", "storey", "storey_probability", "radius_68_m", "radius_95_m")
 """What :meth:`Locator.forward` returns, as the fields of :class:`~vislam2tag.positioning.places.Positions`."""

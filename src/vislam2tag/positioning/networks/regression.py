@@ -15,7 +15,7 @@ from vislam2tag.positioning.networks.layers import InputScale, dense, linear
 from vislam2tag.positioning.networks.locator import Answer, Locator
 from vislam2tag.positioning.networks.positioner import NetworkPositioner
 from vislam2tag.positioning.places import Places
-from vislam2tag.positioning.scans import RadioScans
+from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FLOOR_DEVIATION = 0.5
 """Standard deviation of the number that stands for the floor, in floors; for the probabilities of floors only."""

@@ -9,16 +9,16 @@ import numpy as np
 from PIL import Image
 from shapely.geometry import LineString
 
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2
-from vislam2tag.errors import SurveyError
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.draw import GREATEST_PX, PIXEL_M, drawn, turned_bounds, upright
 from vislam2tag.survey.plans.drawing import Bounds, Drawing, mapped
+from vislam2tag.survey.plans.formats.raster import IMAGES
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
-from vislam2tag.survey.plans.raster import IMAGES
 from vislam2tag.survey.plans.registry import read_drawing
 from vislam2tag.survey.plans.source import Extent, PlanSource
 

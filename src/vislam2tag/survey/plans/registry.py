@@ -38,8 +38,8 @@ def register(plan_format: PlanFormat) -> None:
 
 @cache
 def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
-        importlib.import_module(f"{__package__}.{module.name}")
+    for module in pkgutil.iter_modules([str(Path(__file__).parent / "formats")]):
+        importlib.import_module(f"{__package__}.formats.{module.name}")
 
 
 def read_drawing(path: Path, source: PlanSource) -> Drawing:

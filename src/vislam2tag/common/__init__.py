@@ -1,0 +1,1 @@
+"""What every package may use: errors, findings, text tables, files written whole, palette; knows nothing of walks."""

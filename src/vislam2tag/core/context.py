@@ -1,0 +1,65 @@
+"""What a tracker says of itself at each frame, where its log tells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class TrackerState:
+    """State of the tracker at ``n`` frames: ``tracking`` (n,) mask; ``part`` (n,) int: frames of different parts have
+    nothing to do with one another; ``failure`` (n,) index into ``failures``, the tracker's words for why it lost track.
+    """
+
+    tracking: BoolArray
+    part: IntArray
+    failures: tuple[str, ...]
+    failure: IntArray
+
+    def reason(self, first: int, after: int) -> str:
+        """The commonest reason among the frames ``first`` to ``after`` (excluded) that were lost; empty where none."""
+        lost = ~self.tracking[first:after]
+        told = [self.failures[i] for i in self.failure[first:after][lost].tolist()]
+        told = [word for word in told if word != NO_FAILURE]
+        return max(sorted(set(told)), key=told.count) if told else ""
+
+
+NO_FAILURE = "NONE"
+"""The tracker's word for no failure."""
+
+
+@dataclass(frozen=True)
+class AnchorLog:
+    """Poses of points that the tracker holds fixed in its map, ``k`` rows sorted by (anchor, frame).
+
+    ``anchor`` (k,) number; ``frame`` (k,) index into the camera track; ``position_acs`` (k, 3) metres;
+    ``orientation_acs`` (k, 4) quaternion (x, y, z, w). They are never looked at: they move only with the map.
+    """
+
+    anchor: IntArray
+    frame: IntArray
+    position_acs: FloatArray
+    orientation_acs: FloatArray
+
+
+@dataclass(frozen=True)
+class Storeys:
+    """The floors of a building, ``s`` of them, in order of their numbers.
+
+    ``number`` (s,) int; ``elevation_m`` (s,) metres above the building's zero, NaN where unknown; ``own`` is the floor
+    that a session lies under: where it starts.
+    """
+
+    own: int
+    number: IntArray
+    elevation_m: FloatArray
+
+
+@dataclass(frozen=True)
+class PressureLog:
+    """Air pressure beside a walk: ``time_ns`` (p,) boot clock, strictly increasing; ``pressure_hpa`` (p,), finite."""
+
+    time_ns: IntArray
+    pressure_hpa: FloatArray

@@ -1,0 +1,1 @@
+"""The paper's evaluation by its own rules: walks, Tables I and II."""

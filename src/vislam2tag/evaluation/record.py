@@ -1,0 +1,182 @@
+"""What an evaluation finds, as JSON (``evaluation.json``): one record a session, and rows that sum sessions up."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.common.findings import Finding
+from vislam2tag.evaluation.point_errors import TruthKind
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Bin(_Model):
+    """True points that have something in common: their number, how many have a label, and the sum of the errors."""
+
+    points: int
+    labelled: int
+    sum_m: float
+
+
+class Relative(_Model):
+    """Errors of the displacement over a distance walked: number of pairs, sum and sum of squares."""
+
+    distance_m: float
+    pairs: int
+    sum_m: float
+    sum_m2: float
+
+
+class DriftSums(_Model):
+    """Sums over labelled points: of the way ``d`` since the last landmark, the error ``e``, and their products."""
+
+    points: int = 0
+    d: float = 0.0
+    e: float = 0.0
+    dd: float = 0.0
+    de: float = 0.0
+
+
+class DenseFigures(_Model):
+    """What only a truth of the whole walk tells; all of it adds up over sessions."""
+
+    relative: list[Relative]
+    since_landmark: list[Bin]
+    """By distance walked since the last landmark, :data:`~vislam2tag.evaluation.dense.SINCE_EDGES_M`."""
+    drift: DriftSums
+    speed: list[Bin]
+    """Between first and last landmark, by speed, :data:`~vislam2tag.evaluation.dense.SPEED_EDGES_M_S`."""
+
+
+class Measured(_Model):
+    """One strategy in one session against one truth; metres, None where nothing is labelled."""
+
+    truth: TruthKind
+    way: str
+    """How the truth was made of what was recorded; empty where there is only one way."""
+    strategy: str
+    points: int
+    labelled: int
+    mean_m: float | None
+    median_m: float | None
+    rmse_m: float | None
+    p75_m: float | None
+    p95_m: float | None
+    max_m: float | None
+    headed: int
+    """Labelled points at which the direction of walking is known."""
+    along_m: float | None
+    """Mean distance along the direction of walking, whatever its sign; None where no direction is known."""
+    across_m: float | None
+    ahead_m: float | None
+    """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
+    errors: dict[int, int]
+    """Number of errors by bin of length (:mod:`vislam2tag.common.log_bins`)."""
+    sum_m: float
+    sum_m2: float
+    dense: DenseFigures | None = None
+
+
+class SessionEvaluation(_Model):
+    """One session."""
+
+    slug: str
+    floor: int
+    device: str
+    session: str
+    error: str | None = None
+    """Why it could not be read or mapped; None where it could."""
+    missing: list[str] = []
+    """Why a truth that seems to be meant could not be used."""
+    findings: list[Finding] = []
+    faulty: bool | None = None
+    """Whether ``local-corrected`` discards any frame that ``local`` maps; None where that maps none."""
+    movement_m: float | None = None
+    """Mean displacement of its landmarks' logged positions."""
+    retention: dict[str, float | None] = {}
+    """By strategy, the share that it labels of the frames that ``local`` labels."""
+    estimates: dict[str, float | None] = {}
+    """What was estimated of the truth: a lead, a clock, residuals of a frame; names end with the unit."""
+    measured: list[Measured] = []
+
+
+class Figure(_Model):
+    """A figure and its interval, which holds in 95 of 100 such surveys.
+
+    The value is None where not known; the bounds are None of too few walks, and for maxima, of which the bootstrap
+    tells nothing.
+    """
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+
+
+class Row(_Model):
+    """One row of the table of errors: one strategy against one truth, over some walks."""
+
+    truth: TruthKind
+    way: str
+    strategy: str
+    group: str
+    """``all``, or the floor or device that the walks have in common."""
+    selection: str
+    """``all walks`` or ``without faults``."""
+    over: str
+    """``walks``: statistics of the walks' mean errors; ``points``: of all points' errors."""
+    walks: int
+    """With a label at some true point."""
+    points: int
+    labelled: Figure
+    mean_m: Figure
+    median_m: Figure
+    rmse_m: Figure
+    p75_m: Figure
+    p95_m: Figure
+    max_m: Figure
+    along_m: Figure
+    """Mean distance along the direction of walking, whatever its sign."""
+    across_m: Figure
+    ahead_m: Figure
+    """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
+
+
+class DenseRow(_Model):
+    """One strategy against dense truth, summed over all sessions."""
+
+    strategy: str
+    what: str
+    """``relative error``, ``since landmark`` or ``speed``."""
+    low: float
+    """The distance, or the lower edge of the bin: metres, or metres per second."""
+    high: float | None
+    """Its upper edge; None where there is none."""
+    points: int
+    mean_m: float | None
+    rmse_m: float | None = None
+    """Root mean square; of relative errors only."""
+    labelled: float | None = None
+    """Share of the points; of bins only."""
+
+
+class SurveyEvaluation(_Model):
+    """A whole survey (``evaluation.json``)."""
+
+    version: str
+    strategies: list[str]
+    max_sigma_m: float | str
+    """Labels with a greater sigma are not counted as such."""
+    rows: list[Row]
+    dense: list[DenseRow]
+    drift: dict[str, float | None]
+    """By strategy, by how much the error grows with each metre walked since the last landmark."""
+    retention: dict[str, float | None]
+    """By strategy, mean over the sessions."""
+    sessions: list[SessionEvaluation]
+
+    @property
+    def failed(self) -> int:
+        """Number of sessions that could not be read or mapped."""
+        return sum(session.error is not None for session in self.sessions)

@@ -1,0 +1,109 @@
+"""The tables of an evaluation as text: CSV with one figure a field, and LaTeX with booktabs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
+from vislam2tag.evaluation.paper.table_text import latex_escaped
+from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
+from vislam2tag.evaluation.record import DenseRow, Figure, Row, SessionEvaluation
+
+_ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
+_WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
+HEADS = {
+    "mean_m": "mean",
+    "median_m": "median",
+    "rmse_m": "RMSE",
+    "p75_m": "p75",
+    "p95_m": "p95",
+    "max_m": "max",
+    "along_m": "along",
+    "across_m": "across",
+    "ahead_m": "ahead",
+}
+"""What the figures are called in tables for reading."""
+
+
+def rows_csv(rows: Sequence[Row]) -> str:
+    """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
+    names = ("labelled", *FIGURES, *DIRECTED)
+    head = (*_ROW_KEYS, *(f"{name}{end}" for name in names for end in ("", "_low", "_high")))
+    return csv_rows((head, *((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows)))
+
+
+def _bounds(row: Row, names: Sequence[str]) -> list[float | None]:
+    figures: list[Figure] = [getattr(row, name) for name in names]
+    return [value for figure in figures for value in (figure.value, figure.low, figure.high)]
+
+
+def sessions_csv(sessions: Sequence[SessionEvaluation]) -> str:
+    """One line for each session, truth, way and strategy; one with empty figures for a session without any."""
+    who = ("floor", "device", "session", "faulty", "movement_m")
+    head = (*who, "truth", "way", "strategy", "retention", *_WALK_FIGURES, "error")
+    lines: list[tuple[object, ...]] = []
+    for session in sessions:
+        own = tuple(getattr(session, name) for name in who)
+        for one in session.measured:
+            figures = (getattr(one, name) for name in _WALK_FIGURES)
+            kept = session.retention.get(one.strategy)
+            lines.append((*own, one.truth, one.way, one.strategy, kept, *figures, session.error))
+        if not session.measured:
+            empty = (None,) * (4 + len(_WALK_FIGURES))
+            lines.append((*own, *empty, session.error or "; ".join(session.missing)))
+    return csv_rows((head, *lines))
+
+
+def dense_csv(rows: Sequence[DenseRow]) -> str:
+    """One line for each strategy and distance, way or speed."""
+    names = tuple(DenseRow.model_fields)
+    return csv_rows((names, *(tuple(getattr(row, name) for name in names) for row in rows)))
+
+
+def latex_text(rows: Sequence[Row]) -> str:
+    """A ``tabular`` (package booktabs) for each truth and way: over walks, with and without faults, metres."""
+    shown = [row for row in rows if row.group == ALL and row.over == OVER_WALKS]
+    return "\n".join(
+        _tabular(f"{truth_name(truth, way)}, over walks", list(group))
+        for (truth, way), group in groupby(shown, key=lambda row: (row.truth, row.way))
+    )
+
+
+def truth_name(truth: str, way: str) -> str:
+    """What a truth, made in a way, is called in tables: ``control points (nearest)``."""
+    words = {"dense": "dense truth"}.get(truth, truth.replace("_", " "))
+    return f"{words} ({way})" if way else words
+
+
+def _tabular(title: str, rows: Sequence[Row]) -> str:
+    names = tuple(HEADS)
+    heads = " & ".join(head[0].upper() + head[1:] for head in HEADS.values())
+    lines = [
+        f"% {title}; metres, 95 % intervals in brackets",
+        f"\\begin{{tabular}}{{ll{'r' * (2 + len(names))}}}",
+        "\\toprule",
+        f"Trajectories & Strategy & Walks & Labelled & {heads} \\\\",
+    ]
+    for selection, group in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
+        lines.append("\\midrule")
+        for row in group:
+            share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f}\\,\\%"
+            figures = " & ".join(_latex_figure(name, getattr(row, name)) for name in names)
+            lines.append(f"{selection} & {latex_escaped(row.strategy)} & {row.walks} & {share} & {figures} \\\\")
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+
+
+def _latex_figure(name: str, figure: Figure) -> str:
+    """Write a figure, the interval of mean and median only: a page is narrow."""
+    text = figure_text(figure if name in ("mean_m", "median_m") else Figure(value=figure.value))
+    return text.replace(" to ", ", ")
+
+
+def figure_text(figure: Figure) -> str:
+    """Write ``0.31 [0.25 to 0.40]``; a dash where the figure is not known."""
+    if figure.value is None:
+        return "-"
+    bounds = "" if figure.low is None else f" [{figure.low:.2f} to {figure.high:.2f}]"
+    return f"{figure.value:.2f}{bounds}"

@@ -1,0 +1,1 @@
+"""Height and floor of every frame: vertical axis -> rides -> floors -> estimate."""

@@ -1,0 +1,254 @@
+"""Height and floor of every frame: the tracker's vertical axis, tied to the building by the landmarks seen.
+
+Unknown are the offset of the vertical axis at the moments at which landmarks are seen, each landmark's height and each
+floor's elevation where nobody measured it. All measurements are linear in them; heavy tails take what is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import Storeys
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.core.visits import usable_rank
+from vislam2tag.heights.differences import Differences, solve_robustly
+from vislam2tag.heights.floors import floor_of_heights
+from vislam2tag.heights.rides import Tie, with_rides_by_landmarks, with_rides_by_pressure
+from vislam2tag.heights.vertical import VerticalTrack, vertical_track
+
+CARRIED_M = 1.4
+CARRIED_SIGMA_M = 0.5
+"""Usual height above the floor of a phone in the hand, and of a landmark whose height nobody measured."""
+START_SIGMA_M = 0.25
+"""A session starts on its own floor, phone in hand."""
+CARRIED_RANGE_M = (0.9, 1.9)
+SURVEYED_SIGMA_M = 0.05
+"""Standard deviation of a landmark's surveyed height."""
+STOREY_M = 3.5
+STOREY_SIGMA_M = 1.0
+"""Height of a storey where elevations are unknown; used to tell floors apart, never to tell heights."""
+SIGHTING_SIGMA_M = 0.1
+SIGHTING_REACH_M = 2.5
+OUT_OF_SIGHT_M = 6.0
+"""A landmark farther off is not seen: when it moves, the tracker moved its map, and with it what is near."""
+BLOCK_S = 1.0
+"""Sightings of a landmark within this time count once."""
+PINNED_M = 1e-3
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Where ``n`` frames lie in the building: ``z_m`` (n,) camera above its zero, ``floor`` (n,) int.
+
+    ``z_m`` is NaN at frames that are not usable and on floors whose elevation nobody knows; ``floor`` is empty where
+    the landmarks know of no storeys.
+    """
+
+    z_m: FloatArray
+    floor: IntArray
+
+
+@dataclass(frozen=True)
+class _Sightings:
+    """What was seen of landmarks of known floor, one entry for each landmark and block of time, in time order."""
+
+    landmark: IntArray
+    """Index into the session's landmarks."""
+    rank: IntArray
+    """Usable rank of the frame."""
+    height_m: FloatArray
+    """Logged height of the landmark, in the continuous frame of the vertical track."""
+
+
+def estimate_heights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Heights:
+    """Find the height and floor of each frame of a session; linear in the number of frames.
+
+    Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m`` and ``camera.pressure``. A session starts on its
+    own floor. Where several floors are possible and none has an elevation, floors are told by the landmarks' floors and
+    the vertical change between them.
+    """
+    n, storeys = len(camera.time_ns), landmarks.storeys
+    if storeys is None:
+        return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
+    floor = np.full(n, storeys.own, dtype=np.int64)
+    z = np.full(n, np.nan)
+    if not camera.usable.any() or (len(storeys.number) < 2 and np.isnan(storeys.elevation_m).all()):
+        return Heights(z, floor)
+    track = _track(camera, log)
+    seen = _sightings(camera, log, landmarks, track)
+    track, rise = _with_rides(track, seen, landmarks, storeys)
+    seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
+    height, elevation = _solve(track, seen, landmarks, storeys)
+    own = int(_index(storeys, np.array([storeys.own]))[0])
+    place = floor_of_heights(height, elevation, _carried(height, elevation), own)
+    floor[track.frame] = storeys.number[place]
+    z[track.frame] = np.where(np.isfinite(storeys.elevation_m[place]), height, np.nan)
+    return Heights(z, _carried_on(floor, camera))
+
+
+def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
+    """How far a walk went up and down by all that shows it, jumps of the tracker apart; metres.
+
+    The hundredth of the time spent highest and lowest does not count.
+    """
+    if not camera.usable.any():
+        return 0.0
+    return float(np.ptp(np.quantile(_track(camera, log).height_m, (0.01, 0.99))))
+
+
+def _track(camera: CameraTrack, log: LandmarkLog) -> VerticalTrack:
+    """The vertical track, with the rides that air pressure tells where there is any."""
+    track = vertical_track(camera, log)
+    if camera.pressure is None or not len(camera.pressure.time_ns):
+        return track
+    return with_rides_by_pressure(track, camera.time_ns[track.frame], camera.pressure)
+
+
+def _carried(height: FloatArray, elevation: FloatArray) -> float:
+    """Usual height of the phone above the floor on this walk, metres."""
+    above = height[:, None] - elevation
+    nearest = np.abs(above - CARRIED_M).argmin(axis=1)
+    return float(np.median(above[np.arange(len(above)), nearest]).clip(*CARRIED_RANGE_M))
+
+
+def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
+    """Give frames that are not usable the floor of the usable one before."""
+    before = usable_rank(camera)
+    frames = np.flatnonzero(camera.usable)
+    carried: IntArray = floor[frames[before.clip(0)]]
+    return carried
+
+
+def _index(storeys: Storeys, floor: IntArray) -> IntArray:
+    """Index of floor numbers among the storeys; every landmark of a session lies on one of them."""
+    return np.searchsorted(storeys.number, floor).astype(np.int64)
+
+
+def _sightings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, track: VerticalTrack) -> _Sightings:
+    """Fresh sightings (:func:`_fresh_rows`) of landmarks of known floor, reduced to one for each block of time."""
+    known = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
+    rows = _fresh_rows(camera, log)
+    rows = rows[known[log.landmark[rows]] >= 0]
+    rank = usable_rank(camera)[log.frame[rows]]
+    height = log.position_acs[rows, 1] + track.shift_m[rank]
+    return _in_blocks(known[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
+
+
+def _fresh_rows(camera: CameraTrack, log: LandmarkLog) -> IntArray:
+    """Rows at which a landmark was seen near the camera, by the tracker's word where the log has it.
+
+    Otherwise its pose has just changed, and not because the tracker moved its map. Where landmarks out of sight move at
+    all frames, as those of some trackers may, that tells nothing.
+    """
+    position, lost = log.position_acs, log.lost
+    if log.seen is not None:
+        told = np.flatnonzero(log.seen & ~lost)
+        away = np.linalg.norm(position[told] - camera.position_acs[log.frame[told]], axis=1)
+        return np.asarray(told[away < SIGHTING_REACH_M])
+    moved = np.zeros(len(lost), dtype=bool)
+    for axis in range(3):
+        moved[1:] |= position[1:, axis] != position[:-1, axis]
+    moved[1:] &= ~lost[:-1]
+    first = np.diff(log.landmark, prepend=-1) != 0
+    rows = np.flatnonzero((first | moved) & ~lost)
+    apart = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
+    map_moved = np.zeros(len(camera.time_ns), dtype=bool)
+    map_moved[log.frame[rows[(apart > OUT_OF_SIGHT_M) & ~first[rows]]]] = True
+    near: IntArray = rows[apart < SIGHTING_REACH_M]
+    seen: IntArray = near[~map_moved[log.frame[near]]]
+    return seen if len(seen) else near
+
+
+def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:
+    """Reduce each landmark's sightings in a block of time to their middle one by height."""
+    order = np.lexsort((height, landmark, block))
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (np.diff(block[order]) != 0) | (np.diff(landmark[order]) != 0)
+    start = np.flatnonzero(new)
+    middle = order[(start + np.append(start[1:], len(order)) - 1) // 2] if len(order) else order
+    middle = middle[np.argsort(rank[middle], kind="stable")]
+    return _Sightings(landmark[middle], rank[middle], height[middle])
+
+
+def _with_rides(
+    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys
+) -> tuple[VerticalTrack, FloatArray]:
+    """Add the rides that the tracker missed; also returns what they add (f,) to the track's height."""
+    storey = _index(storeys, landmarks.floor[seen.landmark])
+    level = _usual_elevations(storeys)[storey] + _usual_height(landmarks)[seen.landmark]
+    changes = np.flatnonzero(np.diff(storey) != 0)
+    ties = [
+        Tie(
+            int(seen.rank[i]),
+            int(seen.rank[i + 1]),
+            float(level[i + 1] - level[i]),
+            float(seen.height_m[i + 1] - seen.height_m[i]),
+        )
+        for i in changes.tolist()
+        if seen.rank[i] < seen.rank[i + 1]
+    ]
+    ridden = with_rides_by_landmarks(track, ties)
+    return ridden, ridden.height_m - track.height_m
+
+
+def _usual_height(landmarks: Landmarks) -> FloatArray:
+    return np.where(np.isfinite(landmarks.z_m), landmarks.z_m, CARRIED_M)
+
+
+def _usual_elevations(storeys: Storeys) -> FloatArray:
+    """Elevation (s,) of each storey; those unknown are guessed from the nearest known one, the own floor's being 0."""
+    known = np.isfinite(storeys.elevation_m)
+    if not known.any():
+        return STOREY_M * (storeys.number - storeys.own).astype(np.float64)
+    nearest = np.abs(storeys.number[:, None] - storeys.number[known]).argmin(axis=1)
+    guess: FloatArray = storeys.elevation_m[known][nearest] + STOREY_M * (
+        storeys.number - storeys.number[known][nearest]
+    )
+    return guess
+
+
+def _solve(
+    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys
+) -> tuple[FloatArray, FloatArray]:
+    """Height (f,) of the camera and elevation (s,) of each storey.
+
+    The unknowns are, in this order: the vertical axis's offset at the k moments at which something is seen, the heights
+    of the m landmarks seen, the s elevations.
+    """
+    knots, at = np.unique(np.concatenate(([0], seen.rank)), return_inverse=True)
+    used, which = np.unique(seen.landmark, return_inverse=True)
+    k, m = len(knots), len(used)
+    elevation = _usual_elevations(storeys)
+    own = _index(storeys, np.array([storeys.own]))
+    start = elevation[own] + CARRIED_M - track.height_m[0]
+    measured = np.isfinite(landmarks.z_m[used])
+    drift = np.sqrt(np.diff(track.variance_m2[knots]))
+    hung = np.where(measured, SURVEYED_SIGMA_M, CARRIED_SIGMA_M)
+    storey = _index(storeys, landmarks.floor[used])
+    equations = [
+        Differences(np.arange(1, k), np.arange(k - 1), np.zeros(k - 1), drift),
+        Differences(k + which, at[1:], seen.height_m, np.full(len(which), SIGHTING_SIGMA_M)),
+        Differences(k + np.arange(m), k + m + storey, _usual_height(landmarks)[used], hung),
+        Differences(np.zeros(1, np.int64), k + m + own, start - elevation[own], np.array([START_SIGMA_M]), False),
+        *_elevation_equations(storeys, elevation, k + m),
+    ]
+    logged = np.array([np.median(seen.height_m[which == i]) for i in range(m)])
+    unknowns = solve_robustly(equations, np.concatenate((np.repeat(start, k), logged + start, elevation)))
+    offset = np.interp(track.variance_m2, track.variance_m2[knots], unknowns[:k])
+    return track.height_m + offset, unknowns[k + m :]
+
+
+def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int) -> list[Differences]:
+    """Known elevations are pinned; unknown ones follow the next floor's by the usual height of a storey."""
+    known = np.isfinite(storeys.elevation_m)
+    pinned = np.flatnonzero(known if known.any() else storeys.number == storeys.own)
+    none = np.full(len(pinned), -1, dtype=np.int64)
+    lower = np.flatnonzero(~(known[1:] & known[:-1]))
+    storeys_up = np.diff(storeys.number)[lower]
+    return [
+        Differences(first + pinned, none, elevation[pinned], np.full(len(pinned), PINNED_M), False),
+        Differences(first + lower + 1, first + lower, STOREY_M * storeys_up, STOREY_SIGMA_M * storeys_up, False),
+    ]

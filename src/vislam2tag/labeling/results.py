@@ -1,0 +1,268 @@
+"""The result of one session as JSON: what summary, report and evaluation read.
+
+It is written last (``sessions/SLUG.json``) and so marks the session as done.
+"""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.faults import EventKind
+from vislam2tag.survey.georeference import Georeference
+
+RUN_FILE = "run.json"
+"""Marks an output folder as ours and says what the run follows from; written first."""
+PROGRAM = "vislam2tag"
+"""What that file calls us."""
+RESULTS = "sessions"
+SUMMARY_FILE = "summary.json"
+"""Totals of a run; written last, so that it marks the run as ended."""
+
+Polyline = list[tuple[float, float]]
+"""BCS points in metres, rounded to the centimetre."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FloorRecord(_Model):
+    """One floor of the site, as ``run.json`` keeps it."""
+
+    number: int
+    name: str
+    elevation_m: float | None
+    width_m: float | None
+    height_m: float | None
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+    georeference: Georeference | None = None
+
+
+class FileAccount(_Model):
+    """One raw file: ``lines = rows +`` the lines counted by findings of unreadable lines."""
+
+    name: str
+    role: str
+    size_bytes: int
+    sha256: str
+    lines: int
+    rows: int
+
+
+class Stretch(_Model):
+    """A drawn run of frames with one status."""
+
+    status: str
+    points: Polyline
+    sigma_m: list[float] = []
+    """Sigma at each point, metres; empty where it is not known."""
+
+
+class VisitMark(_Model):
+    """A landmark visit: where the camera was (BCS; None where unmapped) and when."""
+
+    landmark: str
+    time_ns: int
+    distance_m: float
+    position: tuple[float, float] | None
+    floor: int | None = None
+    """Where that was another floor than the session's own."""
+
+
+class EventMark(_Model):
+    """A step of the tracker that is no motion; ``position`` is where the camera was then (BCS; None where unmapped)."""
+
+    time_ns: int
+    kind: EventKind
+    size_m: float
+    turn_rad: float | None
+    """Its turn about the vertical; None where it is not known."""
+    position: tuple[float, float] | None
+    floor: int | None = None
+    """Where that was another floor than the session's own."""
+    reason: str = ""
+    """What the tracker says why, in its own word; empty where it says nothing."""
+
+
+class ContradictionMark(_Model):
+    """A landmark that the walk puts elsewhere than the survey does, by all the others."""
+
+    floor: int
+    landmark: str
+    size_m: float
+    sigma_m: float
+    """Standard deviation of that size, were the survey right."""
+    passes: int
+    surveyed_m: tuple[float, float]
+    """Where the survey has it (corrections applied), BCS."""
+    offset_m: tuple[float, float]
+    """From there to where the walk puts it."""
+
+
+class LandmarkContradiction(_Model):
+    """A landmark that contradicts the rest, over all sessions."""
+
+    floor: int
+    landmark: str
+    sessions: int
+    """Sessions that say so."""
+    seen: int
+    """Sessions that logged it."""
+    greatest_m: float
+    surveyed_m: tuple[float, float]
+    offset_m: tuple[float, float]
+    """Mean of the sessions' offsets, BCS."""
+
+
+class SigmaStatistics(_Model):
+    """How sure the positions of frames are (``ok`` and ``uncertain`` ones whose sigma is known)."""
+
+    median_m: float
+    p95_m: float
+    uncertain_share: float
+    """Share of these frames whose status is ``uncertain``, 0 to 1."""
+    frames: dict[int, int]
+    """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
+
+
+class SigmaRow(_Model):
+    """Errors of the labels whose stated sigma falls into one bin."""
+
+    sigma: int | None
+    """Bin of the sigma (:mod:`vislam2tag.common.log_bins`); None where no sigma is stated."""
+    sum_m: float
+    """Sum of the errors, metres."""
+    errors: dict[int, int]
+    """Number of errors by the bin of their length."""
+
+
+class ErrorRecord(_Model):
+    """Labels against a known truth, reduced to counts, which add up over sessions."""
+
+    sources: dict[str, int]
+    """Sessions by where their truth comes from."""
+    points: int
+    """True points, labelled or not."""
+    inside: list[int]
+    """Number of errors by the probability of the smallest stated region that holds them, a percent a bin; only errors
+    of labels that state a covariance."""
+    rows: list[SigmaRow]
+    """By sigma, the least first, None before all."""
+
+
+class ScanStatistics(_Model):
+    """Wi-Fi scanning of a session."""
+
+    scans: int
+    median_interval_s: float | None
+    """Median time between the starts of successive scans."""
+    readings: int
+    repeated: int
+    access_points: int
+
+
+class RecordingRecord(_Model):
+    """What the recorder says of its own work (the phone app's format)."""
+
+    ended: str
+    """``stopped``, or what else ended it; empty where it is not known."""
+    scans_refused: int
+    """Wi-Fi scans that the phone's system refused, or that failed."""
+    exposure_known: bool
+    """Whether frames have the time at which their images were exposed."""
+    note: str
+    """The collector's."""
+    events: dict[str, int]
+    """Everything that was logged as it happened, by name."""
+
+
+class Drawing(_Model):
+    """Thinned polylines for the report."""
+
+    mapped: list[Stretch] = []
+    """Runs of mapped frames (status ok or uncertain), in time order."""
+    discarded: list[Stretch] = []
+    """Runs of unmapped frames by cause, drawn where the aligned raw trajectory puts them."""
+    raw: Polyline = []
+    """The whole raw trajectory, aligned to the BCS by one similarity; empty where none can be found."""
+    wifi: Polyline = []
+    """Mean labelled position of each Wi-Fi scan."""
+
+
+class SessionResult(_Model):
+    """Everything about one processed session except its tables."""
+
+    slug: str
+    """File-name stem of the session's outputs."""
+    fingerprint: str
+    """SHA-256 over input files, landmarks, corrections, settings and version: unchanged means done."""
+    floor: int
+    device: str
+    session: str
+    format: str
+    strategy: str
+    version: str
+    error: str | None = None
+    """Why the session could not be read or mapped; None where it could."""
+    files: list[FileAccount] = []
+    findings: list[Finding] = []
+    start_ns: int | None = None
+    duration_s: float = 0.0
+    distance_m: float = 0.0
+    """Length of the walk: mapped where mapped, raw elsewhere, metres."""
+    frame_rate_hz: float | None = None
+    pose_lag_s: float | None = None
+    """Estimated lag of the pose stamps behind the gyroscope's; None where it cannot be estimated."""
+    frames: dict[str, int] = {}
+    """Number of frames by status."""
+    frame_seconds: dict[str, float] = {}
+    """Seconds of the walk by status."""
+    readings: dict[str, dict[str, int]] = {}
+    """For each table the number of rows by status."""
+    visits: list[VisitMark] = []
+    landmarks_logged: list[str] = []
+    scans: ScanStatistics | None = None
+    recording: RecordingRecord | None = None
+    """None where the recorder says nothing of itself."""
+    events: list[EventMark] = []
+    contradictions: list[ContradictionMark] = []
+    sigma: SigmaStatistics | None = None
+    """None where the strategy states no uncertainty, or nothing is mapped."""
+    errors: ErrorRecord | None = None
+    """None where no truth is known; never used to map."""
+    drawing: Drawing = Drawing()
+    """What lies on the session's own floor."""
+    elsewhere: dict[int, Drawing] = {}
+    """What lies on each other floor that the walk led to."""
+    corrections: list[str] = []
+    """Each use of corrections.toml, one sentence each."""
+
+
+class Summary(_Model):
+    """Totals of a run (``summary.json``)."""
+
+    version: str
+    strategy: str
+    sessions: int
+    failed: int
+    duration_s: float
+    distance_m: float
+    frames: dict[str, int]
+    frame_seconds: dict[str, float]
+    """Seconds of all walks by status."""
+    readings: dict[str, dict[str, int]]
+    findings: dict[str, int]
+    """Total count by kind, over the sessions."""
+    site_findings: dict[str, int] = {}
+    """Total count by kind, about the site's own files, folders and corrections."""
+    failures: dict[str, str]
+    """Error of each session that could not be read or mapped, by slug."""
+    events: dict[str, int] = {}
+    """Events of the tracker by kind, over all sessions."""
+    contradictions: list[LandmarkContradiction] = []
+    """Landmarks that contradict the rest, those that most sessions say it of first."""
+    sigma: SigmaStatistics | None = None
+    errors: ErrorRecord | None = None
+    per_floor: dict[str, dict[str, float]]
+    per_device: dict[str, dict[str, float]]

@@ -1,0 +1,288 @@
+"""Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks (docs/landmarks.md).
+
+Unknown are the places and headings of all landmarks in the BCS, and for each walk where its frame lies and how it is
+turned. A walk's map may be wrong by its covariance, and it may see a landmark off its place: a sheet that was moved, or
+another one with its id. Surveyed places may be wrong, too. Tails of Student's t take what does not fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
+from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.smoother.equations import FREE_M, FREE_RAD
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.noise import PRIOR_WEIGHT
+
+SHIFT_M = 0.06
+"""A walk sees a landmark off its place by this, per axis (assumed, with PRIOR_WEIGHT, before anything is seen) ..."""
+SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
+"""... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
+ROUNDS = 20
+CAUTION, RELAXATION = 100.0, 0.5
+"""The first rounds take each walk's sight of a landmark for this much less certain (variance), then for less so by this
+factor each. Not so the survey: few places that all may be wrong would bend to the walks."""
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """How far walks see landmarks off their places, ``shift_m`` per axis, and by which factor each variance exceeds the
+    usual one: ``shift`` (k,) for each map, ``walk`` (b,) and ``survey`` (m,).
+    """
+
+    shift_m: float
+    shift: tuple[FloatArray, ...]
+    walk: FloatArray
+    survey: FloatArray
+
+    def expected(self) -> Doubts:
+        """For covariances: the mean variance of each shift where re-weighting gives the inverse mean precision."""
+        return replace(self, shift=tuple(one * (SHIFT_TAIL + 2) / SHIFT_TAIL for one in self.shift))
+
+    def cautious(self, factor: float) -> Doubts:
+        """Be more doubtful about what walks see, by a factor."""
+        return replace(self, shift=tuple(one * factor for one in self.shift))
+
+
+@dataclass(frozen=True)
+class LandmarkMap:
+    """``m`` landmarks in the BCS, from those of ``b`` maps that are tied to the survey.
+
+    ``position`` (m,) complex, metres; ``heading_rad`` (m,); ``covariance`` (3m, 3m) of x, y of each, then of all
+    headings: next to infinite for what nothing is known of. ``origin`` (b,) complex and ``turn_rad`` (b,): where the
+    maps' frames lie, NaN for maps that are not tied.
+    """
+
+    maps: tuple[LocalMap, ...]
+    known: KnownLandmarks
+    doubts: Doubts
+    position: ComplexArray
+    heading_rad: FloatArray
+    covariance: FloatArray
+    origin: ComplexArray
+    turn_rad: FloatArray
+
+    @property
+    def tied(self) -> BoolArray:
+        """(b,) maps that take part."""
+        return np.asarray(np.isfinite(self.turn_rad))
+
+    @property
+    def position_covariance(self) -> FloatArray:
+        """(m, 2, 2) of the positions, m^2."""
+        column = np.arange(2 * len(self.position)).reshape(-1, 2)
+        return np.asarray(self.covariance[column[:, :, None], column[:, None, :]])
+
+    @property
+    def heading_sigma_rad(self) -> FloatArray:
+        """(m,) standard deviations of the headings."""
+        return np.sqrt(np.diag(self.covariance)[2 * len(self.position) :])
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """One map's observations about the present solution, its frame taken out of the unknowns.
+
+    ``column`` (3k',) of its landmarks' unknowns; ``residual`` (r,) observed minus predicted; ``design`` (r, 3k') by
+    landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame; ``noise`` (r, r) the whole covariance.
+    """
+
+    column: IntArray
+    residual: FloatArray
+    design: FloatArray
+    frame: FloatArray
+    noise: FloatArray
+    own: FloatArray
+    """(r, r) the part of ``noise`` that is the map's covariance."""
+    shift: FloatArray
+    """(r,) the part that is a landmark off its place, a diagonal."""
+
+
+def join(maps: Sequence[LocalMap], known: KnownLandmarks) -> LandmarkMap:
+    """Join all maps that can be tied to the survey; the order of the maps does not matter."""
+    start = rough(tuple(maps), known)
+    doubts = start.doubts
+    joined = start
+    for number in range(ROUNDS):
+        joined = solved(replace(joined, doubts=doubts.cautious(max(CAUTION * RELAXATION**number, 1.0))))
+        doubts = _reweighted(joined)
+    return solved(replace(joined, doubts=doubts.expected()))
+
+
+def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
+    """Solve again as if one landmark were not surveyed, its best sight in a walk being a usual one."""
+    rows = [one.landmark == landmark for one in joined.maps]
+    least = min(
+        (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
+    )
+    shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
+    trial = replace(joined, known=joined.known.without(landmark), doubts=replace(joined.doubts, shift=shift))
+    return solved(solved(trial))
+
+
+def rough(maps: tuple[LocalMap, ...], known: KnownLandmarks) -> LandmarkMap:
+    """Where to begin: everything put together roughly, nothing doubted."""
+    chart: Chart = tied_to_survey(maps, known)
+    marks = len(known.position)
+    return LandmarkMap(
+        maps=maps,
+        known=known,
+        doubts=Doubts(SHIFT_M, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(marks)),
+        position=np.where(np.isfinite(chart.position), chart.position, 0),
+        heading_rad=np.where(np.isfinite(chart.heading_rad), chart.heading_rad, 0.0),
+        covariance=np.empty((3 * marks, 3 * marks)),
+        origin=chart.origin,
+        turn_rad=chart.turn_rad,
+    )
+
+
+def _linear(joined: LandmarkMap, number: int) -> _Linear:
+    """Linearise one map's observations, in its own frame."""
+    own = joined.maps[number]
+    k, landmark = len(own.landmark), own.landmark
+    turn = np.exp(-1j * joined.turn_rad[number])
+    arm = turn * (joined.position[landmark] - joined.origin[number])
+    miss = own.position - arm
+    turned = own.heading_rad - joined.heading_rad[landmark] + joined.turn_rad[number]
+    rotation = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+    design = np.eye(3 * k)
+    design[: 2 * k, : 2 * k] = np.kron(np.eye(k), rotation)
+    frame = np.zeros((3 * k, 3))
+    frame[: 2 * k, :2] = np.tile(-rotation, (k, 1))
+    frame[: 2 * k, 2] = np.column_stack((arm.imag, -arm.real)).ravel()
+    frame[2 * k :, 2] = -1
+    wrapped = (turned + np.pi) % (2 * np.pi) - np.pi
+    residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped))
+    column = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * len(joined.position) + landmark))
+    shift = np.concatenate((np.repeat(joined.doubts.shift_m**2 * joined.doubts.shift[number], 2), np.zeros(k)))
+    rows = own.observed
+    covariance = own.covariance[np.ix_(rows, rows)] * joined.doubts.walk[number]
+    noise = covariance + np.diag(shift[rows])
+    return _Linear(column, residual[rows], design[rows], frame[rows], noise, covariance, shift[rows])
+
+
+def _without_frame(linear: _Linear) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Worth (r, r) of the observations once the frame has adapted itself, its covariance (3, 3) and its gain (3, r)."""
+    worth = np.linalg.inv(linear.noise)
+    pull = linear.frame.T @ worth
+    covariance: FloatArray = np.asarray(np.linalg.inv(pull @ linear.frame), dtype=np.float64)
+    gain = covariance @ pull
+    return worth - pull.T @ gain, covariance, gain
+
+
+def solved(joined: LandmarkMap) -> LandmarkMap:
+    """Take one step of Gauss and Newton with the doubts as they are."""
+    marks = len(joined.position)
+    information, right = _survey_equations(joined)
+    linear = {number: _linear(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
+    for one in linear.values():
+        worth = one.design.T @ _without_frame(one)[0]
+        information[np.ix_(one.column, one.column)] += worth @ one.design
+        right[one.column] += worth @ one.residual
+    covariance: FloatArray = np.asarray(np.linalg.inv((information + information.T) / 2), dtype=np.float64)
+    step = covariance @ right
+    origin, turn_rad = joined.origin.copy(), joined.turn_rad.copy()
+    for number, one in linear.items():
+        x, y, turn = _without_frame(one)[2] @ (one.residual - one.design @ step[one.column])
+        origin[number] += complex(x, y)
+        turn_rad[number] += turn
+    return replace(
+        joined,
+        position=joined.position + step[: 2 * marks : 2] + 1j * step[1 : 2 * marks : 2],
+        heading_rad=joined.heading_rad + step[2 * marks :],
+        covariance=covariance,
+        origin=origin,
+        turn_rad=turn_rad,
+    )
+
+
+def _survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
+    """Information (3m, 3m) and right side (3m,) of the survey; next to nothing where there is none."""
+    known, marks = joined.known, len(joined.position)
+    precision = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
+    rows = known.surveyed
+    precision[rows] = np.linalg.inv(known.covariance[rows] * joined.doubts.survey[rows, None, None])
+    information, right = np.zeros((3 * marks, 3 * marks)), np.zeros(3 * marks)
+    column = np.arange(2 * marks).reshape(-1, 2)
+    information[column[:, :, None], column[:, None, :]] = precision
+    right[: 2 * marks] = np.einsum("mij,mj->mi", precision, _survey_miss(joined)).ravel()
+    headed = np.isfinite(known.heading_rad)
+    worth = np.where(headed, known.heading_sigma_rad, FREE_RAD) ** -2.0
+    turned = np.where(headed, known.heading_rad - joined.heading_rad, 0.0)
+    heading = np.arange(2 * marks, 3 * marks)
+    information[heading, heading] = worth
+    right[heading] = worth * ((turned + np.pi) % (2 * np.pi) - np.pi)
+    return information, right
+
+
+def _survey_miss(joined: LandmarkMap) -> FloatArray:
+    """(m, 2) from where the landmarks are to where the survey has them, metres; 0 where it has none."""
+    miss = np.where(joined.known.surveyed, joined.known.position - joined.position, 0)
+    return np.column_stack((miss.real, miss.imag))
+
+
+def _reweighted(joined: LandmarkMap) -> Doubts:
+    """Doubts that fit best what each walk, each sight of a landmark and each surveyed place was off by.
+
+    A variance is the sum of squares over how many of them the observations determine (MacKay 1992), with what is
+    assumed before added to both: where expectation maximisation ends, but in fewer rounds.
+    """
+    old = joined.doubts
+    tied = np.flatnonzero(joined.tied).tolist()
+    misses = {number: _missed(joined, number) for number in tied}
+    square_m2 = sum(float(np.sum(one.square_m2 / old.shift[number])) for number, one in misses.items())
+    numbers = sum(float(np.sum(one.numbers)) for one in misses.values())
+    shift_m = float(np.sqrt((PRIOR_WEIGHT * SHIFT_M**2 + square_m2) / (PRIOR_WEIGHT + numbers)))
+    shift, walk = list(old.shift), old.walk.copy()
+    for number, one in misses.items():
+        shift[number] = (SHIFT_TAIL + one.square_m2 / shift_m**2) / (SHIFT_TAIL + one.numbers)
+        walk[number] = max((WALK_TAIL + one.walk_square) / (WALK_TAIL + one.walk_numbers), 1.0)
+    return Doubts(shift_m, tuple(shift), walk, _survey_doubts(joined))
+
+
+@dataclass(frozen=True)
+class _Missed:
+    """What a walk was most probably off by, squared, and how many numbers of it the observations determine.
+
+    For its ``k`` landmarks each, m^2 over both axes; for its map as a whole in units of its covariance.
+    """
+
+    square_m2: FloatArray
+    numbers: FloatArray
+    walk_square: float
+    walk_numbers: float
+
+
+def _missed(joined: LandmarkMap, number: int) -> _Missed:
+    one = _linear(joined, number)
+    _, frame_covariance, gain = _without_frame(one)
+    design = one.design - one.frame @ (gain @ one.design)
+    spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T
+    spread += one.frame @ frame_covariance @ one.frame.T
+    precision = np.linalg.inv(one.noise)
+    pull = precision @ one.residual
+    told = precision - precision @ spread @ precision
+    places = slice(0, 2 * len(joined.maps[number].landmark))
+    walk = joined.doubts.walk[number]
+    return _Missed(
+        square_m2=((one.shift * pull) ** 2)[places].reshape(-1, 2).sum(axis=1),
+        numbers=(one.shift * np.diag(told))[places].reshape(-1, 2).sum(axis=1).clip(0),
+        walk_square=float(walk * pull @ one.own @ pull),
+        walk_numbers=max(float(np.sum(told * one.own)), 0.0),
+    )
+
+
+def _survey_doubts(joined: LandmarkMap) -> FloatArray:
+    known, rows = joined.known, joined.known.surveyed
+    worth = np.linalg.inv(known.covariance[rows])
+    miss = _survey_miss(joined)[rows]
+    square = np.einsum("mi,mij,mj->m", miss, worth, miss)
+    left = np.einsum("mij,mji->m", worth, joined.position_covariance[rows]) / joined.doubts.survey[rows]
+    survey = np.ones(len(rows))
+    survey[rows] = (SURVEY_TAIL + square) / (SURVEY_TAIL + (2 - left).clip(0))
+    return survey

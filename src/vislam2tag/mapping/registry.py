@@ -1,0 +1,109 @@
+"""The protocol of mapping strategies and their registry; a session in several parts is mapped part by part."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracker_sections import one_part, parts_of
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.settings import Settings
+
+
+class MappingStrategy(Protocol):
+    """Maps one session from the tracker's frame to the building's; pure: no files, no state."""
+
+    @property
+    def needs(self) -> str:
+        """What a walk must have had to be mapped, to end a sentence: "visits to two different landmarks"."""
+        ...
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Give each frame a position in the BCS or the cause why it has none."""
+        ...
+
+
+Factory = Callable[[Settings], MappingStrategy]
+_FACTORIES: dict[str, Factory] = {}
+
+
+def register(name: str, factory: Factory) -> None:
+    """Make a strategy known by name; called once at the end of the strategy's own module."""
+    _FACTORIES[name] = factory
+
+
+@cache
+def _load_all() -> None:
+    for module in pkgutil.iter_modules([str(Path(__file__).parent / "strategies")]):
+        importlib.import_module(f"{__package__}.strategies.{module.name}")
+
+
+def strategy_names() -> tuple[str, ...]:
+    """Names of all registered strategies, sorted."""
+    _load_all()
+    return tuple(sorted(_FACTORIES))
+
+
+def strategy_named(name: str, settings: Settings) -> MappingStrategy:
+    """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name.
+
+    It maps sessions in several parts part by part.
+    """
+    _load_all()
+    if name not in _FACTORIES:
+        raise UsageError(f"no mapping strategy is called '{name}'; there are: {', '.join(strategy_names())}")
+    return InParts(_FACTORIES[name](settings))
+
+
+@dataclass(frozen=True)
+class InParts:
+    """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
+
+    strategy: MappingStrategy
+
+    @property
+    def needs(self) -> str:
+        """What each part must have had."""
+        return self.strategy.needs
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map each part and put the frames together again."""
+        parts = parts_of(camera)
+        if camera.state is None or len(parts) < 2:
+            return self.strategy.map(camera, log, landmarks)
+        mapped = [self.strategy.map(*one_part(camera, log, int(part)), landmarks) for part in parts]
+        # Frames that are not usable, of whatever part, are so in the trajectory of each.
+        return _together(mapped, np.searchsorted(parts, camera.state.part).clip(0, len(parts) - 1))
+
+
+def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
+    """Take each frame from the trajectory chosen for it, (n,), and all else from all."""
+    frame = np.arange(len(chosen))
+
+    def stacked(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+        return np.asarray(np.stack([getattr(part, name) for part in mapped])[chosen, frame])
+
+    with_floors = all(len(part.floor) for part in mapped)
+    return Trajectory(
+        time_ns=mapped[0].time_ns,
+        position_bcs=stacked("position_bcs").astype(np.float64),
+        orientation_bcs=stacked("orientation_bcs").astype(np.float64),
+        covariance_bcs=stacked("covariance_bcs").astype(np.float64),
+        status=stacked("status").astype(np.int8),
+        segments=tuple(segment for part in mapped for segment in part.segments),
+        visits=tuple(sorted((visit for part in mapped for visit in part.visits), key=lambda visit: visit.frame)),
+        floor=stacked("floor").astype(np.int64) if with_floors else np.empty(0, dtype=np.int64),
+        events=tuple(sorted((event for part in mapped for event in part.events), key=lambda event: event.frame)),
+        contradictions=tuple(
+            sorted((found for part in mapped for found in part.contradictions), key=lambda found: -found.size_m)
+        ),
+    )

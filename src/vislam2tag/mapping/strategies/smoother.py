@@ -1,0 +1,78 @@
+"""The smoother: all landmarks at once, robust, with a covariance for every frame (docs/smoother.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.orientation import camera_to_bcs
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
+from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.mapping.registry import register
+from vislam2tag.mapping.trajectory_builder import Sheet
+from vislam2tag.smoother.contradictions import contradictions
+from vislam2tag.smoother.exposure import AtStamps
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.slips import slips
+from vislam2tag.smoother.smoothing import mapped_path, smooth
+
+FEWEST_FRAMES = 2
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """One robust least-squares problem over the whole walk: every usable frame gets a position and a covariance."""
+
+    sighting_range_m: float
+    allow_for_pose_lag: bool = False
+    needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
+        sheet = Sheet.blank(camera, Status.NO_MAPPING)
+        nothing = sheet.finish(camera, (), ())
+        if camera.usable.sum() < FEWEST_FRAMES:
+            return nothing
+        walked = Walked.of(camera, log, self.sighting_range_m)
+        nothing = replace(nothing, visits=_visits(walked), events=walked.odometry.events)
+        smoothed = smooth(walked, KnownLandmarks.of(log.ids, landmarks))
+        if smoothed is None:
+            return nothing
+        frame, heights = walked.odometry.frame, estimate_heights(camera, log, landmarks)
+        path, spread, rotation = mapped_path(smoothed)
+        orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        position = np.column_stack((path, heights.z_m[frame]))
+        if self.allow_for_pose_lag and camera.pose_lag_s:
+            stamps = AtStamps.of(walked.odometry.time_s, camera.pose_lag_s)
+            position, spread, orientation = (
+                stamps.blend(position),
+                stamps.blend(spread),
+                stamps.blend_quaternions(orientation),
+            )
+        covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
+        sheet.position_bcs[frame], covariance[frame] = position, spread
+        sheet.orientation_bcs[frame] = orientation
+        sheet.status[frame] = Status.OK
+        return replace(
+            sheet.finish(camera, (), nothing.visits),
+            covariance_bcs=covariance,
+            floor=heights.floor,
+            events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
+            contradictions=contradictions(smoothed),
+        )
+
+
+def _visits(walked: Walked) -> tuple[Visit, ...]:
+    passes, frame = walked.passes, walked.odometry.frame
+    return tuple(
+        Visit(int(frame[at]), walked.ids[landmark], float(distance))
+        for at, landmark, distance in zip(passes.at, passes.landmark, passes.distance_m, strict=True)
+    )
+
+
+register(
+    "smoother", lambda settings: Smoother(settings.smoother.sighting_range_m, settings.smoother.allow_for_pose_lag)
+)

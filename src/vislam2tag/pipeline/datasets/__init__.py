@@ -1,0 +1,1 @@
+"""From labels to data sets, and from data sets to other formats and maps."""

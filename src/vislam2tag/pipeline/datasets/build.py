@@ -1,0 +1,191 @@
+"""Building a data set: labelled surveys go in; fingerprints, statistics, splits, report and card come out."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.dataset.description import Description, described
+from vislam2tag.dataset.fingerprinting.labelled import is_labelled
+from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
+from vislam2tag.dataset.measures.statistics_record import FieldWork
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.dataset.transmitters.merged_radios import merged_radios
+from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
+from vislam2tag.pipeline.datasets.finish import finish_dataset
+from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
+from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.settings import DatasetSettings
+from vislam2tag.survey.names import unique_slugs
+
+Progress = Callable[[str, str | None, int], None]
+"""Called after each session with the stage (``label`` or ``build``), its error, and the number of sessions."""
+LABEL, BUILD = "label", "build"
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """How a data set is built, besides its settings."""
+
+    name: str | None = None
+    """Name of the data set; None: that of its surveys."""
+    buildings: tuple[str, ...] = ()
+    """Name of each source's building, in their order; none: all are of one building without a name."""
+    surveys: tuple[Path, ...] = ()
+    """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
+    labels: Path | None = None
+    """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
+    max_sigma_m: float | None = None
+    """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""
+    merge_radios: bool = False
+    """Make one reading of all networks that one radio sends."""
+    privacy: Privacy | None = field(default_factory=Privacy)
+    """What is left out or hidden; None: nothing."""
+    description: Description | None = None
+    """What people say of the data set."""
+    field_work: FieldWork | None = None
+    """What the survey took as a whole."""
+
+
+def build_dataset(
+    sources: Sequence[Path] | Path,
+    out: Path,
+    settings: DatasetSettings | None = None,
+    options: BuildOptions | None = None,
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> Dataset:
+    """Build a data set of surveys or of output folders of ``process``, and open it.
+
+    A survey is processed first. With ``jobs`` > 1 sessions are worked at in that many processes (call it from under
+    ``if __name__ == "__main__":``). Raises SurveyError or DatasetError where a source is neither, cannot be read, or
+    clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
+    """
+    settings, options, report = settings or DatasetSettings(), options or BuildOptions(), progress or _silent
+    folders = [sources] if isinstance(sources, Path) else list(sources)
+    with dataset_folder(out) as folder:
+        scratch = folder.root / ".scratch"
+        opened = _labelled(folders, scratch / "labels", options, jobs, report)
+        floors, plans = merged_floors(opened)
+        todo = list(_session_jobs(opened, scratch / "parts", settings, options.max_sigma_m))
+        outcomes = _build_sessions(todo, jobs, report)
+        info = DatasetInfo(
+            name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in opened)),
+            floors=floors,
+            groupings=_groupings(outcomes, settings),
+            sources=tuple(source.record(settings) for source in opened),
+            findings=tuple(survey_findings(outcomes)),
+        )
+        info = described(info, options.description) if options.description else info
+        info = _add_tables(folder, scratch / "parts", info, options)
+        folder.add_files(plans)
+        shutil.rmtree(scratch)
+        finish_dataset(folder, info, options.field_work)
+    return open_dataset(out)
+
+
+def _silent(_stage: str, _error: str | None, _total: int) -> None:
+    """Report nothing."""
+
+
+def _labelled(
+    folders: Sequence[Path], scratch: Path, options: BuildOptions, jobs: int, report: Progress
+) -> tuple[LabelledSource, ...]:
+    """Process those sources that are surveys, and open all."""
+    raw = [folder for folder in folders if not is_labelled(folder)]
+    _refuse_options(raw, len(folders) - len(raw), options)
+    names = dict(zip(raw, unique_slugs([folder.resolve().name for folder in raw], list(map(str, raw))), strict=True))
+    given = iter(options.surveys)
+    outs: list[Path] = []
+    surveys: list[Path | None] = []
+    for folder in folders:
+        if folder not in names:
+            outs.append(folder)
+            surveys.append(next(given, None))
+            continue
+        keep = options.labels if len(folders) == 1 else options.labels and options.labels / names[folder]
+        outs.append(keep or scratch / names[folder])
+        surveys.append(folder)
+        process(folder, outs[-1], jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
+    return open_sources(outs, options.buildings, surveys, folders, scratch.parent / "plans")
+
+
+def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:
+    """Raise for what the sources cannot be used for, before anything is done."""
+    for folder in raw:
+        if is_dataset(folder):
+            raise DatasetError(f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote")
+    if options.labels is not None and not raw:
+        raise UsageError("--labels: all sources are labelled already; leave it out")
+    if len(options.surveys) > labelled:
+        raise UsageError(f"--survey: given for {len(options.surveys)} of {labelled} sources that `process` wrote")
+
+
+def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:
+    """Join the parts, change what the options ask for, and return the manifest with what that tells."""
+    whole = FolderWriter(parts)
+    _join_parts(whole, parts)
+    dataset = as_built = whole.opened(info)
+    if options.merge_radios:
+        dataset = merged_radios(dataset)
+    if options.privacy is not None:
+        dataset = with_privacy(dataset, options.privacy)
+    changed = {name: table for name, table in dataset.tables.items() if table is not as_built.tables[name]}
+    folder.add_tables(changed)
+    for name in dataset.tables.keys() - changed:
+        (parts / f"{name}.parquet").rename(folder.root / f"{name}.parquet")
+    return dataset.info.model_copy(update={"tables": {}, "splits": {}})
+
+
+def _session_jobs(
+    sources: Sequence[LabelledSource], parts: Path, settings: DatasetSettings, max_sigma_m: float | None
+) -> Iterator[SessionJob]:
+    for number, (name, source, labelled) in enumerate(named_sessions(sources)):
+        limit_m = source.labelled.max_sigma_m if max_sigma_m is None else max_sigma_m
+        yield SessionJob(labelled, name, source.building, number, parts, settings, limit_m)
+
+
+def _build_sessions(todo: list[SessionJob], jobs: int, report: Progress) -> list[SessionOutcome]:
+    """Build all sessions' parts; return the outcomes in the data set's order."""
+    outcomes: list[SessionOutcome] = []
+
+    def note(outcome: SessionOutcome) -> None:
+        outcomes.append(outcome)
+        report(BUILD, None, len(todo))
+
+    process_all(build_session, todo, jobs, note)
+    return sorted(outcomes, key=lambda outcome: outcome.session)
+
+
+def _join_parts(folder: FolderWriter, parts: Path) -> None:
+    """Stream the sessions' parts into the tables, then count the access points."""
+    tables = [name for name in SCHEMAS if (parts / name).is_dir()]
+    folder.add_tables({name: _parts_of(parts, name) for name in tables})
+    names = _parts_of(parts, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+    fingerprints, readings = (pl.scan_parquet(folder.root / f"{name}.parquet") for name in (FINGERPRINTS, READINGS))
+    counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+    folder.add_tables({ACCESS_POINTS: access_point_table(fingerprints, readings, counted).lazy()})
+
+
+def _parts_of(parts: Path, name: str) -> pl.LazyFrame:
+    return pl.scan_parquet(sorted((parts / name).glob("*.parquet")))
+
+
+def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:
+    """How readings became fingerprints, for each technology that occurs."""
+    technologies = sorted({name for outcome in outcomes for name in outcome.readings})
+    windows = {name: settings.window_of(name) for name in technologies}
+    return tuple(
+        Grouping(technology=name, by="scan" if length_s is None else "window", window_s=length_s)
+        for name, length_s in windows.items()
+    )

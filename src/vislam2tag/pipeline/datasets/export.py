@@ -1,0 +1,183 @@
+"""Exporting: a data set, or what ``process`` wrote, goes in; a folder in a format of the field comes out."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import polars as pl
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.dataset.fingerprinting.labelled import is_labelled
+from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
+from vislam2tag.dataset.writing.left_out import left_out, left_out_of_dataset
+from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.pipeline.run.selection import refuse_among_sessions
+from vislam2tag.sessions import open_survey
+
+RECORD_FILE = "export.json"
+Progress = Callable[[str, int], None]
+"""Called after each part of a stage (``build``, ``write``) with how many parts it has."""
+
+
+class ExportRecord(BaseModel):
+    """What an export holds (``export.json``), written last."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    program: Literal["vislam2tag export"] = "vislam2tag export"
+    version: str = __version__
+    format: str
+    source: str
+    """Name of the data set's or the labels' folder."""
+    bssid_key: str | None = None
+    """Name of the key that BSSIDs are hashed with; None: they are as heard."""
+    findings: tuple[Finding, ...]
+    """What was left out."""
+    files: dict[str, str]
+    """SHA-256 of each file."""
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """What an export may be told besides its format."""
+
+    split: str | None = None
+    fold: str | None = None
+    survey: Path | None = None
+    privacy: Privacy = field(default_factory=Privacy)
+
+
+def is_export(folder: Path) -> bool:
+    """Whether a folder was written by :func:`export`."""
+    try:
+        ExportRecord.model_validate_json((folder / RECORD_FILE).read_bytes())
+    except (OSError, ValidationError):
+        return False
+    return True
+
+
+def export(
+    source: Path,
+    out: Path,
+    format_name: str,
+    options: ExportOptions | None = None,
+    *,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> ExportRecord:
+    """Write ``source`` in a format into the folder ``out``, whole or not at all.
+
+    Formats that are made of a data set take labels, too: the data set is built on the way. Raises UsageError for a
+    format, split, fold or survey that is not there and for options that mean nothing to the format, DatasetError where
+    ``source`` is neither, or holds nothing that the format can, OutputError where ``out`` cannot be written.
+    """
+    options, report = options or ExportOptions(), progress or _silent
+    chosen = export_named(format_name)
+    _refuse(source, out, chosen, options)
+    context = ExportContext(
+        split=options.split,
+        fold=options.fold,
+        survey=options.survey,
+        privacy=options.privacy,
+        advance=lambda total: report("write", total),
+    )
+    if chosen.write_labels:
+        with whole_folder(out, is_export) as folder:
+            lost = chosen.write_labels(source, folder, context)
+            return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
+    with _dataset(source, out, jobs, report) as opened, whole_folder(out, is_export) as folder:
+        dataset = with_privacy(opened, options.privacy)
+        lost = _write(chosen, dataset, folder, context)
+        return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
+
+
+def _silent(_stage: str, _total: int) -> None:
+    """Report nothing."""
+
+
+def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOptions) -> None:
+    """Raise for what cannot work before anything is written."""
+    given = {"split": options.split or options.fold, "survey": options.survey}
+    for option, value in given.items():
+        if value is not None and option not in chosen.takes:
+            raise UsageError(f"--{option}: means nothing to the format {chosen.name}; leave it out")
+    if not source.exists():
+        raise DatasetError(f"{source}: no such folder; give a data set or what `vislam2tag process` wrote")
+    if chosen.source == "labels" and not is_labelled(source):
+        what = "is a data set" if is_dataset(source) else "is no output folder of `vislam2tag process`"
+        raise UsageError(
+            f"{source}: {what}; {chosen.name} is made of labels, with every frame and reading: give the output folder "
+            "of `vislam2tag process`"
+        )
+    if options.survey is not None:
+        refuse_among_sessions(open_survey(options.survey), out)
+
+
+@contextmanager
+def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[Dataset]:
+    """Open the data set, or build it of labels in a folder that goes afterwards."""
+    if is_dataset(source):
+        yield open_dataset(source)
+        return
+    if not is_labelled(source):
+        raise DatasetError(
+            f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
+        )
+    # Building brings statistics and figures, which take seconds to import: only where they are needed.
+    from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}.dataset.", dir=out.parent) as scratch:
+        yield build_dataset(
+            source,
+            Path(scratch) / "dataset",
+            options=BuildOptions(privacy=None),  # the export's own wishes say what goes
+            jobs=jobs,
+            progress=lambda _stage, _error, total: report("build", total),
+        )
+
+
+def _write(chosen: ExportFormat, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    if chosen.write is None:
+        raise UsageError(f"{chosen.name} cannot be made of a data set")
+    return (*chosen.write(dataset, folder, context), *left_out_of_dataset(dataset, chosen.holds))
+
+
+def _opted_out(before: Dataset, after: Dataset) -> tuple[Finding, ...]:
+    """What privacy added to the findings of the data set itself."""
+    new = after.info.findings[len(before.info.findings) :]
+    return tuple(finding for finding in new if finding.kind == NOMAP_LEFT_OUT)
+
+
+def _labels(source: Path) -> dict[str, pl.LazyFrame]:
+    """All sessions' tables of each kind; what is not there is not left out either."""
+    found = {name: sorted((source / name).glob("*.parquet")) for name in SCHEMAS}
+    return {name: pl.scan_parquet(files) for name, files in found.items() if files}
+
+
+def _finish(
+    folder: Path, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
+) -> ExportRecord:
+    """Write the record, which marks the folder as an export and tells what was left out."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    record = ExportRecord(
+        format=chosen.name,
+        source=source.resolve().name,
+        bssid_key=bssid_key,
+        findings=findings,
+        files={path.relative_to(folder).as_posix(): sha256_of(path) for path in files},
+    )
+    (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return record

@@ -1,0 +1,82 @@
+"""The figures of a data set, Table III and the walks that would fill its gaps, in a folder of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import UsageError
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.measures.coverage import CoverageSettings, Place
+from vislam2tag.dataset.measures.coverage_record import CoverageRecord, floor_record
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.table_3 import Table3, csv_text, latex_text, markdown_text
+from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
+from vislam2tag.figures.style import rendered
+from vislam2tag.pipeline.run.store import claim
+
+PROGRAM = "vislam2tag figures"
+COVERAGE_FILE, TABLE = "coverage.json", "table_3"
+KINDS = ("svg", "pdf")
+
+Progress = Callable[[str], None]
+"""Called after each figure with the stem of its files."""
+
+
+def make_dataset_figures(
+    root: Path,
+    out: Path,
+    settings: CoverageSettings | None = None,
+    starts: Mapping[Place, tuple[float, float]] | None = None,
+    progress: Progress = lambda _stem: None,
+) -> CoverageRecord:
+    """Write a data set's figures (SVG, PDF), Table III (CSV, Markdown, LaTeX) and ``coverage.json`` into ``out``.
+
+    ``starts`` says by building and floor where (BCS, metres) the walk that fills the gaps begins. Raises DatasetError
+    where ``root`` is no data set, UsageError for a start on a floor that it does not have, OutputError where ``out``
+    cannot be written.
+    """
+    dataset = open_dataset(root)
+    settings, starts = settings or CoverageSettings(), starts or {}
+    statistics = dataset_statistics(dataset)
+    technology = statistics.main[0] if statistics.main else "wifi"
+    floors = covered_floors(dataset, technology, settings, starts)
+    _refuse_unknown(starts, {floor.coverage.place for floor in floors})
+    record = CoverageRecord(
+        settings=settings,
+        technology=technology,
+        floors=[floor_record(floor.coverage, floor.walks) for floor in floors],
+    )
+    table = Table3.of(statistics.by_device, statistics.walks)
+    texts = {"csv": csv_text(table), "md": markdown_text(table), "tex": latex_text(table)}
+    run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
+    with claim(out, run, PROGRAM) as folder:
+        folder.write_text(COVERAGE_FILE, record.model_dump_json(indent=1) + "\n")
+        for suffix, text in texts.items():
+            folder.write_text(f"{TABLE}.{suffix}", text)
+        for stem, figure in dataset_figures(statistics, floors):
+            for kind in KINDS:
+                folder.write(f"{stem}.{kind}", partial(_write, figure, kind))
+            progress(stem)
+    return record
+
+
+def _refuse_unknown(starts: Mapping[Place, tuple[float, float]], places: set[Place]) -> None:
+    for place in starts:
+        if place not in places:
+            there = ", ".join(place_text(one) for one in sorted(places)) or "none"
+            raise UsageError(f"--start {place_text(place)}: no label lies on this floor; floors with labels: {there}")
+
+
+def place_text(place: Place) -> str:
+    """``BUILDING/FLOOR``, or the floor's number alone."""
+    building, number = place
+    return f"{building}/{number}" if building else str(number)
+
+
+def _write(figure: Figure, kind: str, path: Path) -> None:
+    path.write_bytes(rendered(figure, kind))

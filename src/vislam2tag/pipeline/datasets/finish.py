@@ -1,0 +1,94 @@
+"""Adds a split to a data set on disk: its files first, then the manifest, then the card."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.dataset.card.write import SUMS, write_card
+from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics, FieldWork
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
+from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
+from vislam2tag.report.pages.dataset_page import dataset_page
+
+STATISTICS_FILE = "statistics.json"
+PAGE_FILE = "report.html"
+
+
+def finish_dataset(
+    folder: FolderWriter, info: DatasetInfo, field_work: FieldWork | None = None, *, keep_splits: bool = False
+) -> Dataset:
+    """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder that holds all tables.
+
+    ``keep_splits``: those that are there are all. Returns the data set as it is then.
+    """
+    dataset = folder.opened(info)
+    splits = dataset.splits
+    if not keep_splits:
+        splits = {**splits, **standard_splits(dataset)}
+        folder.add_splits(splits)
+        info = info.model_copy(update={"findings": (*info.findings, *split_findings(dataset))})
+    dataset = replace(dataset, info=folder.finish(info), splits=splits)
+    statistics = dataset_statistics(dataset, field_work)
+    (folder.root / STATISTICS_FILE).write_text(statistics.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics), encoding="utf-8")
+    write_card(dataset, statistics, folder.root)
+    return dataset
+
+
+PARTIAL = ".partial"
+_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
+
+
+def add_split(folder: Path, split: Split) -> Dataset:
+    """Save a split with the data set in ``folder``, and return it as it is then.
+
+    Killed at any moment, the data set is whole, with the split or without; the same again then completes it. Raises
+    DatasetError where the folder holds no data set, UsageError where it has another split of that name, OutputError
+    where nothing can be written.
+    """
+    dataset = open_dataset(folder)
+    name = split.info.name
+    if not _NAME.fullmatch(name):
+        raise UsageError(f"--name {name}: use letters, digits, '.', '_' and '-' only")
+    there = dataset.splits.get(name)
+    if there is not None and not (there.info == split.info and there.groups.equals(split.groups)):
+        raise UsageError(f"--name {name}: the data set has another split of this name; choose another --name")
+    shutil.rmtree(folder / PARTIAL, ignore_errors=True)
+    try:
+        if there is None:
+            _save(folder, dataset, split)
+        return _described(folder)
+    except OSError as error:
+        raise OutputError(f"{folder}: the split cannot be written ({error.strerror}); free space") from error
+
+
+def _save(folder: Path, dataset: Dataset, split: Split) -> None:
+    partial = folder / PARTIAL
+    try:
+        partial.mkdir()
+        writer = FolderWriter(partial)
+        writer.add_splits({split.info.name: split})
+        added = writer.finish(dataset.info).splits
+        (folder / SPLITS).mkdir(exist_ok=True)
+        for file in sorted((partial / SPLITS).iterdir()):
+            os.replace(file, folder / SPLITS / file.name)  # noqa: PTH105 - this must be atomic
+        whole = dataset.info.model_copy(update={"splits": dict(sorted({**dataset.info.splits, **added}.items()))})
+        (partial / MANIFEST).write_text(whole.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        os.replace(partial / MANIFEST, folder / MANIFEST)  # noqa: PTH105
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _described(folder: Path) -> Dataset:
+    """Write the card anew where there is one: it lists the splits, and the checksums of all files."""
+    dataset = open_dataset(folder)
+    if (folder / SUMS).is_file() and (folder / STATISTICS_FILE).is_file():
+        write_card(dataset, DatasetStatistics.model_validate_json((folder / STATISTICS_FILE).read_bytes()), folder)
+    return dataset

@@ -1,0 +1,90 @@
+"""Importing: files of another format go in; a data set with splits, statistics and card comes out."""
+
+from __future__ import annotations
+
+import errno
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError, UsageError, first_line
+from vislam2tag.dataset.description import Description, described
+from vislam2tag.dataset.folder import dataset_folder, open_dataset
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
+from vislam2tag.pipeline.datasets.finish import finish_dataset
+
+Progress = Callable[[int], None]
+"""Called after each file (or walk) with how many there are."""
+_OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+
+
+def _silent(_total: int) -> None:
+    """Report nothing."""
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """What an import may be told besides where the files are."""
+
+    format_name: str | None = None
+    """None: found by the files' names and first lines."""
+    name: str | None = None
+    """Name of the data set; None: as the format has it."""
+    origin: tuple[float, float] | None = None
+    """Latitude and longitude, degrees, where metres count from, for formats with geographic positions."""
+    privacy: Privacy = field(default_factory=Privacy)
+    description: Description | None = None
+    """What people say of the data set."""
+
+
+def import_format(
+    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress = _silent
+) -> Dataset:
+    """Read files of another format into the data set ``out``, whole or not at all, and open it.
+
+    Raises UsageError for a format or option that cannot work, DatasetError, naming file and line, where the files are
+    not of the format, OutputError where ``out`` cannot be written.
+    """
+    options = options or ImportOptions()
+    chosen = _chosen(path, options)
+    with (
+        dataset_folder(out) as folder,
+        tempfile.TemporaryDirectory(prefix=f".{out.name}.import.", dir=out.parent) as scratch,
+    ):
+        with _reading(path):
+            dataset = chosen.read(path, ImportContext(Path(scratch), options.origin, progress))
+        dataset = with_privacy(dataset, options.privacy)
+        folder.add_tables(dataset.tables)
+        folder.add_splits(dataset.splits)
+        folder.add_files(dataset.files)
+        info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
+        finish_dataset(folder, described(info, options.description) if options.description else info)
+    return open_dataset(out)
+
+
+def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
+    if not path.exists():
+        raise DatasetError(f"{path}: no such file or folder")
+    chosen = import_named(options.format_name) if options.format_name else import_format_of(path)
+    if options.origin is not None and "origin" not in chosen.takes:
+        raise UsageError(f"--origin: positions of {chosen.name} are metres already; leave it out")
+    return chosen
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Tell what goes wrong as the input's fault, but for a disk that is full."""
+    try:
+        yield
+    except pl.exceptions.PolarsError as error:
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)})") from error
+    except OSError as error:
+        if error.errno in _OUR_DISK:
+            raise
+        raise DatasetError(f"{error.filename or path}: cannot be read ({error.strerror or error})") from error

@@ -1,0 +1,68 @@
+"""Joining a later survey to a data set: the joined set, and what changed between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
+from vislam2tag.dataset.comparing.changes import CELL_M, Changes, survey_changes
+from vislam2tag.dataset.comparing.joining import join_datasets
+from vislam2tag.dataset.folder import dataset_folder, open_dataset
+from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.model import Dataset, DatasetInfo
+from vislam2tag.figures.change_figures import ChangedFloor, change_map
+from vislam2tag.figures.style import rendered
+from vislam2tag.pipeline.datasets.finish import finish_dataset
+
+CHANGES = "changes"
+"""Folder of the data set that tells what changed."""
+_KINDS = ("svg", "pdf")
+_TOLD_AGAIN = frozenset({"no_split", "not_in_split"})
+"""Findings about splits, which are made again."""
+
+
+def join(base: Path, later: Path, out: Path, cell_m: float = CELL_M) -> SurveyChanges:
+    """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
+
+    Raises DatasetError where one is no data set or they cannot be joined, OutputError where ``out`` cannot be written.
+    """
+    first, second = open_dataset(base), open_dataset(later)
+    joined = join_datasets(first, second)
+    both = sorted(_technologies(first) & _technologies(joined.news))
+    changes = [survey_changes(first, joined.news, technology, cell_m) for technology in both]
+    record = survey_record(first.info.name, second.info.name, changes)
+    with dataset_folder(out) as folder:
+        folder.add_tables(joined.dataset.tables)
+        folder.add_splits(joined.dataset.splits)
+        folder.add_files(joined.dataset.files)
+        write_changes(folder.root / CHANGES, record, changes)
+        _draw(joined.dataset, changes, folder.root / CHANGES)
+        finish_dataset(folder, _info(joined.dataset.info, record))
+    return record
+
+
+def _info(info: DatasetInfo, record: SurveyChanges) -> DatasetInfo:
+    kept = (finding for finding in info.findings if finding.kind not in _TOLD_AGAIN)
+    return info.model_copy(update={"findings": (*kept, *record.findings)})
+
+
+def _technologies(dataset: Dataset) -> set[str]:
+    return set(dataset.fingerprints.select("technology").unique().collect(engine="streaming")["technology"])
+
+
+def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Path) -> None:
+    """Draw the floors of each technology that both surveys have labelled fingerprints of."""
+    for one in changes:
+        keys = one.places.select(pl.col("building").fill_null(""), "floor").unique().sort("building", "floor").rows()
+        floors = [ChangedFloor(_title(*key), key[0], floor_of(dataset, *key)) for key in keys]
+        if floors:
+            figure = change_map(floors, one)
+            for kind in _KINDS:
+                (folder / f"{one.technology}.{kind}").write_bytes(rendered(figure, kind))
+
+
+def _title(building: str, floor: int) -> str:
+    return f"{building} floor {floor}".strip().capitalize() if not building else f"{building}, floor {floor}"

@@ -1,0 +1,180 @@
+"""From a data set to a folder of radio maps: NumPy, GeoTIFF, figures, an index and a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag import __version__
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
+from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
+from vislam2tag.dataset.radio_mapping.map_process import MapKernel
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
+from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
+from vislam2tag.figures.style import rendered
+from vislam2tag.report.pages.radio_map_page import MapFloor, write_radio_map_page
+from vislam2tag.survey.georeference import Georeference
+from vislam2tag.survey.names import unique_slugs
+
+INDEX_FILE, PAGE_FILE = "radio_maps.json", "index.html"
+FIGURES, IMAGES = "figures", "geotiff"
+LAYERS = ("mean_dbm", "deviation_db", "sigma_db", "heard")
+"""Bands of a GeoTIFF and arrays of a NumPy file."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class MapFile(RadioMap):
+    """One access point of the index."""
+
+    geotiff: str
+
+
+class FloorIndex(_Model):
+    """One floor and technology of the index."""
+
+    building: str
+    floor: int
+    technology: str
+    npz: str
+    fingerprints: int
+    rows: int
+    columns: int
+    cell_m: float
+    pixel_to_bcs: tuple[tuple[float, float, float], ...]
+    """Affine map from column and row of an image (row 0 at the top) to x and y, metres."""
+    bcs_to_site: tuple[tuple[float, float, float], ...]
+    """Affine map from x and y to the GeoTIFFs' frame."""
+    georeference: Georeference | None
+    kernel: MapKernel
+    heard_width_m: float
+    offsets_db: dict[str, float]
+    access_points: tuple[MapFile, ...]
+
+
+class RadioMapIndex(_Model):
+    """``radio_maps.json``: what was made of what, and how good it is."""
+
+    version: str
+    dataset: str
+    dataset_sha256: str
+    """Of the data set's manifest, which holds the checksums of its tables."""
+    settings: RadioMapSettings
+    layers: tuple[str, ...] = LAYERS
+    floors: tuple[FloorIndex, ...]
+
+
+def is_radio_maps(folder: Path) -> bool:
+    """Whether the folder holds radio maps."""
+    return (folder / INDEX_FILE).is_file()
+
+
+def write_radio_maps(
+    source: Path,
+    out: Path,
+    settings: RadioMapSettings,
+    access_points: Sequence[str] = (),
+    progress: Progress = lambda _total: None,
+) -> RadioMapIndex:
+    """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
+
+    Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_mapping.radio_maps.radio_maps` does,
+    OutputError where ``out`` holds something else or cannot be written.
+    """
+    dataset = open_dataset(source)
+    with whole_folder(out, is_radio_maps) as folder:
+        floors, shown = [], []
+        for maps in radio_maps(dataset, settings, access_points, progress):
+            index = _write_floor(folder, dataset, maps)
+            floors.append(index)
+            floor = floor_of(dataset, maps.place.building, maps.place.floor)
+            files = [one.geotiff for one in index.access_points]
+            shown.append(MapFloor.of(maps, floor, Path(index.npz).stem, files))
+        write_radio_map_page(folder / PAGE_FILE, dataset.info.title or dataset.info.name, shown)
+        index_of_all = RadioMapIndex(
+            version=__version__,
+            dataset=dataset.info.name,
+            dataset_sha256=sha256_of(source / MANIFEST),
+            settings=settings,
+            floors=tuple(floors),
+        )
+        (folder / INDEX_FILE).write_text(index_of_all.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    return index_of_all
+
+
+def _write_floor(folder: Path, dataset: Dataset, maps: FloorMaps) -> FloorIndex:
+    """Write the files of one floor."""
+    stem = _stem(dataset, maps)
+    georeference = _georeference(dataset, maps)
+    names = [f"{IMAGES}/{stem}/{slug}.tif" for slug in unique_slugs([one.bssid for one in maps.maps])]
+    (folder / IMAGES / stem).mkdir(parents=True)
+    for number, (one, name) in enumerate(zip(maps.maps, names, strict=True)):
+        layers = {layer: getattr(maps, layer)[number] for layer in LAYERS}
+        tags = {"bssid": one.bssid, "ssid": one.ssid or "", "technology": maps.place.technology}
+        write_geotiff(folder / name, layers, maps.grid, georeference, tags)
+    _write_arrays(folder / f"{stem}.npz", maps)
+    _write_figures(folder / FIGURES, stem, dataset, maps)
+    return FloorIndex(
+        **maps.place._asdict(),
+        npz=f"{stem}.npz",
+        fingerprints=maps.scans,
+        rows=maps.grid.rows,
+        columns=maps.grid.columns,
+        cell_m=maps.grid.cell_m,
+        pixel_to_bcs=_rows(pixel_transform(maps.grid)),
+        bcs_to_site=_rows(site_transform(georeference)),
+        georeference=georeference,
+        kernel=maps.kernel,
+        heard_width_m=maps.heard_width_m,
+        offsets_db=maps.offsets_db,
+        access_points=tuple(
+            MapFile(**one.model_dump(), geotiff=name) for one, name in zip(maps.maps, names, strict=True)
+        ),
+    )
+
+
+def _write_arrays(path: Path, maps: FloorMaps) -> None:
+    """Write the layers, (access points, rows, columns) with row 0 at the lower edge, and what says where they lie."""
+    np.savez_compressed(
+        path,
+        bssids=np.array([one.bssid for one in maps.maps]),
+        origin_m=np.array(maps.grid.origin_m),
+        cell_m=np.array(maps.grid.cell_m),
+        **{layer: getattr(maps, layer) for layer in LAYERS},
+    )
+
+
+def _write_figures(folder: Path, stem: str, dataset: Dataset, maps: FloorMaps) -> None:
+    folder.mkdir(exist_ok=True)
+    floor = floor_of(dataset, maps.place.building, maps.place.floor)
+    sheet, most_heard = contact_sheet(maps, floor), access_point_map(maps, floor, 0)
+    for kind in ("png", "pdf"):
+        (folder / f"{stem}.{kind}").write_bytes(rendered(sheet, kind))
+        (folder / f"{stem}.most_heard.{kind}").write_bytes(rendered(most_heard, kind))
+
+
+def _stem(dataset: Dataset, maps: FloorMaps) -> str:
+    """Stem of a floor's files, such as ``floor_1.wifi``; with the building where floors of several have this number."""
+    buildings = sorted({floor.building for floor in dataset.info.floors} | {maps.place.building})
+    slugs = dict(zip(buildings, unique_slugs(buildings), strict=True))
+    parts = [slugs[maps.place.building]] if len(buildings) > 1 else []
+    return ".".join([*parts, f"floor_{maps.place.floor}", maps.place.technology])
+
+
+def _georeference(dataset: Dataset, maps: FloorMaps) -> Georeference | None:
+    for floor in dataset.info.floors:
+        if (floor.building, floor.number) == (maps.place.building, maps.place.floor):
+            return floor.georeference
+    return None
+
+
+def _rows(affine: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(a), float(b), float(c)) for a, b, c in affine)

@@ -1,0 +1,101 @@
+"""The check without ground truth: a survey folder goes in; accuracies, bad landmarks and best places come out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.pipeline.labels.check_session import CheckedSession, CheckJob, check_session
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.report.pages.check_page import write_check_page
+from vislam2tag.self_check.bad_landmarks import bad_landmarks
+from vislam2tag.self_check.gain_map import GainMap
+from vislam2tag.self_check.record import SessionCheck, SurveyCheck
+from vislam2tag.sessions import open_survey
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import read_corrections
+
+CHECK_FILE, PAGE_FILE = "check.json", "check.html"
+
+Progress = Callable[[SessionCheck, int], None]
+"""Called after each session with what was found and the total number of sessions."""
+
+
+@dataclass
+class _Collected:
+    """Takes sessions as they end and adds them up in the survey's order, so that sums do not depend on the workers."""
+
+    order: Sequence[str]
+    gains: GainMap = field(default_factory=GainMap)
+    sessions: list[SessionCheck] = field(default_factory=list)
+    _early: dict[str, CheckedSession] = field(default_factory=dict)
+
+    def take(self, checked: CheckedSession) -> None:
+        """Take the next session that ended."""
+        self._early[checked.record.slug] = checked
+        while len(self.sessions) < len(self.order) and self.order[len(self.sessions)] in self._early:
+            following = self._early.pop(self.order[len(self.sessions)])
+            self.sessions.append(following.record)
+            if following.gains is not None:
+                self.gains.add(following.gains)
+
+
+def check(
+    survey_root: Path,
+    settings: Settings | None = None,
+    *,
+    out: Path | None = None,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> SurveyCheck:
+    """Check a survey against itself: leave out each landmark in turn, session by session (docs/evaluation.md).
+
+    With ``out`` the findings are written there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
+    landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
+    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
+    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
+    cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
+    """
+    settings = settings or Settings()
+    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection or Selection())
+    if out is not None:
+        refuse_among_sessions(survey, out)
+        _make_folder(out)
+    collected = _Collected([ref.slug for ref in refs])
+
+    def report(checked: CheckedSession) -> None:
+        collected.take(checked)
+        if progress is not None:
+            progress(checked.record, len(refs))
+
+    process_all(check_session, [CheckJob(ref, survey.site, corrections, settings) for ref in refs], jobs, report)
+    found = SurveyCheck(
+        version=__version__,
+        max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
+        sessions=collected.sessions,
+        floors=collected.gains.floors(),
+        bad_landmarks=bad_landmarks(collected.sessions),
+    )
+    if out is not None:
+        with whole_file(out / CHECK_FILE) as partial:
+            partial.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
+        write_check_page(out / PAGE_FILE, survey, found, collected.gains)
+    return found
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = "a file, not a folder" if out.is_file() else error.strerror
+        raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error

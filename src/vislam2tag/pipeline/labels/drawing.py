@@ -1,0 +1,130 @@
+"""Thinned polylines of a session for the report."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.status import STATUS_LABELS, Status, has_position
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.labeling.results import Drawing, Polyline, Stretch
+
+SPACING_M = 0.4
+"""Least distance between drawn points."""
+MAX_POINTS = 500
+"""Most points drawn for one session and layer."""
+MAX_EXTENT_M = 2000.0
+"""Points farther out than this are not drawn: a tracker that has diverged."""
+
+
+def draw(
+    own: int,
+    camera: CameraTrack,
+    log: LandmarkLog,
+    landmarks: Landmarks,
+    trajectory: Trajectory,
+    wifi: pl.DataFrame,
+) -> dict[int, Drawing]:
+    """Reduce a mapped session to what the report draws on each floor, ``own`` among them; all in BCS metres.
+
+    ``wifi`` is the labelled table. The raw path is drawn on the own floor alone.
+    """
+    frames = np.flatnonzero(camera.usable)
+    floor = trajectory.floor[frames] if len(trajectory.floor) else np.full(len(frames), own)
+    aligned = _aligned(camera, log, landmarks, trajectory, frames)
+    mapped = has_position(trajectory.status[frames])
+    runs = _runs(trajectory.status[frames], floor)
+    spacing = max(SPACING_M, _length(camera.plane_acs[frames]) / MAX_POINTS)
+    positions, sigma_m = trajectory.position_bcs[frames, :2], trajectory.sigma_m[frames]
+    scans = _scan_positions(wifi)
+    return {
+        number: Drawing(
+            mapped=[
+                _stretch(Status(status), positions[a:b], spacing, sigma_m[a:b])
+                for status, a, b in runs
+                if mapped[a] and floor[a] == number
+            ],
+            discarded=[
+                _stretch(Status(status), aligned[a : b + 1], spacing)
+                for status, a, b in runs
+                if not mapped[a] and floor[a] == number and len(aligned)
+            ],
+            raw=_polyline(aligned, spacing) if number == own else [],
+            wifi=scans.get(number, []),
+        )
+        for number in sorted({own, *floor.tolist()})
+    }
+
+
+def _aligned(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, frames: IntArray
+) -> FloatArray:
+    """Raw positions (f, 2) laid over the plan by one similarity; (0, 2) where none can be found."""
+    plane = camera.plane_acs[frames]
+    mapped = has_position(trajectory.status[frames])
+    source, target = plane[mapped], trajectory.position_bcs[frames][mapped, :2]
+    if not mapped.any():
+        first = [
+            i for i, name in enumerate(log.ids) if name in landmarks.index and log.rows_of(i).start < len(log.frame)
+        ]
+        source = log.plane_acs[[log.rows_of(i).start for i in first]]
+        target = landmarks.position_bcs[[landmarks.index[log.ids[i]] for i in first]]
+    known = np.isfinite(target).all(axis=1)
+    try:
+        return Similarity2.fit(source[known], target[known]) @ plane
+    except ValueError:
+        return np.zeros((0, 2))
+
+
+def _runs(status: StatusArray, floor: IntArray) -> list[tuple[int, int, int]]:
+    """Runs of equal status on one floor as (status, start, stop)."""
+    if len(status) == 0:
+        return []
+    edges = np.flatnonzero((np.diff(status) != 0) | (np.diff(floor) != 0)) + 1
+    starts, stops = np.concatenate(([0], edges)), np.concatenate((edges, [len(status)]))
+    return [(int(status[a]), int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+
+
+def _stretch(status: Status, points: FloatArray, spacing_m: float, sigma_m: FloatArray | None = None) -> Stretch:
+    """Thin a run of frames; ``sigma_m`` (n,) is left out where any of it is not known."""
+    kept = _kept(points, spacing_m)
+    sigma = [] if sigma_m is None or np.isnan(sigma_m).any() else np.round(sigma_m[kept], 3).tolist()
+    return Stretch(status=STATUS_LABELS[status], points=_rounded(points[kept]), sigma_m=sigma)
+
+
+def _polyline(points: FloatArray, spacing_m: float) -> Polyline:
+    return _rounded(points[_kept(points, spacing_m)])
+
+
+def _kept(points: FloatArray, spacing_m: float) -> IntArray:
+    """Keep about one point (n, 2) each ``spacing_m`` of the way, and both ends; return their places."""
+    near: IntArray = np.flatnonzero((np.abs(points) < MAX_EXTENT_M).all(axis=1))
+    if len(near) == 0:
+        return near
+    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points[near], axis=0), axis=1))))
+    keep = np.flatnonzero(np.diff(np.floor(way / spacing_m), prepend=-1.0) > 0)
+    kept: IntArray = near[np.unique(np.append(keep, len(near) - 1))]
+    return kept
+
+
+def _length(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _rounded(points: FloatArray) -> Polyline:
+    return [(x, y) for x, y in np.round(points, 2).tolist()]
+
+
+def _scan_positions(wifi: pl.DataFrame) -> dict[int, Polyline]:
+    """Mean labelled position of each scan, by the floor on which it began."""
+    labelled = (
+        wifi.select("scan", "x", "y", "floor")
+        .drop_nulls("x")
+        .group_by("scan")
+        .agg(pl.col("x", "y").mean(), pl.col("floor").first())
+    )
+    means = labelled.sort("scan")[:: max(1, len(labelled) // MAX_POINTS)]
+    floors = means["floor"].unique().to_list()
+    return {floor: _rounded(means.filter(floor=floor).select("x", "y").to_numpy()) for floor in floors}

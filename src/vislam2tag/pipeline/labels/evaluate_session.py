@@ -1,0 +1,214 @@
+"""One session mapped by every strategy and compared with what truth there is; runs in a worker process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, SessionError, SurveyError
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.tracks import Landmarks, Trajectory
+from vislam2tag.core.visits import find_visits
+from vislam2tag.evaluation.control_points.press_truth import (
+    is_faulty,
+    nearest_point_errors,
+    press_errors,
+    press_truth,
+    press_truth_findings,
+)
+from vislam2tag.evaluation.control_points.route_file import read_route
+from vislam2tag.evaluation.dense import TruePath, dense_errors, dense_figures
+from vislam2tag.evaluation.measuring import measured, retention, sure_frames, sure_points
+from vislam2tag.evaluation.paper.walks import landmark_movement_m
+from vislam2tag.evaluation.point_errors import PointErrors
+from vislam2tag.evaluation.record import Measured, SessionEvaluation
+from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
+from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
+from vislam2tag.evaluation.truth import Truth
+from vislam2tag.mapping import strategy_named
+from vislam2tag.pipeline.labels.prepared import mappable_session
+from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.sessions.model import Session
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.model import SessionRef, Site
+
+IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
+"""The ways to tell at which control point a press was made."""
+REFERENCE = "smoother"
+"""The strategy whose labels tell where presses were made, for all strategies alike."""
+TRAJECTORIES = "trajectories"
+"""Folder of the trajectories in the output."""
+TRUTH = "truth"
+"""Stem of a truth file in a session's folder, and what the truth is called among the strategies' trajectories."""
+
+
+@dataclass(frozen=True)
+class EvaluationJob:
+    """All that a worker needs to evaluate one session."""
+
+    ref: SessionRef
+    site: Site
+    corrections: Corrections
+    settings: Settings
+    strategies: tuple[str, ...]
+    truth: Path | None
+    """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""
+    out: OutputFolder
+    clock_drift: bool = False
+    """Whether a station's clock may run at another rate than the phone's."""
+
+    @property
+    def truth_place(self) -> tuple[Path, str]:
+        """Folder and stem of the session's truth file."""
+        return (self.ref.folder, TRUTH) if self.truth is None else (self.truth, self.ref.slug)
+
+
+@dataclass
+class Found:
+    """What is found of the truths, one after the other."""
+
+    measured: list[Measured] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    estimates: dict[str, float | None] = field(default_factory=dict)
+
+
+def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
+    """Map and compare one session; one that cannot be read or mapped becomes a record with an error.
+
+    Its trajectories are written. Raises OutputError where they cannot be.
+    """
+    try:
+        return _evaluate(job)
+    except OutputError:
+        raise
+    except SessionError as error:
+        return _record(job.ref, error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its record names the fault
+        fault = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
+        return _record(job.ref, error=fault)
+
+
+def map_with(
+    names: tuple[str, ...], session: Session, landmarks: Landmarks, settings: Settings
+) -> dict[str, Trajectory]:
+    """Map a session with each of the strategies."""
+    return {
+        name: strategy_named(name, settings).map(session.camera, session.landmarks, landmarks)
+        for name in dict.fromkeys(names)
+    }
+
+
+def _evaluate(job: EvaluationJob) -> SessionEvaluation:
+    session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
+    if not session.camera.usable.any():
+        raise SessionError(f"{job.ref.key}: no usable camera frame; vislam2tag inspect says why")
+    needed = ("local", "local-corrected", REFERENCE)
+    everything = map_with((*job.strategies, *needed), session, landmarks, job.settings)
+    chosen = {name: everything[name] for name in job.strategies}
+    limit = job.settings.labels.max_sigma_m
+    sure = {name: sure_frames(trajectory, limit) for name, trajectory in everything.items()}
+    found = Found()
+    _at_dense_truth(job, session, landmarks, chosen, found)
+    _at_control_points(job, session, chosen, everything[REFERENCE], found)
+    for name, trajectory in chosen.items():
+        _write(job, name, tum_text(trajectory))
+    return _record(
+        job.ref,
+        error=_mapping_error(job, {name: sure[name] for name in chosen}),
+        missing=found.missing,
+        findings=found.findings,
+        faulty=is_faulty(everything["local"], everything["local-corrected"]) if sure["local"].any() else None,
+        movement_m=rounded(landmark_movement_m(session.landmarks)),
+        retention={name: retention(sure["local"], sure[name]) for name in chosen},
+        estimates=found.estimates,
+        measured=found.measured,
+    )
+
+
+def _at_dense_truth(
+    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: Found
+) -> None:
+    truth = _dense_truth(job, session, found)
+    if truth is None:
+        return
+    path = TruePath.of(truth)
+    passed = find_visits(session.camera, session.landmarks, job.settings.visits.radius_m)
+    known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
+    visits_ns = session.camera.time_ns[known]
+    for name, trajectory in mapped.items():
+        points = sure_points(dense_errors(trajectory, path), job.settings.labels.max_sigma_m)
+        found.measured.append(measured(points, "", name, dense_figures(points, path, visits_ns)))
+    _write(job, TRUTH, tum_text_of_truth(truth))
+
+
+def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | None:
+    """Read the truth; one that cannot be read, or lies outside the walk, is said to be missing."""
+    try:
+        truth = find_truth(*job.truth_place)
+    except SessionError as error:
+        found.missing.append(str(error))
+        return None
+    if truth is None:
+        return None
+    time_ns = session.camera.time_ns[session.camera.usable]
+    gap_s = max(truth.time_ns[0] - time_ns[-1], time_ns[0] - truth.time_ns[-1]) * 1e-9
+    if gap_s > 0:
+        found.missing.append(f"the truth and the camera are {gap_s:.0f} s apart: are they on one clock?")
+        return None
+    return truth
+
+
+def _at_control_points(
+    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: Found
+) -> None:
+    floor = job.site.floor(job.ref.key.floor)
+    tracked = (job.ref.folder / TRACK_FILE).is_file()
+    if not len(session.presses_ns) and (found.measured or tracked or not len(floor.control_points.ids)):
+        return
+    try:
+        route = read_route(job.ref.folder.parents[2], job.ref.folder, floor.control_points.ids)
+        truth = press_truth(reference, session.presses_ns, floor, route)
+    except (SessionError, SurveyError) as error:
+        found.missing.append(str(error))
+        return
+    ways: dict[str, Callable[[Trajectory], PointErrors]] = {
+        IDENTIFIED: lambda trajectory: press_errors(trajectory, truth),
+        NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor),
+    }
+    if np.isfinite(truth.lead.lead_s):
+        ways[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
+    for way, compare in ways.items():
+        for name, trajectory in mapped.items():
+            points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
+            found.measured.append(measured(points, way, name))
+    found.findings += press_truth_findings(truth)
+    found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
+
+
+def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | None:
+    """Say that no strategy labels anything; None where one does."""
+    if any(mask.any() for mask in labelled.values()):
+        return None
+    return f"{job.ref.key}: could not be mapped by any of the strategies; vislam2tag inspect says what it has"
+
+
+def _write(job: EvaluationJob, name: str, text: str) -> None:
+    job.out.write_text(f"{TRAJECTORIES}/{job.ref.slug}.{name}.tum", text)
+
+
+def rounded(value: float) -> float | None:
+    """Round for the record; None where the value is not known."""
+    return round(value, 4) if value == value else None
+
+
+def _record(ref: SessionRef, **details: Any) -> SessionEvaluation:
+    """Fill in who the session is."""
+    key = ref.key
+    return SessionEvaluation(slug=ref.slug, floor=key.floor, device=key.device, session=key.session, **details)

@@ -1,0 +1,269 @@
+"""What a joint survey of the landmarks found: a row for each landmark and each session."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, Place, ReducedSession
+from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
+
+GREATEST_SIGMA_M = 5.0
+"""A landmark that is not known better than this has no position."""
+GREATEST_HEADING_SIGMA_RAD = 0.5
+SAME_PLACE_M = 0.5
+"""A new id that was read once, and so near another landmark, may be that one's, misread."""
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class LandmarkRow(_Frozen):
+    """One landmark in the BCS; None where something is not known. ``z_m`` is above the floor."""
+
+    floor: int
+    landmark: str
+    surveyed: bool
+    x_m: float | None = None
+    y_m: float | None = None
+    z_m: float | None = None
+    sigma_m: float | None = None
+    heading_rad: float | None = None
+    heading_sigma_rad: float | None = None
+    sessions: int
+    """Sessions tied to the survey that passed it."""
+    passes: int
+    discrepancy_m: float | None = None
+    """How far all others put a surveyed landmark from its surveyed place; None where they cannot say."""
+    discrepancy_sigma_m: float | None = None
+    """How far they should be expected to, one standard deviation per axis."""
+    note: str = ""
+    """Why it has no position, or what is odd about it."""
+
+
+class SessionRow(_Frozen):
+    """What one session contributed."""
+
+    floor: int
+    device: str
+    session: str
+    landmarks: int
+    """How many landmarks it passed."""
+    used: bool
+    note: str = ""
+    """Why it was not used, or what of it."""
+
+
+class LandmarkSurvey(_Frozen):
+    """A joint survey of all landmarks."""
+
+    version: str
+    shift_m: float
+    """How far walks see landmarks off their places, per axis, beyond what each walk's map admits."""
+    landmarks: tuple[LandmarkRow, ...]
+    sessions: tuple[SessionRow, ...]
+    findings: tuple[Finding, ...]
+    """About the site's own files."""
+
+
+def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
+    """Reduce a joint survey to its rows, landmarks by floor."""
+    rows = [_landmark(joint, index) for index, place in enumerate(joint.places) if place.moved_to is None]
+    tied = {session.key for session, used in zip(joint.mapped, joint.joined.tied.tolist(), strict=True) if used}
+    return LandmarkSurvey(
+        version=__version__,
+        shift_m=round(joint.joined.doubts.shift_m, 4),
+        landmarks=tuple(sorted(rows, key=lambda row: row.floor)),
+        sessions=tuple(_session(session, used=session.key in tied) for session in joint.sessions),
+        findings=joint.survey.findings,
+    )
+
+
+def _session(session: ReducedSession, *, used: bool) -> SessionRow:
+    note = session.error or ""
+    if not note and session.local is None:
+        note = "passed no landmark"
+    elif not note and not used:
+        note = (
+            "nothing ties it to the survey: it shares fewer than two landmarks with it and with walks that are tied, "
+            "or contradicts them"
+        )
+    elif session.unused:
+        note = f"landmark {', '.join(session.unused)} is not used: only other floors have it"
+    return SessionRow(
+        floor=session.key.floor,
+        device=session.key.device,
+        session=session.key.session,
+        landmarks=len(session.places),
+        used=used,
+        note=note,
+    )
+
+
+def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
+    place, joined = joint.places[index], joint.joined
+    surveyed = bool(joined.known.surveyed[index])
+    sigma_m = math.sqrt(float(np.trace(joined.position_covariance[index])) / 2)
+    if surveyed:
+        x, y = joined.known.position[index].real, joined.known.position[index].imag
+        sigma_m = math.sqrt(float(np.trace(joined.known.covariance[index])) / 2)
+    else:
+        x, y = joined.position[index].real, joined.position[index].imag
+    seen = _passes(joined, index)
+    reason = "" if surveyed else _unplaced(joint, index, len(seen), sigma_m)
+    placed = surveyed or not reason
+    heading, heading_sigma = _heading(joint, index)
+    off = _discrepancy(joined, index) if surveyed and seen else None
+    return LandmarkRow(
+        floor=place.floor,
+        landmark=place.landmark,
+        surveyed=surveyed,
+        x_m=round(float(x), 4) if placed else None,
+        y_m=round(float(y), 4) if placed else None,
+        z_m=_z(joint, index),
+        sigma_m=max(round(sigma_m, 4), 1e-4) if placed else None,
+        heading_rad=heading if placed else None,
+        heading_sigma_rad=heading_sigma if placed else None,
+        sessions=len(seen),
+        passes=sum(seen),
+        discrepancy_m=None if off is None else round(off[0], 3),
+        discrepancy_sigma_m=None if off is None else round(off[1], 3),
+        note=reason or _oddity(joint, index, seen, contradicts=off is not None and off[2]),
+    )
+
+
+def _passes(joined: LandmarkMap, index: int) -> list[int]:
+    """How often each map that is tied passed a landmark; those that did not are left out."""
+    tied = (one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used)
+    counts = (int(one.passes[one.landmark == index].sum()) for one in tied)
+    return [count for count in counts if count]
+
+
+def _unplaced(joint: JointSurvey, index: int, sessions: int, sigma_m: float) -> str:
+    """Why a landmark gets no position; empty where it does."""
+    if not any(joint.places[index] in session.places for session in joint.mapped):
+        return "no walk passed it"
+    if sessions == 0:
+        return "only walks passed it that nothing ties to the survey"
+    if not sigma_m <= GREATEST_SIGMA_M:
+        return f"too uncertain (one standard deviation is {sigma_m:.1f} m): survey it or a landmark near it"
+    return ""
+
+
+def _oddity(joint: JointSurvey, index: int, seen: list[int], *, contradicts: bool) -> str:
+    if contradicts:
+        return "contradicts the others: measure it again"
+    if index < len(joint.survey.site.landmarks.ids):
+        return ""
+    if sum(seen) != 1:
+        return "in no landmark file"
+    apart = np.abs(joint.joined.position - joint.joined.position[index])
+    apart[[place.floor != joint.places[index].floor for place in joint.places]] = np.inf
+    apart[index] = np.inf
+    nearest = int(apart.argmin())
+    if apart[nearest] < SAME_PLACE_M:
+        return f"in no landmark file, passed only once: perhaps landmark {joint.places[nearest].landmark}, misread"
+    return "in no landmark file, passed only once"
+
+
+def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None]:
+    """Heading and its standard deviation: as surveyed, else as estimated where walks logged any."""
+    site, joined = joint.survey.site.landmarks, joint.joined
+    if index < len(site.ids) and np.isfinite(site.heading_rad[index]):
+        sigma = float(site.heading_sigma_rad[index])
+        return round(float(site.heading_rad[index]), 6), sigma if np.isfinite(sigma) else None
+    sigma = float(joined.heading_sigma_rad[index])
+    if not sigma < GREATEST_HEADING_SIGMA_RAD:
+        return None, None
+    heading = (float(joined.heading_rad[index]) + math.pi) % (2 * math.pi) - math.pi
+    return round(heading, 4), max(round(sigma, 4), 1e-4)
+
+
+def _z(joint: JointSurvey, index: int) -> float | None:
+    """Height above the floor: as surveyed, else the median of what the walks say."""
+    site, place = joint.survey.site.landmarks, joint.places[index]
+    if index < len(site.ids) and np.isfinite(site.z_m[index]):
+        return float(site.z_m[index])
+    told = [_told_z(session, place) for session in joint.mapped]
+    known = [z for z in told if math.isfinite(z)]
+    return round(float(np.median(known)), 3) if known else None
+
+
+def _told_z(session: ReducedSession, place: Place) -> float:
+    if session.z_m is None or place not in session.places:
+        return math.nan
+    return float(session.z_m[session.places.index(place)])
+
+
+def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] | None:
+    """How far the others put a landmark from its surveyed place, the usual size of that, and whether it is too far."""
+    tied = [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
+    passed = {int(number) for one in tied for number in one.landmark[joined.known.surveyed[one.landmark]]}
+    if len(passed - {index}) < FEWEST_OTHERS:
+        return None
+    trial = predicted(joined, index)
+    offset = complex(trial.position[index] - joined.known.position[index])
+    covariance = trial.position_covariance[index] + joined.known.covariance[index]
+    sigma_m = math.sqrt(float(np.trace(covariance)) / 2)
+    if not sigma_m <= GREATEST_SIGMA_M:
+        return None
+    way = np.array([offset.real, offset.imag])
+    sigmas = math.sqrt(float(way @ np.linalg.solve(covariance, way)))
+    return abs(offset), sigma_m, sigmas > CERTAIN_SIGMAS and abs(offset) > LEAST_M
+
+
+COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
+
+
+def check_targets(survey_root: Path, *targets: Path) -> None:
+    """Raise OutputError where a file to be written has no folder, lies among the survey's own, or is named twice.
+
+    Before the work rather than after it.
+    """
+    root = survey_root.resolve()
+    for target in targets:
+        place = target.resolve()
+        if sum(place == other.resolve() for other in targets) > 1:
+            raise OutputError(f"{target}: one file cannot hold both the landmarks and the report; choose another name")
+        if not target.parent.is_dir() or target.is_dir():
+            reason = "is a folder" if target.is_dir() else "there is no such folder"
+            raise OutputError(f"{target}: cannot be written ({reason}); choose another name")
+        if root not in place.parents:
+            continue
+        first = place.relative_to(root).parts[0]
+        if first.startswith("floor_") or first == "corrections.toml":
+            raise OutputError(f"{target}: lies among the survey's own files; choose another name")
+
+
+def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = None) -> None:
+    """Write the landmark file (docs/formats.md) and, where wanted, the whole result as JSON; each whole or not at all.
+
+    Raises OutputError where one cannot be written.
+    """
+    texts = {out: completed_text(survey)}
+    if report is not None:
+        texts[report] = survey.model_dump_json(indent=1) + "\n"
+    with ExitStack() as stack:
+        for target, text in texts.items():
+            stack.enter_context(whole_file(target)).write_text(text, encoding="utf-8", newline="")
+
+
+def completed_text(survey: LandmarkSurvey) -> str:
+    """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
+    return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
+
+
+def _fields(row: LandmarkRow) -> tuple[str, ...]:
+    numbers = (row.x_m, row.y_m, row.z_m, row.floor, row.sigma_m, row.heading_rad, row.heading_sigma_rad)
+    return (row.landmark, *("" if number is None else str(number) for number in numbers))

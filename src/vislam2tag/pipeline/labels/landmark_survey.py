@@ -1,0 +1,245 @@
+"""All sessions of a survey to one completed landmark file: each is reduced to a local map, the maps are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import Storeys
+from vislam2tag.core.tracker_sections import longest_part
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
+from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.mapping.strategies.smoother import FEWEST_FRAMES
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.sessions import corrected_session, open_survey, read_session
+from vislam2tag.sessions.floors_walked import CLIMB_M, considered_landmarks, landmarks_of_session
+from vislam2tag.settings import Settings
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.smoothing import smooth_in_own_frame
+from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
+from vislam2tag.survey.frame_change import changes_from
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+
+
+class Place(NamedTuple):
+    """A landmark where it hung: one that corrections move is another landmark meanwhile."""
+
+    floor: int
+    landmark: str
+    moved_to: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ReducedSession:
+    """All that a joint survey needs of a session; ``places``, ``z_m`` (k,) are those of the map's landmarks.
+
+    ``z_m`` is the height above the floor, metres, NaN where it cannot be told; ``unused`` are logged ids that only
+    other floors have; ``error`` says why the session cannot be read.
+    """
+
+    key: SessionKey
+    places: tuple[Place, ...] = ()
+    local: LocalMap | None = None
+    z_m: FloatArray | None = None
+    unused: tuple[str, ...] = ()
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class ReductionJob:
+    """All that a worker needs to reduce one session."""
+
+    ref: SessionRef
+    site: Site
+    corrections: Corrections
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class JointSurvey:
+    """The joined map of a survey's landmarks: ``places`` (m,) and ``file`` (m,) belong to the rows of ``joined``.
+
+    ``sessions`` are sorted by key; map i of ``joined`` is that of ``mapped[i]``.
+    """
+
+    survey: Survey
+    sessions: tuple[ReducedSession, ...]
+    mapped: tuple[ReducedSession, ...]
+    places: tuple[Place, ...]
+    joined: LandmarkMap
+
+
+def reduce_session(job: ReductionJob) -> ReducedSession:
+    """Read a session and map its landmarks in its own frame; what ends it is told in its error."""
+    key = job.ref.key
+    try:
+        return _reduced(job)
+    except SessionError as error:
+        return ReducedSession(key, error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its result names the fault
+        return ReducedSession(key, error=f"{key}: unexpected {type(error).__name__}: {error}; please report this")
+
+
+def _reduced(job: ReductionJob) -> ReducedSession:
+    key = job.ref.key
+    session, _ = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
+    camera, log = longest_part(session.camera, session.landmarks)
+    considered = considered_landmarks(job.site, key.floor, log.ids)
+    corrected, _ = corrected_landmarks(considered, job.corrections, key, job.settings.default_landmark_sigma_m)
+    mine = landmarks_of_session(corrected, key, camera, log)
+    if changes_from(job.site, key.floor) and (mine.landmarks.floor != key.floor).any():
+        raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
+    log = log.select([i for i, name in enumerate(log.ids) if name not in mine.elsewhere])
+    if camera.usable.sum() < FEWEST_FRAMES:
+        raise SessionError(f"{key}: no usable camera frames; vislam2tag inspect says why")
+    walked = Walked.of(camera, log, job.settings.smoother.sighting_range_m)
+    if len(walked.passes.at) == 0:
+        return ReducedSession(key, unused=mine.elsewhere)
+    local = LocalMap.of(smooth_in_own_frame(walked))
+    climbed = vertical_span_m(camera, log) >= CLIMB_M
+    heights = estimate_heights(camera, log, _over_all_floors(job.site, mine.landmarks) if climbed else mine.landmarks)
+    floors = [_floor(walked, heights, mine.landmarks, index, key.floor) for index in local.landmark.tolist()]
+    places = tuple(
+        _place(job.site.landmarks, mine.landmarks, log.ids[index], floor)
+        for index, floor in zip(local.landmark.tolist(), floors, strict=True)
+    )
+    z_m = _heights_above_floor(job.site, camera, log, walked, heights, floors, local)
+    return ReducedSession(key, places, local, z_m, mine.elsewhere)
+
+
+def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:
+    """A session's landmarks for a walk that went up or down, though it may have met no known landmark there."""
+    if landmarks.storeys is None:
+        return landmarks
+    elevation = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
+    known = [floor.number for floor in site.floors]
+    numbers = np.unique(np.concatenate((landmarks.storeys.number, landmarks.floor, known))).astype(np.int64)
+    elevations = np.array([elevation.get(number, np.nan) for number in numbers.tolist()])
+    return replace(landmarks, storeys=Storeys(landmarks.storeys.own, numbers, elevations))
+
+
+def _floor(walked: Walked, heights: Heights, landmarks: Landmarks, index: int, own: int) -> int:
+    """A landmark's floor: as its file says, else the one on which the walk passed it most often."""
+    name = walked.ids[index]
+    if name in landmarks.index:
+        return int(landmarks.floor[landmarks.index[name]])
+    if not len(heights.floor):
+        return own
+    at = walked.passes.at[walked.passes.landmark == index]
+    floors, count = np.unique(heights.floor[walked.odometry.frame[at]], return_counts=True)
+    return int(floors[count.argmax()])
+
+
+def _place(site: Landmarks, mine: Landmarks, name: str, floor: int) -> Place:
+    """Name a landmark; corrections for this session may say that it hung elsewhere than its file says."""
+    if name not in mine.index or not mine.surveyed[mine.index[name]]:
+        return Place(floor, name)
+    here = mine.position_bcs[mine.index[name]]
+    there = site.on_floor(floor)
+    same = np.array_equal(here, there.position_bcs[there.index[name]])
+    return Place(floor, name, None if same else (float(here[0]), float(here[1])))
+
+
+def _heights_above_floor(
+    site: Site,
+    camera: CameraTrack,
+    log: LandmarkLog,
+    walked: Walked,
+    heights: Heights,
+    floors: Sequence[int],
+    local: LocalMap,
+) -> FloatArray:
+    """(k,) median over the passes of each landmark: the camera's height, and how much higher the landmark was."""
+    elevation = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
+    passes = walked.passes
+    z_m = np.full(len(floors), np.nan)
+    for i, (index, floor) in enumerate(zip(local.landmark.tolist(), floors, strict=True)):
+        rows = log.rows_of(index)
+        frames = walked.odometry.frame[passes.at[passes.landmark == index]]
+        chosen = rows.start + np.searchsorted(log.frame[rows], frames)
+        above = log.position_acs[chosen, 1] - camera.position_acs[frames, 1] + heights.z_m[frames]
+        z_m[i] = np.median(above) - elevation.get(floor, np.nan)
+    return z_m
+
+
+def survey_landmarks(
+    root: Path,
+    settings: Settings | None = None,
+    *,
+    floors: tuple[int, ...] = (),
+    jobs: int = 1,
+    progress: Callable[[ReducedSession, int], None] = lambda _session, _total: None,
+) -> JointSurvey:
+    """Give the landmarks without a position one, from all sessions of a survey (or of some floors) together.
+
+    ``progress`` is called after each session with it and their total number. With ``jobs`` > 1 sessions are reduced in
+    that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
+    OutputError where a worker is ended from outside; a session that cannot be read is told in its own ``error``.
+    """
+    settings = settings or Settings()
+    survey = open_survey(root, settings.default_landmark_sigma_m)
+    corrections = read_corrections(root)
+    there = {ref.key.floor for ref in survey.sessions}
+    for floor in floors:
+        if floor not in there:
+            raise UsageError(
+                f"--floor {floor}: the survey has no session of it; there are: {', '.join(map(str, sorted(there)))}"
+            )
+    todo = [
+        ReductionJob(ref, survey.site, corrections, settings)
+        for ref in survey.sessions
+        if (not floors or ref.key.floor in floors) and not corrections.excludes(ref.key)
+    ]
+    sessions: list[ReducedSession] = []
+
+    def keep(session: ReducedSession) -> None:
+        sessions.append(session)
+        progress(session, len(todo))
+
+    process_all(reduce_session, todo, jobs, keep)
+    return join_sessions(survey, sessions, settings.default_landmark_sigma_m)
+
+
+def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float) -> JointSurvey:
+    """Join the local maps of sessions, in whichever order they come."""
+    ordered = tuple(sorted(sessions, key=lambda session: session.key))
+    site = survey.site.landmarks
+    in_files = [Place(floor, name) for floor, name in zip(site.floor.tolist(), site.ids, strict=True)]
+    further = {place for session in ordered for place in session.places} - set(in_files)
+    places = (*in_files, *sorted(further, key=lambda place: (place.floor, place.landmark, place.moved_to or ())))
+    index = {place: i for i, place in enumerate(places)}
+    mapped, maps = [], []
+    for session in ordered:
+        if session.local is not None:
+            numbers = np.array([index[place] for place in session.places], dtype=np.int64)
+            mapped.append(session)
+            maps.append(replace(session.local, landmark=numbers))
+    return JointSurvey(survey, ordered, tuple(mapped), places, join(maps, _known(places, site, default_sigma_m)))
+
+
+def _known(places: Sequence[Place], site: Landmarks, default_sigma_m: float) -> KnownLandmarks:
+    """What files and corrections say of the places; the first of them are the site's landmarks."""
+    known = KnownLandmarks.nothing(len(places))
+    count = len(site.ids)
+    rows = np.flatnonzero(site.surveyed)
+    known.position[rows] = site.position_bcs[rows] @ (1, 1j)
+    known.covariance[rows] = site.covariance_bcs[rows]
+    headed = np.isfinite(site.heading_rad) & np.isfinite(site.heading_sigma_rad)
+    known.heading_rad[:count] = np.where(headed, site.heading_rad, np.nan)
+    known.heading_sigma_rad[:count] = np.where(headed, site.heading_sigma_rad, np.nan)
+    sigma_m = dict(zip(places, np.sqrt(site.covariance_bcs[:, 0, 0]).tolist(), strict=False))
+    for i, place in enumerate(places):
+        if place.moved_to is not None:
+            usual = sigma_m.get(place._replace(moved_to=None), np.inf)
+            known.position[i] = complex(*place.moved_to)
+            known.covariance[i] = np.eye(2) * (usual if np.isfinite(usual) else default_sigma_m) ** 2
+    return known

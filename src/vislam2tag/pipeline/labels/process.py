@@ -1,0 +1,152 @@
+"""The main job: a survey folder goes in; tables, results, summary and report come out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
+from vislam2tag.mapping import strategy_named
+from vislam2tag.pipeline.labels.session import Job, Outcome, process_session
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
+from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.report.run_page.html import write_report
+from vislam2tag.report.run_page.summary import summarise
+from vislam2tag.sessions import open_survey
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.survey.discover import site_files
+from vislam2tag.survey.model import SessionRef, Site, Survey
+
+Progress = Callable[[Outcome, int], None]
+"""Called after each session with its outcome and the total number of sessions."""
+
+
+def process(
+    survey_root: Path,
+    out: Path,
+    settings: Settings | None = None,
+    *,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> Summary:
+    """Process a survey: map every session, label every reading, write tables, results, summary and report.
+
+    ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
+    run in that many processes (call it from under ``if __name__ == "__main__":``). Raises SurveyError where
+    ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
+    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
+    ``Summary.failed``.
+    """
+    settings = settings or Settings()
+    selection = selection or Selection()
+    report = progress or _silent
+    strategy_named(settings.strategy, settings)
+    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection)
+    survey = _with_exclusions(survey, corrections)
+    refuse_among_sessions(survey, out)
+    with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
+        folder.keep_only({ref.slug for ref in refs})
+        todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
+        process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
+        return _reduce(survey, refs, settings, folder)
+
+
+def _silent(_outcome: Outcome, _total: int) -> None:
+    """Report nothing."""
+
+
+def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
+    """Say in the survey's findings which sessions corrections leave out."""
+    excluded = [
+        Finding(
+            kind="excluded_session",
+            file=CORRECTIONS_FILE,
+            count=1,
+            severity=Severity.INFO,
+            message=f"{ref.key} is left out{entry.because()}",
+        )
+        for ref in survey.sessions
+        for entry in corrections.for_session(ref.key).exclude_session[:1]
+    ]
+    return replace(survey, findings=(*survey.findings, *excluded))
+
+
+def run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
+    """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
+    return {
+        "site_files": site_hashes(root),
+        "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
+        "settings": settings.model_dump(mode="json"),
+        "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
+        "versions": {
+            "vislam2tag": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "polars": pl.__version__,
+        },
+    }
+
+
+def site_hashes(root: Path) -> dict[str, str | None]:
+    """SHA-256 of the site's own files, by path relative to it."""
+    return {str(path.relative_to(root)): _sha256(path) for path in site_files(root)}
+
+
+def site_record(survey: Survey) -> dict[str, object]:
+    """What the survey is called, and its floors, for those who read the labels without it."""
+    return {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+
+
+def floor_records(site: Site) -> list[dict[str, object]]:
+    """The site's floors, as ``run.json`` keeps them."""
+    records = (
+        FloorRecord(
+            number=floor.number,
+            name=floor.name,
+            elevation_m=floor.elevation_m,
+            width_m=floor.width_m,
+            height_m=floor.height_m,
+            lower_left_m=floor.lower_left_m,
+            georeference=floor.georeference,
+        )
+        for floor in site.floors
+    )
+    return [record.model_dump(mode="json") for record in records]
+
+
+def _sha256(path: Path) -> str | None:
+    """Hash a file; None where it cannot be read (which the site's findings tell)."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
+def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Summary:
+    """Reduce the sessions' results, one at a time, to summary and report."""
+
+    def results() -> Iterator[SessionResult]:
+        for ref in refs:
+            result = folder.result(ref.slug)
+            if result is not None:
+                yield result
+
+    summary = summarise(results(), settings.strategy, __version__, survey.findings)
+    folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
+    folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
+    return summary

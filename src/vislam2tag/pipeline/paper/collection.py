@@ -1,0 +1,108 @@
+"""The paper's own data set (section VII): the walks that were made to collect fingerprints, labelled and counted."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
+from vislam2tag.dataset.folder import write_dataset
+from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
+from vislam2tag.dataset.model import Dataset, DatasetInfo
+from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_session
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.paper.data import PaperData
+from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.settings import DatasetSettings, Settings
+from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.model import SessionKey, Survey
+
+STRATEGY = "local-corrected"
+"""The strategy that labelled giaIndoorLoc."""
+EVALUATED = ("_ref", "_tachy", "_split")
+"""Device folders of the published evaluation end like this; their walks collect nothing."""
+
+Progress = Callable[[int, int], None]
+"""Called after each walk with how many are done, and how many there are."""
+
+
+@dataclass(frozen=True)
+class Collection:
+    """What the collecting walks give, and one sentence for each that could not be labelled."""
+
+    statistics: DatasetStatistics | None
+    """None where there is no such walk, or none heard any Wi-Fi."""
+    failed: tuple[str, ...]
+
+
+def paper_collection(
+    data: PaperData,
+    settings: Settings,
+    progress: Progress = lambda _done, _total: None,
+    keep: Path | None = None,
+) -> Collection:
+    """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count.
+
+    The data set is written to ``keep``, with its splits, where there is such a walk.
+    """
+    own = settings.model_copy(update={"strategy": STRATEGY})
+    chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
+    total = sum(ref.key.device in devices for survey, devices in chosen for ref in survey.sessions)
+    done = 0
+
+    def advance(_outcome: object, _total: int) -> None:
+        nonlocal done
+        progress(done := done + 1, total)
+
+    with tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
+        labelled = []
+        for number, (survey, devices) in enumerate(chosen):
+            out = Path(scratch) / f"labels-{number}"
+            process(survey.root, out, own, selection=Selection(devices=devices), progress=advance)
+            labelled.append(open_labelled(out))
+        sessions = list(_once(labelled))
+        if not sessions:
+            return Collection(None, ())
+        failed = tuple(filter(None, (session.result().error for session, _ in sessions)))
+        dataset = _dataset(sessions, Path(scratch) / "parts")
+        statistics = dataset_statistics(dataset)
+        if keep is not None:
+            write_dataset(replace(dataset, splits=standard_splits(dataset)), keep)
+    return Collection(statistics if "wifi" in statistics.technologies else None, failed)
+
+
+def _devices(survey: Survey) -> tuple[str, ...]:
+    """Devices with a walk to label that is no evaluation's."""
+    corrections = read_corrections(survey.root)
+    keys = [ref.key for ref in survey.sessions if not corrections.excludes(ref.key)]
+    return tuple(sorted({key.device for key in keys if not key.device.endswith(EVALUATED)}))
+
+
+def _once(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, float]]:
+    """Each session with its survey's limit of sigma; where two surveys hold one session, the first counts."""
+    found: set[SessionKey] = set()
+    for survey in surveys:
+        for session in survey.sessions:
+            result = session.result()
+            key = SessionKey(result.floor, result.device, result.session)
+            if key not in found:
+                found.add(key)
+                yield session, survey.max_sigma_m
+
+
+def _dataset(sessions: list[tuple[LabelledSession, float]], parts: Path) -> Dataset:
+    """Make fingerprints of the sessions; the tables lie below ``parts``."""
+    for number, (session, max_sigma_m) in enumerate(sessions):
+        build_session(SessionJob(session, f"{number:06d}", "", number, parts, DatasetSettings(), max_sigma_m))
+    tables = {name: pl.scan_parquet(parts / name / "*.parquet") for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)}
+    names = tables.pop(NAMES).collect()
+    access_points = access_point_table(tables[FINGERPRINTS], tables[READINGS], names).lazy()
+    return Dataset(DatasetInfo(name="giaIndoorLoc", floors=()), tables | {ACCESS_POINTS: access_points})

@@ -1,0 +1,157 @@
+"""The paper's evaluation in one go: its tables and figures from data in the published layout."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.dataset.measures import table_3
+from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
+from vislam2tag.dataset.measures.table_3 import PAPER_FINGERPRINTS, Table3
+from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdown_text, walks_csv
+from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
+from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
+from vislam2tag.figures.style import name_of, rendered
+from vislam2tag.pipeline.paper.collection import paper_collection
+from vislam2tag.pipeline.paper.data import open_paper_data
+from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, Source
+from vislam2tag.pipeline.paper.positioning import paper_positioning, refuse_without_networks
+from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
+from vislam2tag.pipeline.run.selection import refuse_among_sessions
+from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
+from vislam2tag.settings import Settings
+
+PROGRAM = "vislam2tag paper"
+PAGE_FILE, WALKS_FILE, TABLE_3 = "index.html", "walks.csv", "table_3"
+NAMES = {name: name_of(name) for name in STRATEGIES}
+
+Progress = Callable[[str, float, int], None]
+"""Called after each step with what is being done ("walks", "fingerprints", a run of a model, "figures"), how many are
+done, how many there are."""
+
+
+@dataclass(frozen=True)
+class Reproduced:
+    """What could be made of the paper, and what could not."""
+
+    tables: list[TablePart]
+    collection: CollectionPart
+    positioning: PositioningPart
+    figures: list[FigurePart]
+    failed: list[str]
+    """One sentence for each session or phone that could not be evaluated."""
+
+
+def reproduce(
+    root: Path,
+    out: Path,
+    settings: Settings | None = None,
+    progress: Progress = lambda _what, _done, _total: None,
+    model_seeds: int | None = None,
+) -> Reproduced:
+    """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
+
+    Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
+    ``index.html`` with all of it; what the data lacks is told there. With ``model_seeds`` the paper's networks are
+    trained so often on the walks that collect, for Table IV; it takes most of the time. Raises SurveyError where
+    ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
+    written.
+    """
+    refuse_without_networks(model_seeds)
+    settings = settings or Settings()
+    data = open_paper_data(root)
+    for survey in data.surveys:
+        refuse_among_sessions(survey, out)
+    run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
+    with claim(out, run, PROGRAM) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
+        fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
+        walks = paper_walks(data, settings, partial(progress, "walks"))
+        tables = _tables(walks)
+        for part in tables:
+            _write_table(folder, part)
+        folder.write_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
+        collected = paper_collection(data, settings, partial(progress, "fingerprints"), fingerprints)
+        collection = _collection(folder, collected.statistics)
+        positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
+        failed = [*walks.failed, *collected.failed, *positioning.failed]
+        figures = _figures(folder, Source(data, walks, settings, collected.statistics), progress)
+        made = Reproduced(tables, collection, positioning, figures, failed)
+        folder.write(PAGE_FILE, lambda path: _write_page(path, root.resolve().name, made))
+    return made
+
+
+def _write_page(path: Path, title: str, made: Reproduced) -> None:
+    tables = made.tables, made.collection, made.positioning
+    write_paper_page(path, title, NAMES, *tables, made.figures, made.failed)
+
+
+def _tables(walks: PaperWalks) -> list[TablePart]:
+    return [
+        _table("table_1", table_1, walks.pressed, "over control points"),
+        _table("table_2", table_2, walks.tracked, "before a total station"),
+    ]
+
+
+def _table(
+    stem: str, tabulate: Callable[[Sequence[WalkErrors], Sequence[str]], PaperTable], walks: list[PaperWalk], which: str
+) -> TablePart:
+    table = tabulate([walk.errors for walk in walks], STRATEGIES)
+    return TablePart(stem, table, labelled_shares(walks), "" if walks else f"No walk {which} is in this data.")
+
+
+def _write_table(folder: OutputFolder, part: TablePart) -> None:
+    texts = {"csv": csv_text(part.table), "tex": latex_text(part.table, NAMES), "md": markdown_text(part.table, NAMES)}
+    for suffix, text in texts.items():
+        if not part.missing:
+            folder.write_text(f"{part.stem}.{suffix}", text)
+
+
+def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> CollectionPart:
+    """Write Table III and say what a person-hour gave."""
+    if statistics is None:
+        return CollectionPart(TABLE_3, None, missing=f"{NO_COLLECTION.capitalize()}.")
+    table = Table3.of(statistics.by_device, statistics.walks, beside_paper=True)
+    texts = {"csv": table_3.csv_text(table), "tex": table_3.latex_text(table), "md": table_3.markdown_text(table)}
+    for suffix, text in texts.items():
+        folder.write_text(f"{TABLE_3}.{suffix}", text)
+    wifi = statistics.technologies["wifi"]
+    cost = wifi.labelled_per_person_hour
+    rate = "" if cost is None else f", {cost:.0f} an hour of walking"
+    sentence = (
+        f"{wifi.labels.labelled} labelled fingerprints{rate}; the paper's set has {PAPER_FINGERPRINTS}, from two "
+        "people in under two hours, setting up included: over 512 a person-hour. Velocity is distance over duration; "
+        "the paper's velocities exceed its own distance over duration, which is 0.64 to 0.80 m/s."
+    )
+    return CollectionPart(TABLE_3, table, sentence)
+
+
+def _figures(folder: OutputFolder, source: Source, progress: Progress) -> list[FigurePart]:
+    figures = []
+    for number, figure in enumerate(FIGURES, 1):
+        figures.append(_figure(folder, figure, source))
+        progress("figures", number, len(FIGURES))
+    return figures
+
+
+def _figure(folder: OutputFolder, figure: PaperFigure, source: Source) -> FigurePart:
+    try:
+        drawn = figure.draw(source)
+    except Vislam2tagError as error:
+        return FigurePart(figure.stem, figure.title, figure.about, missing=str(error))
+    files = {kind: rendered(drawn, kind) for kind in ("svg", "pdf")}
+    for kind, content in files.items():
+        _write(folder, f"{figure.stem}.{kind}", content)
+    return FigurePart(figure.stem, figure.title, figure.about, svg=files["svg"], width_in=drawn.get_figwidth())
+
+
+def _write(folder: OutputFolder, name: str, content: bytes) -> None:
+    def fill(path: Path) -> None:
+        path.write_bytes(content)
+
+    folder.write(name, fill)

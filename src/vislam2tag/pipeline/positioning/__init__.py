@@ -1,0 +1,1 @@
+"""From data sets to positioning models, and from scans to positions."""

@@ -1,0 +1,216 @@
+"""Benchmark of positioning models on a data set: every run once, kept as it ends; tables, figures and a page."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.dataset.model import Dataset, Split
+from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
+from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.positioning.benchmark.predictions import predictions_table
+from vislam2tag.positioning.benchmark.protocol import ModelChoice, Run, execute, planned
+from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord
+from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
+from vislam2tag.positioning.benchmark.table_4 import Table4, table_4
+from vislam2tag.positioning.benchmark.text import latex_text, rows_csv, times_csv
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.report.pages.benchmark_page import write_benchmark_page
+from vislam2tag.survey.names import unique_slugs
+
+PROGRAM = "vislam2tag benchmark"
+RECORD_FILE, PAGE_FILE = "benchmark.json", "report.html"
+SCORES_FILE, LATEX_FILE, TIMES_FILE, TABLE_4 = "scores.csv", "scores.tex", "times.csv", "table_4"
+RUNS, FIGURES = "runs", "figures"
+PUBLIC = {"tampere": "tampere", "ujiindoorloc": "uji", "utsindoorloc": "uts"}
+"""Public data sets by name, and the formats that read them."""
+_KEY_LETTERS = 12
+
+Progress = Callable[[str, float, int], None]
+"""Called with what is being done, how many runs are done (a part of one, too), and how many there are."""
+
+
+@dataclass(frozen=True)
+class BenchmarkPlan:
+    """What is compared."""
+
+    models: Sequence[ModelChoice]
+    splits: Sequence[str] = ()
+    """Names of the data set's splits; none: the official one, else ``random``."""
+    seeds: int = 5
+    technology: str = "wifi"
+    beside_paper: bool = False
+    """Whether the paper's Table IV is made of it."""
+
+
+@contextmanager
+def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
+    """Open a public data set from its files, imported into a folder that is gone afterwards.
+
+    Raises UsageError for an unknown name, DatasetError for files that are missing or not of it, or only one part of it.
+    """
+    if name not in PUBLIC:
+        raise UsageError(f"--dataset {name}: is none of the public data sets known: {', '.join(PUBLIC)}")
+    if not data.exists():
+        raise DatasetError(f"{data}: no such file or folder; --data is where the files of {name} lie, as published")
+    with tempfile.TemporaryDirectory(prefix="vislam2tag-benchmark-") as scratch:
+        dataset = import_format(data, Path(scratch) / name, ImportOptions(format_name=PUBLIC[name]))
+        split = _official(dataset)
+        if split is None or any(part.is_empty() for fold in split.info.folds for part in split.parts(fold)):
+            raise DatasetError(f"{data}: holds only a part of {name}; put its training and test files together")
+        yield dataset
+
+
+def benchmark(
+    dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progress = lambda _what, _done, _total: None
+) -> Benchmark:
+    """Make every run that ``out`` does not hold yet, and write tables, figures, page and ``benchmark.json``.
+
+    ``dataset`` lies in a folder (:func:`~vislam2tag.dataset.folder.open_dataset`). Raises UsageError for a model,
+    parameter or split that there is not, DatasetError where nothing is labelled, OutputError where ``out`` cannot be
+    written; a run that fails is told in ``Benchmark.failed``.
+    """
+    splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
+    runs = list(planned(plan.models, splits, plan.seeds))
+    data = learning_data(dataset, plan.technology)
+    with claim(out, _run_record(dataset, plan, splits), PROGRAM) as folder:
+        _clear(folder.root)
+        made: dict[str, RunRecord] = {}
+        failed: list[FailedRun] = []
+        for number, run in enumerate(runs):
+            progress(str(run), number, len(runs))
+            try:
+                stem, record = _made(folder, dataset, data, run, partial(_part, progress, run, number, len(runs)))
+                made[stem] = record
+            except (DatasetError, UsageError) as error:
+                failed.append(FailedRun(run=str(run), error=str(error)))
+        progress("figures", len(runs), len(runs))
+        found = _summed(dataset, plan, list(made.values()), failed)
+        _write(folder, dataset, plan, found, made)
+    return found
+
+
+def _part(progress: Progress, run: Run, number: int, total: int, share: float) -> None:
+    progress(str(run), number + min(share, 1.0), total)
+
+
+def split_named(dataset: Dataset, name: str) -> Split:
+    """Return a split of the data set; raises UsageError where it has none of this name."""
+    if name not in dataset.splits:
+        there = ", ".join(dataset.splits) or "none"
+        raise UsageError(f"--split {name}: {dataset.info.name} has no such split; it has: {there} (vislam2tag split)")
+    return dataset.splits[name]
+
+
+def _usual_split(dataset: Dataset) -> str:
+    official = _official(dataset)
+    return official.info.name if official else "random"
+
+
+def _official(dataset: Dataset) -> Split | None:
+    """Return the split that came with the data."""
+    return next((split for split in dataset.splits.values() if split.info.kind == "official"), None)
+
+
+def _run_record(dataset: Dataset, plan: BenchmarkPlan, splits: Sequence[Split]) -> dict[str, object]:
+    return {
+        "version": __version__,
+        "dataset": dataset.info.name,
+        "models": {model.name: dict(model.parameters) for model in plan.models},
+        "splits": [split.info.name for split in splits],
+        "seeds": plan.seeds,
+        "technology": plan.technology,
+    }
+
+
+def _clear(root: Path) -> None:
+    """Remove what an earlier benchmark summed up; its runs stay."""
+    try:
+        tables = [f"{TABLE_4}.{kind}" for kind in ("csv", "tex", "md")]
+        for name in (RECORD_FILE, SCORES_FILE, LATEX_FILE, TIMES_FILE, *tables):
+            (root / name).unlink(missing_ok=True)
+        shutil.rmtree(root / FIGURES, ignore_errors=True)
+    except OSError as error:
+        raise OutputError(f"{root}: cannot be written ({error.strerror}); choose another --out") from error
+
+
+def _made(
+    folder: OutputFolder, dataset: Dataset, data: LearningData, run: Run, progress: Callable[[float], None]
+) -> tuple[str, RunRecord]:
+    """Return a run's stem and record: as it was kept, else made now and kept, the record last."""
+    key = run.key(dataset)
+    seed = "once" if run.seed is None else f"seed_{run.seed}"
+    name = ".".join((run.model.name, run.split.info.name, run.fold, seed, key[:_KEY_LETTERS]))
+    stem = f"{RUNS}/{unique_slugs([name])[0]}"
+    kept = _kept(folder.root / f"{stem}.json", key)
+    if kept is not None:
+        return stem, kept
+    outcome = execute(run, data, key, progress)
+    table = predictions_table(outcome.ids, outcome.truth, outcome.found)
+    folder.write(f"{stem}.parquet", lambda path: table.write_parquet(path, compression="zstd"))
+    folder.write_text(f"{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
+    return stem, outcome.record
+
+
+def _kept(path: Path, key: str) -> RunRecord | None:
+    try:
+        record = RunRecord.model_validate_json(path.read_bytes())
+        pl.read_parquet_schema(path.with_suffix(".parquet"))
+    except (OSError, ValidationError, pl.exceptions.PolarsError):
+        return None
+    return record if record.key == key else None
+
+
+def _summed(dataset: Dataset, plan: BenchmarkPlan, runs: Sequence[RunRecord], failed: Sequence[FailedRun]) -> Benchmark:
+    return Benchmark(
+        version=__version__,
+        dataset=dataset.info.name,
+        data_sha256={name: dataset.info.tables[name].sha256 for name in (FINGERPRINTS, READINGS)},
+        seeds=plan.seeds,
+        rows=benchmark_rows(runs),
+        times=model_times(runs),
+        runs=list(runs),
+        failed=list(failed),
+    )
+
+
+def _write(
+    folder: OutputFolder, dataset: Dataset, plan: BenchmarkPlan, found: Benchmark, made: Mapping[str, RunRecord]
+) -> None:
+    """Write tables, figures, the page, and last the record, which is the mark that all is there."""
+    folder.write_text(SCORES_FILE, rows_csv(found.rows))
+    folder.write_text(LATEX_FILE, latex_text(found.rows))
+    folder.write_text(TIMES_FILE, times_csv(found.times))
+    table = table_4(found.rows) if plan.beside_paper else None
+    if table is not None:
+        write_table_4(folder, table)
+    figures = []
+    predictions = {folder.root / f"{stem}.parquet": record for stem, record in made.items()}
+    for figure, files in benchmark_figures(dataset, predictions):
+        for kind, content in files.items():
+            folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(_fill, content))
+        figures.append(figure)
+    folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
+    folder.write_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")
+
+
+def write_table_4(folder: OutputFolder, table: Table4) -> None:
+    """Write the paper's Table IV as CSV, LaTeX and Markdown."""
+    for kind, text in table.texts().items():
+        folder.write_text(f"{TABLE_4}.{kind}", text)
+
+
+def _fill(content: bytes, path: Path) -> None:
+    path.write_bytes(content)

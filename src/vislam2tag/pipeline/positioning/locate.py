@@ -1,0 +1,229 @@
+"""Scans become positions by a saved model, some thousand at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.by_session import SessionTables, each_session
+from vislam2tag.dataset.folder import is_dataset, open_dataset
+from vislam2tag.dataset.transmitters.privacy import hashed, key_name
+from vislam2tag.positioning.model_file import SavedModel, load
+from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.scans.radio_scans import TextArray, scans_of
+from vislam2tag.positioning.scans.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, scan_blocks
+from vislam2tag.positioning.scans.track_file import Tracks
+from vislam2tag.positioning.sequences import Sequence, filtered, smoothed
+
+OK, UNKNOWN = "ok", "unknown"
+LOCATED = {
+    "scan_id": pl.String,
+    "status": pl.String,
+    "building": pl.String,
+    "floor": pl.Int64,
+    "x": pl.Float64,
+    "y": pl.Float64,
+    "z": pl.Float64,
+    "radius_68_m": pl.Float64,
+    "radius_95_m": pl.Float64,
+    "floor_probability": pl.Float64,
+}
+"""Columns: BCS metres; null where the status is ``unknown``; ``z`` where no height was learned;
+``building`` where it has no name."""
+_DECIMALS = 3
+
+
+def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
+    """Make the rows of scans with these ids (n) and positions (n); numbers are rounded to millimetres."""
+    storey = np.maximum(found.storey, 0)
+    numbers = {
+        "x": found.xy[:, 0],
+        "y": found.xy[:, 1],
+        "z": found.z,
+        "radius_68_m": found.radius_68_m,
+        "radius_95_m": found.radius_95_m,
+        "floor_probability": np.take_along_axis(found.storey_probability, storey[:, None], axis=1)[:, 0],
+    }
+    columns = {
+        "scan_id": ids.tolist(),
+        "status": [OK if known else UNKNOWN for known in found.known.tolist()],
+        "building": [found.storeys[index].building or None for index in storey.tolist()],
+        "floor": found.floor,
+    }
+    unknown = pl.col("status") == UNKNOWN
+    return pl.DataFrame(columns | numbers, schema=LOCATED).with_columns(
+        pl.when(~unknown).then(pl.col("building", "floor")),
+        pl.col(*numbers).round(_DECIMALS).fill_nan(None),
+    )
+
+
+Write = Callable[[str], object]
+_NAMES_KEPT = 100_000
+"""Access points whose name in the model is remembered."""
+
+
+@dataclass(frozen=True)
+class Located:
+    """What became of the scans."""
+
+    scans: int
+    unknown: int
+    access_points: int
+    """How many the model knows."""
+    findings: tuple[Finding, ...]
+    advice: str | None
+    """What must be known of hashed identifiers, where it matters."""
+    in_walks: int = 0
+    """Scans that others of their walk helped to locate."""
+    tracked: int = 0
+    """Of those, scans that a track tells the motion of."""
+
+
+@dataclass(frozen=True)
+class WalkPlan:
+    """How the scans of a walk help each other."""
+
+    sequence: Sequence
+    tracks: Tracks | None = None
+
+
+class _Walks:
+    """Filters or smooths block after block; every walk lies in one of them."""
+
+    def __init__(self, plan: WalkPlan | None) -> None:
+        self.plan = plan
+        self.scans = self.tracked = 0
+        self._ended: set[str] = set()
+
+    def helped(self, found: Positions, block: ScanBlock) -> Positions:
+        """Return positions with the help of the walk; as they are where nothing was planned."""
+        if self.plan is None:
+            return found
+        scans = block.scans
+        walks = {str(name) for name in np.unique(scans.session)} - {""}
+        if not walks and not self._ended:
+            raise UsageError("--sequence and --track: no scan tells its session and time_ns; add both columns")
+        if again := walks & self._ended:
+            raise DatasetError(f"session {min(again)} comes again after others; sort the scans by session and time_ns")
+        self._ended |= walks
+        track_m = None if self.plan.tracks is None else self.plan.tracks.at(scans)
+        self.scans += int((scans.session != "").sum())
+        self.tracked += 0 if track_m is None else int(np.isfinite(track_m).all(axis=1).sum())
+        return (smoothed if self.plan.sequence is Sequence.SMOOTHER else filtered)(found, scans, track_m)
+
+
+def locate(
+    model: Path,
+    scans: Path,
+    write: Write,
+    *,
+    as_json: bool,
+    key: bytes | None = None,
+    walks: WalkPlan | None = None,
+) -> Located:
+    """Locate the scans of a file or of a data set's folder; ``write`` gets CSV or JSON lines, block by block.
+
+    ``key`` hashes identifiers as those of the model's data set were. With ``walks`` scans of a session help each other.
+    Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError where one is hashed in another
+    way than the other, or where scans tell no session though ``walks`` need it.
+    """
+    saved = load(model)
+    _check_key(saved, key)
+    bad = BadLines(scans.name)
+    name = _namer(saved, key)
+    if is_dataset(scans):
+        blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
+    else:
+        blocks = scan_blocks(scans, bad, name)
+    helping = _Walks(walks)
+    if not as_json:
+        write(",".join(LOCATED) + "\n")
+    count = unknown = 0
+    for block in blocks:
+        found = helping.helped(saved.model.predict(block.scans), block)
+        count, unknown = count + len(found), unknown + int((~found.known).sum())
+        rows = located_table(block.ids, found)
+        write(rows.write_ndjson() if as_json else rows.write_csv(include_header=False))
+    advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
+    points = len(saved.model.access_points_)
+    return Located(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)
+
+
+def hashing_advice(saved: SavedModel) -> str | None:
+    """Say how scans must be hashed for this model; None where its access points are plain."""
+    if saved.origin.bssid_key is None:
+        return None
+    return (
+        f"the model knows access points by their hash with key {saved.origin.bssid_key}: give --hash-bssid KEYFILE, or "
+        "scans whose bssid is the first 32 hex digits of HMAC-SHA256(key, address in lower case)"
+    )
+
+
+def _check_key(saved: SavedModel, key: bytes | None) -> None:
+    if key is None:
+        return
+    if saved.origin.bssid_key is None:
+        raise UsageError("--hash-bssid: the model knows access points by their plain identifiers; leave it out")
+    if key_name(key) != saved.origin.bssid_key:
+        raise UsageError(
+            f"--hash-bssid: the model's data set was hashed with key {saved.origin.bssid_key}, the file holds key "
+            f"{key_name(key)}"
+        )
+
+
+def _namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
+    """Return what makes the model's name of an identifier, whatever case it is written in."""
+    points = saved.model.access_points_
+    known = {point.lower(): point for point in points} | {point: point for point in points}
+
+    @lru_cache(_NAMES_KEPT)
+    def name(identifier: str) -> str:
+        if key is not None:
+            return hashed(identifier, key)
+        return known.get(identifier, known.get(identifier.lower(), identifier))
+
+    return name
+
+
+def _dataset_blocks(
+    folder: Path, saved: SavedModel, key: bytes | None, name: Callable[[str], str], *, whole: bool
+) -> Iterator[ScanBlock]:
+    """Read a data set's fingerprints of the model's technology, walk after walk (uncut if ``whole``)."""
+    dataset = open_dataset(folder)
+    theirs, ours = dataset.info.bssid_key, saved.origin.bssid_key
+    if theirs is not None and key is not None:
+        raise UsageError(f"--hash-bssid: {dataset.info.name} is hashed already; leave it out")
+    if key is None and theirs != ours:
+        if theirs is None:
+            raise UsageError(f"{dataset.info.name} holds plain identifiers, but {hashing_advice(saved)}")
+        raise UsageError(
+            f"{dataset.info.name} is hashed with key {theirs}, the model's access points are "
+            f"{'plain' if ours is None else f'hashed with key {ours}'}; use the set that it was hashed from"
+        )
+    wanted = dataset.fingerprints.filter(pl.col("technology") == saved.origin.technology)
+    for session in each_session(wanted, dataset.readings):
+        at_once = max(session.fingerprints.height, 1) if whole else SCANS_AT_ONCE
+        for first in range(0, session.fingerprints.height, at_once):
+            yield _block(session, session.fingerprints.slice(first, at_once), name)
+
+
+def _block(session: SessionTables, fingerprints: pl.DataFrame, name: Callable[[str], str]) -> ScanBlock:
+    rows = fingerprints.select("scan_id").with_row_index("row")
+    readings = session.readings.join(rows, on="scan_id", how="inner", maintain_order="left")
+    scans = scans_of(
+        readings["row"].to_numpy().astype(np.int64),
+        np.array([name(one) for one in readings["bssid"]], dtype=np.str_),
+        readings["rssi_dbm"].to_numpy().astype(np.float64),
+        fingerprints.height,
+        device=fingerprints["device"].fill_null("").to_numpy().astype(np.str_),
+        session=np.full(fingerprints.height, session.session or ""),
+        time_ns=fingerprints["start_ns"].fill_null(0).to_numpy(),
+    )
+    return ScanBlock(fingerprints["scan_id"].to_numpy().astype(np.str_), scans)

@@ -1,0 +1,130 @@
+"""A data set becomes a model's file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.model import Dataset, Fold, Split
+from vislam2tag.positioning.metrics import Score, score
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save
+from vislam2tag.positioning.onnx_export import write_onnx
+from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+
+SEED = "seed"
+
+
+@dataclass(frozen=True)
+class TrainPlan:
+    """What to train, and on what."""
+
+    model: str
+    parameters: Mapping[str, Any]
+    split: str | None = None
+    """Train on the training part of this split only; None: on all labelled fingerprints."""
+    fold: str | None = None
+    """Of the split; may be left out where it has one."""
+    seed: int | None = None
+    technology: str = "wifi"
+    onnx: Path | None = None
+    """Write the model as ONNX, too (networks and cell-density)."""
+
+
+@dataclass(frozen=True)
+class Tested:
+    """How a model does on the test part."""
+
+    score: Score
+    radius_68_m: float
+    """Median; NaN where all answers are unknown."""
+    radius_95_m: float
+    """The same."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A model that was trained and saved."""
+
+    saved: SavedModel
+    tested: Tested | None
+    """None where there is no test part."""
+
+
+def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], None] | None = None) -> Trained:
+    """Train a model on a data set's folder and save it.
+
+    Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
+    OutputError where ``out`` cannot be written.
+    """
+    for file in [out] if plan.onnx is None else [out, plan.onnx]:
+        if file.is_dir() or not file.parent.is_dir():
+            raise OutputError(f"{file}: cannot be written (is a folder, or in none); choose another name")
+    if plan.onnx is not None and plan.onnx.resolve() == out.resolve():
+        raise UsageError(f"--onnx {plan.onnx}: is the file of --out; choose another name")
+    model = model_named(plan.model, **_parameters(plan))
+    dataset = open_dataset(folder)
+    learned, tested, part = _parts(dataset, plan)
+    model.progress = progress
+    model.fit(learned.scans, learned.places)
+    saved = SavedModel(plan.model, model, _origin(dataset, plan.technology, part, len(learned)))
+    save(saved, out)
+    if plan.onnx is not None:
+        write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
+    return Trained(saved, None if tested is None else _tested(model, tested))
+
+
+def _tested(model: Positioner, part: LearningData) -> Tested:
+    found = model.predict(part.scans)
+    answered = found[found.known]
+    radii = (np.median(one) if len(one) else np.nan for one in (answered.radius_68_m, answered.radius_95_m))
+    return Tested(score(found, part.places), *map(float, radii))
+
+
+def _parameters(plan: TrainPlan) -> dict[str, Any]:
+    if plan.seed is None:
+        return dict(plan.parameters)
+    if SEED not in model_named(plan.model).get_params():
+        raise UsageError(f"--seed: nothing in {plan.model} is random")
+    return {**plan.parameters, SEED: plan.seed}
+
+
+def _parts(dataset: Dataset, plan: TrainPlan) -> tuple[LearningData, LearningData | None, str]:
+    """Return what trains, what tests, and a name for the former."""
+    if plan.split is None:
+        if plan.fold is not None:
+            raise UsageError(f"--fold {plan.fold}: belongs to a split; give --split as well")
+        return learning_data(dataset, plan.technology), None, "all"
+    split, fold = _fold(dataset, plan.split, plan.fold)
+    learned, tested = learning_data(dataset, plan.technology).parts(split, fold)
+    part = f"split {split.info.name}, fold {fold.name}"
+    if not len(learned):
+        raise DatasetError(f"{dataset.info.name}: no labelled fingerprint trains in {part}; choose another fold")
+    return learned, tested if len(tested) else None, part
+
+
+def _fold(dataset: Dataset, split_name: str, fold_name: str | None) -> tuple[Split, Fold]:
+    split = dataset.splits.get(split_name)
+    if split is None:
+        there = ", ".join(sorted(dataset.splits)) or "none; vislam2tag split makes one"
+        raise UsageError(f"--split {split_name}: the data set has no such split; there are: {there}")
+    names = [fold.name for fold in split.info.folds]
+    if fold_name is None and len(names) == 1:
+        fold_name = names[0]
+    if fold_name not in names:
+        given = "--fold" if fold_name is None else f"--fold {fold_name}"
+        raise UsageError(f"{given}: choose one of split {split_name}: {', '.join(names)}")
+    return split, split.fold(fold_name)
+
+
+def _origin(dataset: Dataset, technology: str, part: str, scans: int) -> ModelOrigin:
+    info = dataset.info
+    return ModelOrigin(
+        dataset=info.name, part=part, scans=scans, technology=technology, frame=info.frame, bssid_key=info.bssid_key
+    )

@@ -1,0 +1,47 @@
+"""Which sessions of a survey a command is for, and where it must not write."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.model import SessionRef, Survey
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which sessions of a survey that a command is for; an empty tuple means all."""
+
+    floors: tuple[int, ...] = ()
+    devices: tuple[str, ...] = ()
+
+
+def selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
+    """Return the chosen sessions, without those that corrections exclude.
+
+    Raises UsageError for a floor or device of which the survey has no session.
+    """
+    for wanted, have, option in (
+        (selection.floors, {ref.key.floor for ref in survey.sessions}, "--floor"),
+        (selection.devices, {ref.key.device for ref in survey.sessions}, "--device"),
+    ):
+        unknown = [value for value in wanted if value not in have]
+        if unknown:
+            there = ", ".join(str(value) for value in sorted(have, key=str))
+            raise UsageError(f"{option} {unknown[0]}: the survey has no session of it; there are: {there}")
+    return [
+        ref
+        for ref in survey.sessions
+        if (not selection.floors or ref.key.floor in selection.floors)
+        and (not selection.devices or ref.key.device in selection.devices)
+        and not corrections.excludes(ref.key)
+    ]
+
+
+def refuse_among_sessions(survey: Survey, out: Path) -> None:
+    """Raise OutputError for an output folder among the raw data, where the next run would take it for a device's."""
+    inside = survey.root.resolve() in out.resolve().parents
+    if inside and out.resolve().relative_to(survey.root.resolve()).parts[0].startswith("floor_"):
+        raise OutputError(f"{out}: lies among the survey's sessions, which stay as they are; choose another --out")

@@ -1,0 +1,158 @@
+"""The output folder: claimed by one run at a time, every file written whole or not at all."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.schemas import OPTIONAL
+
+PARTIAL = ".partial"
+
+
+@dataclass(frozen=True)
+class OutputFolder:
+    """Paths and whole-file writes of one output folder; cheap to pass to worker processes."""
+
+    root: Path
+
+    def write(self, relative: str, fill: Callable[[Path], None]) -> None:
+        """Let ``fill`` write a temporary file, then move it to ``relative``.
+
+        Raises OutputError, and leaves no half file, where either cannot be done.
+        """
+        target = self.root / relative
+        partial = self.root / PARTIAL / relative.replace("/", ".")
+        try:
+            target.parent.mkdir(exist_ok=True)
+            fill(partial)
+            os.replace(partial, target)  # noqa: PTH105 - Path.replace would hide that this must be atomic
+        except (OSError, pl.exceptions.PolarsError, OutputError) as error:
+            partial.unlink(missing_ok=True)
+            raise OutputError(
+                f"{target}: cannot be written ({_cause(error)}); free space or choose another --out, then run the same "
+                "command again: what is done is kept"
+            ) from error
+
+    def write_text(self, relative: str, text: str) -> None:
+        """Write a UTF-8 text file whole."""
+        self.write(relative, lambda path: _write_bytes(path, text.encode()))
+
+    def result(self, slug: str) -> SessionResult | None:
+        """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
+        try:
+            return SessionResult.model_validate_json((self.root / RESULTS / f"{slug}.json").read_bytes())
+        except (OSError, ValidationError):
+            return None
+
+    def forget(self, slug: str) -> None:
+        """Remove a session's done-mark, so that its tables are not trusted while they are rewritten.
+
+        Tables that not every session has go, too: the session may have none now.
+        """
+        self._remove(self.root / RESULTS / f"{slug}.json")
+        for table in OPTIONAL:
+            self._remove(self.root / table / f"{slug}.parquet")
+
+    def keep_only(self, slugs: set[str]) -> int:
+        """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
+        results = list(self.root.glob(f"{RESULTS}/*.json"))
+        for path in [*results, *self.root.glob("*/floor_*.parquet")]:
+            if path.stem not in slugs:
+                self._remove(path)
+        return len({path.stem for path in results} - slugs)
+
+    def _remove(self, path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(
+                f"{path}: cannot be removed ({error.strerror}); check its permissions or choose another --out"
+            ) from error
+
+
+@contextmanager
+def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterator[OutputFolder]:
+    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
+
+    The lock is held on the folder itself, so nothing is left behind when the process is killed.
+    """
+    folder = OutputFolder(root)
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        handle = os.open(root, os.O_RDONLY)
+    except OSError as error:
+        reason = "a file, not a folder" if root.is_file() else error.strerror
+        raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
+    try:
+        _lock(handle, root)
+        _refuse_foreign(root, program)
+        try:
+            _prepare(folder, {"program": program} | run)
+            yield folder
+        finally:
+            shutil.rmtree(root / PARTIAL, ignore_errors=True)
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, root: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise OutputError(f"{root}: another run is writing there; wait for it or choose another --out") from error
+    except OSError as error:
+        raise OutputError(
+            f"{root}: cannot be locked ({error.strerror}), as on some network drives; choose an --out on a local disk"
+        ) from error
+
+
+def _refuse_foreign(root: Path, program: str) -> None:
+    """Refuse a non-empty folder that no run of this program made."""
+    if {path.name for path in root.iterdir()} <= {PARTIAL}:
+        return
+    try:
+        ours = json.loads((root / RUN_FILE).read_bytes())["program"] == program
+    except (OSError, ValueError, KeyError, TypeError):
+        ours = False
+    if not ours:
+        raise OutputError(
+            f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
+            "choose an empty or new folder for --out"
+        )
+
+
+def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
+    try:
+        shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
+        (folder.root / PARTIAL).mkdir()
+        for name in (SUMMARY_FILE, "report.html"):
+            (folder.root / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error
+    folder.write_text(RUN_FILE, json.dumps(run, indent=2, sort_keys=True) + "\n")
+
+
+def _cause(error: Exception) -> str:
+    """Say in the system's words why a file could not be written, whichever library met it."""
+    first = error.__cause__ or error
+    number = re.search(r"\(os error (\d+)\)", str(first))
+    if number:
+        return os.strerror(int(number.group(1)))
+    return (first.strerror if isinstance(first, OSError) else None) or str(first)
+
+
+def _write_bytes(path: Path, data: bytes) -> None:
+    path.write_bytes(data)

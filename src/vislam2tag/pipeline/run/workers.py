@@ -1,0 +1,130 @@
+"""Sessions in parallel: worker processes that use one core each and never outlive the main process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent import futures
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import wait
+from typing import TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.common.errors import OutputError
+
+_Job = TypeVar("_Job")
+_Outcome = TypeVar("_Outcome")
+
+AHEAD = 2
+"""Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
+
+
+def process_all(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], workers: int, report: Callable[[_Outcome], None]
+) -> None:
+    """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
+
+    Each process does its linear algebra in one thread: the matrices are small, and how many threads add up a sum shows
+    in its last digits. Raises what that raises, and OutputError where a worker is ended from outside. Whatever is
+    raised, an interrupt included, the other processes are gone then.
+    """
+    with threadpool_limits(limits=1):
+        _process_all(work, todo, min(workers, len(todo)) - 1, report)
+
+
+def _process_all(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], others: int, report: Callable[[_Outcome], None]
+) -> None:
+    """Do the work here and in ``others`` further processes."""
+    if others < 1:
+        for job in todo:
+            report(work(job))
+        return
+    with _pool(others) as pool:
+        try:
+            for outcome in _shared_out(work, todo, pool, others * AHEAD):
+                report(outcome)
+        except BrokenProcessPool as error:
+            raise OutputError(
+                "a worker process was ended from outside (out of memory?); "
+                "run again with fewer --jobs, what is done is kept"
+            ) from error
+
+
+def _shared_out(
+    work: Callable[[_Job], _Outcome], todo: list[_Job], pool: ProcessPoolExecutor, ahead: int
+) -> Iterator[_Outcome]:
+    """Keep the pool supplied, and do the next session here meanwhile."""
+    waiting = deque(todo)
+    running: set[Future[_Outcome]] = set()
+    while waiting or running:
+        with _interrupts_held_back():
+            while waiting and len(running) < ahead:
+                running.add(pool.submit(work, waiting.popleft()))
+        if waiting:
+            yield work(waiting.popleft())
+        ended, running = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
+        yield from (future.result() for future in ended)
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Worker processes of one thread each, so that they do not compete for the cores; ended at once on errors."""
+    before = os.environ.get("POLARS_MAX_THREADS")
+    os.environ["POLARS_MAX_THREADS"] = "1"
+    others = set(multiprocessing.active_children())
+    try:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, mp_context=context, initializer=_start_worker) as pool:
+            try:
+                yield pool
+            except BaseException:
+                for worker in set(multiprocessing.active_children()) - others:
+                    worker.terminate()
+                raise
+    finally:
+        if before is None:
+            del os.environ["POLARS_MAX_THREADS"]
+        else:
+            os.environ["POLARS_MAX_THREADS"] = before
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Let an interrupt wait until this is over.
+
+    Processes started meanwhile hold interrupts back for good, as they must: one that comes while a worker is still
+    importing would end it with a traceback.
+    """
+    came: list[int] = []
+    here = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if here else None
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # is inherited, as a handler is not
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if here:
+            signal.signal(signal.SIGINT, handler)
+    if came and callable(handler):
+        handler(came[0], None)
+
+
+def _start_worker() -> None:
+    """Calculate in one thread, and end at once when the main process dies (it may be killed)."""
+    threadpool_limits(limits=1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)

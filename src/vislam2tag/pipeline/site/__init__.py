@@ -1,0 +1,1 @@
+"""Everything before a walk: sites, plans of landmarks, registration, other frames."""

@@ -1,0 +1,157 @@
+"""Beginning a site: a plan becomes a floor of ``site.toml``, or the published layout is described by one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.plans.placing import NO_SCALE
+from vislam2tag.survey.plans.source import Extent, PlanSource
+from vislam2tag.survey.site_file import (
+    SITE_FILE,
+    FloorPart,
+    GeoreferencePart,
+    SiteFile,
+    has_site_file,
+    read_site_file,
+    site_file_text,
+)
+
+INFO, MAP = "floor_info.json", "geojson_map.json"
+"""A floor of the Indoor Location Competition 2.0: its extent in metres, and its map."""
+
+
+@dataclass(frozen=True)
+class NewFloor:
+    """A floor to add; ``part.plan`` tells how ``plan``, a file anywhere, is to be read."""
+
+    plan: Path
+    part: FloorPart
+
+
+def competition_floor(folder: Path, number: int | None) -> NewFloor:
+    """A floor's folder of the Indoor Location Competition 2.0, whose map fills the floor's extent.
+
+    ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
+    """
+    from vislam2tag.dataset.reading.ilc20_site import floor_number  # all else of a site does without data sets
+
+    path = folder / INFO
+    try:
+        extent = json.loads(path.read_bytes())["map_info"]
+        source = PlanSource(file=MAP, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise SurveyError(f'{path}: expected {{"map_info": {{"width": ..., "height": ...}}}} in metres') from error
+    name = folder.resolve().name
+    number = floor_number(name) if number is None else number
+    if number is None:
+        raise UsageError(f"--floor: {name} is no floor's name such as F4 or B1; give its number")
+    return NewFloor(folder / MAP, FloorPart(number=number, name=name, plan=source))
+
+
+def is_competition_floor(path: Path) -> bool:
+    """Whether a path is such a folder."""
+    return (path / INFO).is_file()
+
+
+def add_floor(root: Path, new: NewFloor, building: str = "", georeference: GeoreferencePart | None = None) -> SiteFile:
+    """Copy a plan into a survey's folder, where it is not there yet, and describe it in ``site.toml``.
+
+    ``building`` and ``georeference`` replace what the file says, where they are given. Raises SurveyError or
+    UsageError where the plan cannot be used or the floor is there already, OutputError where nothing can be written.
+    """
+    site = read_site_file(root) if has_site_file(root) else None
+    floors = () if site is None else site.floors
+    if any(floor.number == new.part.number for floor in floors):
+        raise UsageError(f"--floor {new.part.number}: {root / SITE_FILE} has that floor already; edit it there")
+    earth = georeference or (None if site is None else site.georeference)
+    _check(new, earth)
+    inside = _inside(root, new)
+    assert new.part.plan is not None
+    plan = new.part.plan.model_copy(update={"file": inside.as_posix()})
+    part = new.part.model_copy(update={"plan": plan})
+    whole = SiteFile(
+        name=building or ("" if site is None else site.name),
+        georeference=earth,
+        floors=tuple(sorted((*floors, part), key=lambda floor: floor.number)),
+    )
+    _copy(new.plan, root / inside)
+    _write(root, whole)
+    return whole
+
+
+def describe_published(root: Path, building: str = "", georeference: GeoreferencePart | None = None) -> SiteFile:
+    """Write the ``site.toml`` of a survey in the published layout; its files stay as they are.
+
+    Raises UsageError where it has one, SurveyError where it is no survey.
+    """
+    if has_site_file(root):
+        raise UsageError(f"{root / SITE_FILE}: is there already; edit it, or add a floor by --plan")
+    site, _ = read_site(root)
+    parts = tuple(_published_part(root, floor) for floor in site.floors)
+    whole = SiteFile(name=building, georeference=georeference, floors=parts)
+    _write(root, whole)
+    return whole
+
+
+def _published_part(root: Path, floor: Floor) -> FloorPart:
+    plan = None
+    if floor.plan is not None and floor.width_m is not None and floor.height_m is not None:
+        extent = Extent(width_m=floor.width_m, height_m=floor.height_m)
+        plan = PlanSource(file=floor.plan.relative_to(root).as_posix(), extent=extent)
+    name = "" if floor.name == f"Floor {floor.number}" else floor.name
+    return FloorPart(number=floor.number, name=name, elevation_m=floor.elevation_m, plan=plan)
+
+
+def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
+    """Load the plan as it will be; raises SurveyError or UsageError where that fails."""
+    georeference = None if earth is None else earth.georeference()
+    points = ControlPoints((), np.empty((0, 2)))
+    floor = Floor(
+        new.part.number, "", None, None, None, new.plan, points, source=new.part.plan, georeference=georeference
+    )
+    try:
+        floor_plan(floor)
+    except SurveyError as error:
+        if str(error.__cause__) == NO_SCALE:
+            raise UsageError(
+                f"{new.plan}: tells no scale; give --width and --height, two --point, --distance or --unit"
+            ) from error
+        raise
+
+
+def _inside(root: Path, new: NewFloor) -> Path:
+    """Where the plan lies in the survey's folder, or will."""
+    plan = new.plan.resolve()
+    if plan.is_relative_to(root.resolve()):
+        return plan.relative_to(root.resolve())
+    return Path(f"floor_{new.part.number}") / plan.name
+
+
+def _copy(source: Path, target: Path) -> None:
+    if target.exists() and target.resolve() == source.resolve():
+        return
+    if target.exists():
+        raise OutputError(f"{target}: is there already; remove it, or give it as --plan")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target)
+        else:
+            shutil.copyfile(source, target)
+    except OSError as error:
+        raise OutputError(f"{target}: cannot be written ({error.strerror}); check its permissions") from error
+
+
+def _write(root: Path, site: SiteFile) -> None:
+    with whole_file(root / SITE_FILE) as partial:
+        partial.write_text(site_file_text(site), encoding="utf-8")

@@ -1,0 +1,175 @@
+"""From a site to its plans of landmarks: drawings, lists, a summary, a page; the site's own files if wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
+from vislam2tag.figures.style import rendered
+from vislam2tag.planning.floor import FloorDesign, Given, plan_floor
+from vislam2tag.planning.forbidden import read_forbidden
+from vislam2tag.planning.marker_file import with_landmarks
+from vislam2tag.planning.records import FloorSummary, PlanSummary, floor_summary, landmarks_text, new_ids
+from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.report.pages.plan_page import write_plan_page
+from vislam2tag.survey.discover import floor_folders, read_site
+from vislam2tag.survey.landmark_file import LANDMARK_FILE
+from vislam2tag.survey.model import Floor, Site
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.correction import read_mask
+from vislam2tag.walkable.graph import corridor_graph
+from vislam2tag.walkable.space import walkable_space
+
+SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
+Progress = Callable[[str, int], None]
+"""Hears the name of each step when it begins, and the number of all steps."""
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What to plan; ``floors`` empty: all."""
+
+    floors: tuple[int, ...] = ()
+    first_id: int = 1
+    anew: bool = False
+    """Whether the site's landmarks are left out of account instead of being fixed."""
+    forbidden: Path | None = None
+    mask: Path | None = None
+    """Drawn correction of what can be walked, for the one floor that is planned."""
+    write: bool = False
+    """Whether the new landmarks are added to the site's own files."""
+
+
+@dataclass(frozen=True)
+class PlannedFloor:
+    """One floor's plan and what is said of it."""
+
+    floor: Floor
+    design: FloorDesign
+    summary: FloorSummary
+
+
+def is_plan(folder: Path) -> bool:
+    """Whether the folder holds plans."""
+    return (folder / SUMMARY_FILE).is_file()
+
+
+def write_plans(
+    site_folder: Path,
+    out: Path,
+    settings: PlanSettings,
+    request: PlanRequest,
+    progress: Progress = lambda _step, _total: None,
+) -> PlanSummary:
+    """Plan the landmarks of a site's floors into ``out``, which appears whole or not at all.
+
+    Raises SurveyError where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError
+    where something cannot be written.
+    """
+    site, findings = read_site(site_folder)
+    floors = _floors(site, request.floors)
+    if request.mask is not None and len(request.floors) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
+    forbidden = {} if request.forbidden is None else read_forbidden(request.forbidden)
+    unknown = sorted(set(forbidden) - {floor.number for floor in site.floors})
+    if unknown:
+        raise SurveyError(f"{request.forbidden}: the site has no floor {unknown[0]}")
+    with whole_folder(out, is_plan) as folder:
+        planned: list[PlannedFloor] = []
+        first = request.first_id
+        for floor in floors:
+            given = _given(site, floor, forbidden.get(floor.number, np.zeros((0, 4))), anew=request.anew)
+            design = _design(floor, request.mask, settings, given, lambda step: progress(step, len(floors)))
+            ids = new_ids(len(design.place), first, site.landmarks.ids)
+            first = int(ids[-1]) + 1 if ids else first
+            summary = floor_summary(design, floor.number, floor.name, ids, settings)
+            planned.append(PlannedFloor(floor, design, summary))
+        result = PlanSummary(
+            version=__version__,
+            settings=settings,
+            floors=tuple(one.summary for one in planned),
+            findings=tuple(one for one in findings if one.file.endswith(LANDMARK_FILE) and one.kind != "missing_file"),
+        )
+        _write(folder, planned, result)
+    if request.write:
+        add_to_site(site_folder, result)
+    return result
+
+
+def _floors(site: Site, wanted: Sequence[int]) -> list[Floor]:
+    there = {floor.number: floor for floor in site.floors}
+    for number in wanted:
+        if number not in there:
+            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
+    return [there[number] for number in sorted(set(wanted) or set(there))]
+
+
+def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> Given:
+    here = site.landmarks.on_floor(floor.number)
+    rows = [] if anew else np.flatnonzero(here.surveyed).tolist()
+    return Given(here.position_bcs[rows].reshape(-1, 2), tuple(here.ids[row] for row in rows), forbidden)
+
+
+def _design(
+    floor: Floor, mask: Path | None, settings: PlanSettings, given: Given, on_step: Callable[[str], None]
+) -> FloorDesign:
+    on_step("walkable space")
+    space = walkable_space(floor_plan(floor), mask=None if mask is None else read_mask(mask))
+    try:
+        return plan_floor(space, corridor_graph(space), settings, given, on_step)
+    except SurveyError as error:
+        raise SurveyError(f"floor {floor.number}: {error}") from error
+
+
+def _write(folder: Path, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
+    (folder / SUMMARY_FILE).write_text(result.model_dump_json(indent=1) + "\n", encoding="utf-8")
+    (folder / LANDMARKS_FILE).write_text(landmarks_text(result.landmarks), encoding="utf-8", newline="")
+    images: dict[int, tuple[bytes, bytes]] = {}
+    for one in planned:
+        stem = f"floor_{one.floor.number}"
+        drawings = {
+            "plan": landmark_plan(one.design, one.floor, one.summary),
+            "sigma": sigma_figure(one.design, one.floor, one.summary),
+        }
+        files = {(name, kind): rendered(figure, kind) for name, figure in drawings.items() for kind in ("png", "pdf")}
+        for (name, kind), content in files.items():
+            (folder / f"{stem}.{name}.{kind}").write_bytes(content)
+        images[one.floor.number] = (files["plan", "png"], files["sigma", "png"])
+    write_plan_page(folder / PAGE_FILE, result, images)
+
+
+def add_to_site(site_folder: Path, result: PlanSummary) -> None:
+    """Add the new landmarks to the floors' own files; each is replaced whole.
+
+    Raises OutputError where one cannot be read or written.
+    """
+    folders = _floor_folders(site_folder)
+    for floor in result.floors:
+        if not floor.landmarks:
+            continue
+        path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
+        try:
+            path.parent.mkdir(exist_ok=True)
+            before = path.read_bytes().decode("utf-8", errors="surrogateescape") if path.is_file() else ""
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
+        with whole_file(path) as partial:
+            text = with_landmarks(before, floor.landmarks)
+            partial.write_bytes(text.encode("utf-8", errors="surrogateescape"))
+
+
+def _floor_folders(site_folder: Path) -> dict[int, Path]:
+    """The folders of the floors; a site that site.toml describes may have none yet."""
+    try:
+        return floor_folders(site_folder)[0]
+    except SurveyError:
+        return {}

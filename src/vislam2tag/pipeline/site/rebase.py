@@ -1,0 +1,137 @@
+"""Carrying labels and landmarks over to a new plan, origin or resurvey; raw data and the source stay untouched."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
+from vislam2tag.dataset.folder import is_dataset
+from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.pipeline.labels.process import floor_records, site_hashes
+from vislam2tag.pipeline.labels.tables import write_table
+from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
+from vislam2tag.pipeline.site.rebase_results import changed_result, floors_of_result
+from vislam2tag.pipeline.site.rebase_tables import changed_table
+from vislam2tag.pipeline.site.write import write_changed_site
+from vislam2tag.report.run_page.html import write_report
+from vislam2tag.report.run_page.summary import summarise
+from vislam2tag.settings import Settings
+from vislam2tag.survey.changed_files import changed_landmarks_text
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+
+REPORT_FILE = "report.html"
+
+
+def rebase(
+    source: Path, out: Path, changes: FrameChanges, new_site: Path | None = None, building: str | None = None
+) -> str:
+    """Write ``source`` in its new frame to ``out``, whole or not at all; return what it is.
+
+    ``source`` is an output folder of ``process``, a data set, a site, or a file with landmarks of several floors.
+    ``new_site`` is the site that the frame is of: labels and data sets take its floors and plans; ``building`` is what
+    a data set with several calls it. Raises SurveyError or DatasetError where the source cannot be read or a floor has
+    no change, UsageError where ``new_site`` or ``building`` is missing, OutputError where ``out`` cannot be written.
+    """
+    if out.exists() and out.resolve() == source.resolve():
+        raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
+    if source.is_file():
+        text = changed_landmarks_text(source.parent, source, changes.by_floor, None)
+        with whole_file(out) as partial:
+            partial.write_text(text, encoding="utf-8")
+        return "landmarks"
+    if not is_dataset(source) and not is_labelled(source):
+        write_changed_site(source, out, changes)
+        return "site"
+    if new_site is None:
+        raise UsageError("--to: labels and data sets need the new site, for its floors and plans")
+    if is_dataset(source):
+        rebase_dataset(source, out, changes, new_site, building)
+        return "data set"
+    _rebase_labels(open_labelled(source), out, changes, new_site)
+    return "labels"
+
+
+def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, new_site: Path) -> None:
+    site, findings = read_site(new_site)
+    there = set()
+    for session in labelled.sessions:
+        there |= floors_of_result(session.result())
+    _refuse_missing(there, changes, site, new_site)
+    with whole_folder(out, _is_rebased) as folder:
+        _write_run(labelled, folder, changes, site, new_site)
+        refs = [_write_session(labelled, slug, folder, changes.by_floor) for slug in _slugs(labelled)]
+        _reduce(labelled, folder, Survey(new_site, site, tuple(refs), findings))
+
+
+def _is_rebased(folder: Path) -> bool:
+    """Whether a folder holds labels that were rebased."""
+    return is_labelled(folder) and (folder / CHANGE_FILE).is_file()
+
+
+def _slugs(labelled: LabelledSurvey) -> Iterator[str]:
+    """Sessions in the order of the survey: by floor, device and name."""
+    keyed = []
+    for session in labelled.sessions:
+        result = session.result()
+        keyed.append((SessionKey(result.floor, result.device, result.session), session.slug))
+    return (slug for _, slug in sorted(keyed))
+
+
+def _refuse_missing(numbers: Iterable[int], changes: FrameChanges, site: Site, new_site: Path) -> None:
+    there = {floor.number for floor in site.floors}
+    for number in sorted(numbers):
+        if number not in changes.by_floor:
+            raise SurveyError(f"there is no change for floor {number}; add it to {CHANGE_FILE}, or to both sites")
+        if number not in there:
+            raise SurveyError(f"{new_site}: has no floor {number}, which the labels are on; add it")
+
+
+def _write_run(labelled: LabelledSurvey, folder: Path, changes: FrameChanges, site: Site, new_site: Path) -> None:
+    """The run's record with the new site's floors, and how the labels came there."""
+    run = json.loads((labelled.root / RUN_FILE).read_bytes())
+    run["floors"] = floor_records(site)
+    run["site_files"] = site_hashes(new_site)
+    run["rebase"] = [*run.get("rebase", []), *(change.model_dump(mode="json") for change in changes.floors)]
+    (folder / RUN_FILE).write_text(json.dumps(run, indent=2, sort_keys=True) + "\n", encoding="utf-8")
+    (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+
+
+def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: Mapping[int, FrameChange]) -> SessionRef:
+    """Write a session's tables and result, and say which session it is."""
+    strategy = str(labelled.settings.get("strategy", ""))
+    for name in SCHEMAS:
+        path = labelled.root / name / f"{slug}.parquet"
+        if path.is_file():
+            (folder / name).mkdir(exist_ok=True)
+            table = changed_table(pl.scan_parquet(path), changes).collect()
+            write_table(table, name, strategy, folder / name / path.name)
+    result = next(session for session in labelled.sessions if session.slug == slug).result()
+    (folder / RESULTS).mkdir(exist_ok=True)
+    text = changed_result(result, changes).model_dump_json(indent=1) + "\n"
+    (folder / RESULTS / f"{slug}.json").write_text(text, encoding="utf-8")
+    key = SessionKey(result.floor, result.device, result.session)
+    return SessionRef(key, Path(), result.format, slug)
+
+
+def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
+    """Write report and summary of what has been changed."""
+    settings = Settings.model_validate(labelled.settings)
+
+    def results() -> Iterator[SessionResult]:
+        for ref in survey.sessions:
+            yield SessionResult.model_validate_json((folder / RESULTS / f"{ref.slug}.json").read_bytes())
+
+    summary = summarise(results(), settings.strategy, labelled.version, survey.findings)
+    write_report(folder / REPORT_FILE, survey, settings, results(), summary)
+    text = json.dumps(summary.model_dump(mode="json"), indent=1) + "\n"
+    (folder / SUMMARY_FILE).write_text(text, encoding="utf-8")

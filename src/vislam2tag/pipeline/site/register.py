@@ -1,0 +1,162 @@
+"""Registering a floor: from surveyors' files to positions, and those into the site or a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.core.similarity import as_complex
+from vislam2tag.figures.registration_figures import residual_figure
+from vislam2tag.figures.style import rendered
+from vislam2tag.registration.clicks import read_clicks
+from vislam2tag.registration.columns import Column
+from vislam2tag.registration.inputs import known_of_site, read_known, read_stations
+from vislam2tag.registration.names import NameRules
+from vislam2tag.registration.record import Registration
+from vislam2tag.registration.register import Measured, register_floor
+from vislam2tag.registration.settings import RegistrationSettings
+from vislam2tag.registration.site_output import control_point_text, landmark_text
+from vislam2tag.registration.tape_file import read_distances, read_targets
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.model import Floor, Site
+
+RECORD_FILE = "registration.json"
+FIGURE_FILES = ("residuals.svg", "residuals.png")
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Files of one floor, and how to read them."""
+
+    stations: Sequence[Path] = ()
+    control: Path | None = None
+    known: Sequence[str] = ()
+    """Points of the site that are known, by name; ``all``: every one."""
+    tape: Path | None = None
+    targets: Path | None = None
+    clicks: Path | None = None
+    columns: Sequence[Column | None] | None = None
+    codes: Sequence[str] = ()
+    rules: NameRules = field(default_factory=NameRules)
+    free_scale: bool = False
+
+
+def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
+    """Read the site and choose its floor, the only one where no number is given; raises UsageError otherwise."""
+    site, _ = read_site(root)
+    there = ", ".join(str(floor.number) for floor in site.floors)
+    if number is None:
+        if len(site.floors) != 1:
+            raise UsageError(f"--floor: the site has several ({there}); say which")
+        return site, site.floors[0]
+    try:
+        return site, site.floor(number)
+    except KeyError:
+        raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}") from None
+
+
+def register(site: Site, floor: Floor, sources: Sources, settings: RegistrationSettings) -> Registration:
+    """Read all files and adjust them.
+
+    Raises UsageError where nothing is measured, SurveyError where a file cannot be used or a frame is not determined.
+    """
+    if not sources.stations and sources.tape is None and sources.clicks is None:
+        raise UsageError("nothing to register: give --station, --tape or --clicks")
+    if sources.stations and sources.control is None and not sources.known:
+        raise UsageError(
+            "--station needs known points: --control FILE, or --known ID for landmarks of the site (--known all)"
+        )
+    measured, findings = _measured(site, floor, sources, settings)
+    return register_floor(floor.number, measured, settings, free_scale=sources.free_scale, findings=findings)
+
+
+def _measured(
+    site: Site, floor: Floor, sources: Sources, settings: RegistrationSettings
+) -> tuple[Measured, list[Finding]]:
+    rules = sources.rules
+    shots, heights, findings = read_stations(sources.stations, sources.columns, sources.codes, rules, settings)
+    known, known_heights = known_of_site(site, floor.number, sources.known, rules, settings)
+    if sources.control is not None:
+        more, more_heights, problems = read_known(sources.control, rules, settings)
+        named = {one.point for one in more}
+        known = [*more, *(one for one in known if one.point not in named)]
+        known_heights = [*more_heights, *(one for one in known_heights if one.point not in named)]
+        findings += problems
+    distances, problems = ([], []) if sources.tape is None else read_distances(sources.tape, settings)
+    targets, more_problems = ({}, []) if sources.targets is None else read_targets(sources.targets, settings)
+    clicks, click_problems = ({}, []) if sources.clicks is None else read_clicks(sources.clicks, floor.number, settings)
+    here = site.landmarks.on_floor(floor.number)
+    expected = {here.ids[i]: complex(as_complex(here.position_bcs[i])) for i in np.flatnonzero(here.surveyed).tolist()}
+    measured = Measured(
+        shots=shots,
+        known=known,
+        heights=[*heights, *known_heights],
+        distances=distances,
+        targets=targets,
+        clicks=clicks,
+        expected=expected,
+        extent_m=floor.extent_m,
+    )
+    return measured, [*findings, *problems, *more_problems, *click_problems]
+
+
+def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: bool) -> list[Path]:
+    """Write the landmarks (and control points) into the floor's own files, and the record beside them.
+
+    Raises OutputError where other positions stand there and ``replace`` is not given; then nothing is written.
+    """
+    folder = _folder_of(root, floor)
+    texts = _texts(root, folder, floor, found, replace=replace)
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made ({error.strerror})") from error
+    for name, text in texts.items():
+        with whole_file(folder / name) as partial:
+            partial.write_text(text, encoding="utf-8", newline="")
+    return [folder / name for name in texts]
+
+
+def write_folder(out: Path, root: Path, floor: Floor, found: Registration) -> list[Path]:
+    """Write the floor's files as they would be, the record and the figure into a folder of their own."""
+    texts = _texts(root, _folder_of(root, floor), floor, found, replace=True)
+    figure = residual_figure(floor, found)
+    with whole_folder(out, _is_ours) as partial:
+        for name, text in texts.items():
+            (partial / name).write_text(text, encoding="utf-8", newline="")
+        for name in FIGURE_FILES:
+            (partial / name).write_bytes(rendered(figure, name.rpartition(".")[2]))
+    return [out / name for name in (*texts, *FIGURE_FILES)]
+
+
+def check_out(out: Path, root: Path) -> None:
+    """Raise OutputError where the folder would be the site or lie among its floors."""
+    place, site = out.resolve(), root.resolve()
+    if place == site or (site in place.parents and place.relative_to(site).parts[0].startswith("floor_")):
+        raise OutputError(f"{out}: lies among the site's own files; choose another name, or --write")
+
+
+def _is_ours(folder: Path) -> bool:
+    return (folder / RECORD_FILE).is_file()
+
+
+def _folder_of(root: Path, floor: Floor) -> Path:
+    return root / f"floor_{floor.number}"
+
+
+def _texts(root: Path, folder: Path, floor: Floor, found: Registration, *, replace: bool) -> dict[str, str]:
+    """Text of each file by name; the record comes last."""
+    texts: dict[str, str] = {}
+    if found.landmarks:
+        texts[LANDMARK_FILE] = landmark_text(root, folder, floor.number, found.landmarks, replace=replace)
+    if found.control_points:
+        texts[CONTROL_POINT_FILE] = control_point_text(root, folder, found.control_points, replace=replace)
+    return texts | {RECORD_FILE: found.model_dump_json(indent=1) + "\n"}

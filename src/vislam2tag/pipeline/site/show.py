@@ -1,0 +1,98 @@
+"""A site as a drawing, or as a page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.figures.site_plan import site_plan
+from vislam2tag.figures.style import rendered
+from vislam2tag.report.page import write_page
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.model import Floor, Site
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.site_file import has_site_file, read_site_file
+
+KINDS = ("png", "pdf", "svg", "html")
+
+
+@dataclass(frozen=True)
+class FloorSummary:
+    """What is known of a floor, and how fine its plan is."""
+
+    floor: Floor
+    pixel_m: float | None
+    """Width of a pixel of the plan, metres; None where it cannot be drawn."""
+    landmarks: int
+    unsurveyed: int
+
+
+@dataclass(frozen=True)
+class SiteSummary:
+    """A site with what is odd about its files and plans."""
+
+    site: Site
+    floors: tuple[FloorSummary, ...]
+    findings: tuple[Finding, ...]
+
+
+def look_at_site(root: Path, floors: Sequence[int] = ()) -> SiteSummary:
+    """Read a site and load its plans; ``floors``: only these.
+
+    Raises SurveyError where it is none, UsageError where it has no such floor.
+    """
+    site, findings = read_site(root)
+    chosen = [floor for floor in site.floors if not floors or floor.number in floors]
+    for number in floors:
+        if number not in {floor.number for floor in chosen}:
+            there = ", ".join(str(floor.number) for floor in site.floors)
+            raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}")
+    summaries, odd = [], []
+    for floor in chosen:
+        pixel_m, problems = _pixel(root, floor)
+        odd += problems
+        here = site.landmarks.on_floor(floor.number)
+        known = int(here.surveyed.sum())
+        summaries.append(FloorSummary(floor, pixel_m, len(here.ids), len(here.ids) - known))
+    return SiteSummary(site, tuple(summaries), (*findings, *odd))
+
+
+def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
+    """Size of the plan's pixels, and what only loading it tells."""
+    if floor.plan is None or floor.extent_m is None:
+        return None, []
+    try:
+        return floor_plan(floor).pixel_m[0], []
+    except SurveyError as error:
+        message = str(error).removeprefix(f"{floor.plan}: ")
+        name = str(floor.plan.relative_to(root))
+        return None, [Finding(kind="unusable_plan", file=name, count=1, message=message, severity=Severity.WARNING)]
+
+
+def title_of(root: Path) -> str:
+    """What the building is called, else the folder."""
+    named = read_site_file(root).name if has_site_file(root) else ""
+    return named or root.resolve().name
+
+
+def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
+    """Draw a site to a file whose suffix is one of :data:`KINDS`.
+
+    Raises UsageError for any other suffix, OutputError where the file cannot be written.
+    """
+    kind = out.suffix.lower().removeprefix(".")
+    if kind not in KINDS:
+        raise UsageError(f"--out {out}: its name must end with {', '.join(f'.{each}' for each in KINDS)}")
+    figure = site_plan([each.floor for each in summary.floors], summary.site.landmarks)
+    if kind == "html":
+        image = base64.b64encode(rendered(figure, "png")).decode("ascii")
+        write_page(out, "site.html.j2", {"title": title, "summary": summary, "image": image})
+        return
+    data = rendered(figure, kind)
+    with whole_file(out) as partial:
+        partial.write_bytes(data)

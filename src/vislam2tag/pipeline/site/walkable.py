@@ -1,0 +1,134 @@
+"""From a site to where its floors can be walked: a drawing, a mask to correct, the graph as GeoJSON, a record."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.figures.style import rendered
+from vislam2tag.figures.walkable_figures import walkable_figure
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.model import Floor, Site
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.correction import GREEN, RED, read_mask
+from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
+from vislam2tag.walkable.settings import GraphSettings, WalkableSettings
+from vislam2tag.walkable.space import WalkableSpace, walkable_space
+
+RECORD = "walkable.json"
+
+
+@dataclass(frozen=True)
+class WalkableFloor:
+    """What was found on one floor."""
+
+    floor: Floor
+    space: WalkableSpace
+    graph: CorridorGraph
+
+    @property
+    def area_m2(self) -> float:
+        """How much of the floor can be walked, square metres."""
+        return float(self.space.area.mask.sum()) * self.space.area.cell_m**2
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is odd about the plan."""
+        return self.space.findings
+
+
+def write_walkable(
+    root: Path, out: Path, numbers: Sequence[int], settings: WalkableSettings, mask: Path | None
+) -> tuple[WalkableFloor, ...]:
+    """Find where floors of a site can be walked, and write for each one into ``out``.
+
+    ``floor_K.png`` is the drawing, ``floor_K.mask.png`` the same as a correction mask to paint on, ``floor_K.geojson``
+    the graph in the BCS. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError where
+    there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
+    """
+    site, _ = read_site(root)
+    chosen = _chosen(site, numbers)
+    if mask is not None and len(chosen) != 1:
+        raise UsageError("--mask: corrects one floor; name it with --floor")
+    drawn = None if mask is None else read_mask(mask)
+    found = []
+    for floor in chosen:
+        space = walkable_space(floor_plan(floor), settings, drawn)
+        found.append(WalkableFloor(floor, space, corridor_graph(space)))
+    with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as partial:
+        for one in found:
+            _write_floor(one, partial / f"floor_{one.floor.number}")
+        record = {
+            "settings": {
+                "walkable": settings.model_dump(mode="json"),
+                "graph": GraphSettings().model_dump(mode="json"),
+            },
+            "floors": [_record(one) for one in found],
+        }
+        (partial / RECORD).write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    return tuple(found)
+
+
+def _chosen(site: Site, numbers: Sequence[int]) -> list[Floor]:
+    there = {floor.number: floor for floor in site.floors}
+    for number in numbers:
+        if number not in there:
+            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
+    return [there[number] for number in numbers] or [floor for floor in site.floors if floor.plan is not None]
+
+
+def _write_floor(found: WalkableFloor, stem: Path) -> None:
+    stem.with_name(f"{stem.name}.png").write_bytes(
+        rendered(walkable_figure(found.floor, found.space, found.graph), "png")
+    )
+    colours = np.where(found.space.area.mask[::-1, :, None], GREEN, RED).astype(np.uint8)
+    Image.fromarray(colours).save(stem.with_name(f"{stem.name}.mask.png"))
+    text = json.dumps(_geojson(found.graph))
+    stem.with_name(f"{stem.name}.geojson").write_text(text + "\n", encoding="utf-8")
+
+
+def _geojson(graph: CorridorGraph) -> dict[str, object]:
+    """Nodes as points, edges as lines, BCS metres to the centimetre."""
+    nodes = [
+        _feature(
+            "Point", place.round(2).tolist(), {"node": node, "kind": kind.value, "width_m": round(float(width), 2)}
+        )
+        for node, (place, kind, width) in enumerate(zip(graph.nodes, graph.kinds, graph.width_m, strict=True))
+    ]
+    rows = zip(
+        graph.edges.tolist(), graph.polylines, graph.length_m.round(2), graph.in_room, graph.shortcut, strict=True
+    )
+    edges = [
+        _feature(
+            "LineString",
+            line.round(2).tolist(),
+            {"nodes": ends, "length_m": float(length), "in_room": bool(room), "shortcut": bool(short)},
+        )
+        for ends, line, length, room, short in rows
+    ]
+    return {"type": "FeatureCollection", "features": nodes + edges}
+
+
+def _feature(kind: str, coordinates: object, properties: dict[str, object]) -> dict[str, object]:
+    return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
+
+
+def _record(found: WalkableFloor) -> dict[str, object]:
+    graph = found.graph
+    return {
+        "floor": found.floor.number,
+        "area_m2": round(found.area_m2, 1),
+        "cell_m": found.space.area.cell_m,
+        "ways_m": round(float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()), 1),
+        "nodes": dict(sorted(Counter(kind.value for kind in graph.kinds).items())),
+        "findings": [finding.model_dump(mode="json") for finding in found.findings],
+    }

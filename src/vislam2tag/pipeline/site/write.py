@@ -1,0 +1,114 @@
+"""A site in the published layout, and a site or landmark file in another frame."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.survey.changed_files import changed_landmarks_text, changed_points_text
+from vislam2tag.survey.discover import read_site
+from vislam2tag.survey.floor_file import FLOOR_FILE
+from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
+from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.model import Floor
+from vislam2tag.survey.plans.draw import GREATEST_PX
+from vislam2tag.survey.plans.load import plan_file, plan_picture
+
+_WRITTEN = re.compile(
+    rf"{re.escape(CHANGE_FILE)}|{re.escape(FLOOR_FILE)}"
+    rf"|floor_-?\d+(/({re.escape(LANDMARK_FILE)}|{re.escape(CONTROL_POINT_FILE)}|floorplan\.\w+))?"
+)
+"""What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
+
+
+def write_published(root: Path, out: Path) -> tuple[FrameChanges, tuple[Finding, ...]]:
+    """Write a site in the published layout to ``out``, whole: plans as images, landmarks, control points.
+
+    That layout's origin is the plan's lower left corner: positions move there, and ``rebase.toml`` says how. A floor
+    without extent has no row in ``floor_dimensions.csv``, which is a finding. Sessions are not copied. Raises
+    SurveyError where ``root`` is no site, OutputError where ``out`` cannot be written.
+    """
+    site, findings = read_site(root)
+    changes = FrameChanges(
+        floors=tuple(
+            FrameChange.of(floor.number, Similarity2(1 + 0j, -complex(*floor.lower_left_m))) for floor in site.floors
+        )
+    )
+    with whole_folder(out, _ours) as folder:
+        (folder / FLOOR_FILE).write_text(_dimensions(site.floors), encoding="utf-8")
+        odd = []
+        for floor in site.floors:
+            own = folder / f"floor_{floor.number}"
+            own.mkdir()
+            odd += _write_plan(floor, own)
+        _write_surveyed(root, folder, changes.by_floor)
+        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+    return changes, (*findings, *odd)
+
+
+def write_changed_site(root: Path, out: Path, changes: FrameChanges) -> None:
+    """Write the landmark and control point files of a site in another frame to ``out``, whole.
+
+    Raises SurveyError where ``root`` is no site or a floor has no change, OutputError where ``out`` cannot be written.
+    """
+    read_site(root)
+    with whole_folder(out, _ours) as folder:
+        _write_surveyed(root, folder, changes.by_floor)
+        (folder / CHANGE_FILE).write_text(changes_text(changes), encoding="utf-8")
+
+
+def _ours(folder: Path) -> bool:
+    """Whether a folder holds what these functions wrote and nothing else."""
+    names = [path.relative_to(folder).as_posix() for path in folder.rglob("*")]
+    return CHANGE_FILE in names and all(_WRITTEN.fullmatch(name) for name in names)
+
+
+def _dimensions(floors: Iterable[Floor]) -> str:
+    rows: list[tuple[object, ...]] = [("id", "width", "height", "elevation", "name")]
+    for floor in floors:
+        if floor.width_m is not None:
+            elevation = "" if floor.elevation_m is None else repr(floor.elevation_m)
+            rows.append((floor.number, repr(floor.width_m), repr(floor.height_m), elevation, floor.name))
+    return csv_rows(rows)
+
+
+def _write_plan(floor: Floor, own: Path) -> list[Finding]:
+    drawn = plan_file(floor, own)
+    if drawn is None or floor.extent_m is None:
+        message = f"floor {floor.number} has no plan that can be drawn; it is written without"
+        return [Finding(kind="missing_plan", file=own.name, count=1, message=message, severity=Severity.WARNING)]
+    if drawn.parent == own:
+        drawn.rename(own / f"floorplan{drawn.suffix}")
+    elif drawn.suffix.lower() in (".jpg", ".jpeg", ".png"):
+        (own / f"floorplan{drawn.suffix.lower()}").write_bytes(drawn.read_bytes())
+    else:
+        plan_picture(floor, GREATEST_PX).save(own / "floorplan.png")
+    return []
+
+
+def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange]) -> None:
+    """Write every floor's landmark and control point file that there is."""
+    for path in sorted((*root.glob(f"floor_*/{LANDMARK_FILE}"), *root.glob(f"floor_*/{CONTROL_POINT_FILE}"))):
+        number = _number(path)
+        if number not in changes:
+            raise SurveyError(f"{path}: there is no change for floor {number}; add it to {CHANGE_FILE}")
+        if path.name == LANDMARK_FILE:
+            text = changed_landmarks_text(root, path, changes, number)
+        else:
+            text = changed_points_text(root, path, changes[number])
+        target = out / f"floor_{number}" / path.name
+        target.parent.mkdir(exist_ok=True)
+        target.write_text(text, encoding="utf-8")
+
+
+def _number(path: Path) -> int:
+    try:
+        return int(path.parent.name.removeprefix("floor_"))
+    except ValueError as error:
+        raise SurveyError(f"{path.parent}: is no floor's folder such as floor_1; rename it") from error

@@ -1,0 +1,1 @@
+"""What the baseline models are made of: votes, trees, level maps."""

@@ -1,0 +1,1 @@
+"""Positioning models compared: protocol -> record -> rows -> text, the paper's Table IV."""

@@ -1,0 +1,133 @@
+"""The benchmark's protocol: which runs there are, and what becomes of one.
+
+A run is one model, trained on what trains in one fold of one split with one seed, and scored on what tests there.
+Everything is learned from the training part (:meth:`Positioner.fit` sees nothing else): access points, scales, when to
+stop, how sure to be.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.dataset.model import Dataset, Split
+from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.positioning.benchmark.record import RunRecord, versions
+from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.positioning.scans.learning_data import LearningData
+from vislam2tag.positioning.scans.radio_scans import TextArray
+
+SEED = "seed"
+"""Parameter of models that draw random numbers; a model without it gives the same each time and runs once."""
+
+Progress = Callable[[float], None]
+"""Told the share of a run that is done, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class ModelChoice:
+    """A model by its registered name, and the parameters that differ from its own."""
+
+    name: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    def made(self, seed: int | None) -> Positioner:
+        """Make it, not fitted; raises UsageError where there is no such model or parameter."""
+        seeded = {} if seed is None else {SEED: seed}
+        return model_named(self.name, **self.parameters, **seeded)
+
+    def seeds(self, count: int) -> Sequence[int | None]:
+        """The seeds of its runs: ``count`` from 0, or none where it draws nothing or its seed is chosen."""
+        draws = SEED in self.made(None).get_params(deep=False) and SEED not in self.parameters
+        return range(count) if draws else (None,)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run, to be made."""
+
+    model: ModelChoice
+    split: Split
+    fold: str
+    seed: int | None
+    """None: the model draws nothing."""
+
+    def __str__(self) -> str:
+        seed = "" if self.seed is None else f", seed {self.seed}"
+        return f"{self.model.name}: {self.split.info.name} / {self.fold}{seed}"
+
+    def key(self, dataset: Dataset) -> str:
+        """SHA-256 of all that the run follows from: data (on disk), split, model, parameters, seed, version."""
+        name = self.split.info.name
+        follows = {
+            "data": [dataset.info.tables[table].sha256 for table in (FINGERPRINTS, READINGS)],
+            "split": [self.split.info.model_dump(mode="json"), dataset.info.splits[name].sha256],
+            "fold": self.fold,
+            "model": self.model.name,
+            "parameters": self.parameters,
+            "version": __version__,
+        }
+        return hashlib.sha256(json.dumps(follows, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All parameters of the model, as JSON has them."""
+        own = self.model.made(self.seed).get_params(deep=False)
+        parameters: dict[str, Any] = json.loads(json.dumps(own, default=str))
+        return parameters
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run that was made: its record, and every scan of the test part."""
+
+    record: RunRecord
+    ids: TextArray
+    truth: Places
+    found: Positions
+
+
+def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) -> Iterator[Run]:
+    """List all runs, fold after fold, so that models compared stand next to each other."""
+    for split in splits:
+        for fold in split.info.folds:
+            for model in models:
+                yield from (Run(model, split, fold.name, seed) for seed in model.seeds(seeds))
+
+
+def execute(run: Run, data: LearningData, key: str, progress: Progress | None = None) -> Outcome:
+    """Train and score; raises DatasetError where a part is empty or the model cannot learn from it."""
+    train, test = data.parts(run.split, run.split.fold(run.fold))
+    for what, part in (("trains", train), ("tests", test)):
+        if not len(part):
+            raise DatasetError(f"split {run.split.info.name}, fold {run.fold}: no labelled fingerprint {what}")
+    model = run.model.made(run.seed)
+    model.progress = progress
+    begun = time.perf_counter()
+    model.fit(train.scans, train.places)
+    fitted = time.perf_counter()
+    found = model.predict(test.scans)
+    ended = time.perf_counter()
+    record = RunRecord(
+        key=key,
+        model=run.model.name,
+        parameters=run.parameters,
+        split=run.split.info.name,
+        fold=run.fold,
+        seed=run.seed,
+        train_scans=len(train),
+        access_points=len(model.access_points_),
+        score=score(found, test.places),
+        fit_s=fitted - begun,
+        predict_s=ended - fitted,
+        versions=versions(),
+    )
+    return Outcome(record, test.ids, test.places, found)

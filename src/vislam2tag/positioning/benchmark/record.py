@@ -1,0 +1,100 @@
+"""What a benchmark finds, as JSON: one record a run (``runs/*.json``), and rows over seeds (``benchmark.json``)."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from vislam2tag import __version__
+from vislam2tag.evaluation.record import Figure
+from vislam2tag.positioning.metrics import Score
+
+_LIBRARIES = ("numpy", "scipy", "scikit-learn", "polars", "torch")
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class RunRecord(_Model):
+    """One model, trained and tested once."""
+
+    key: str
+    """SHA-256 of all that the run follows from."""
+    model: str
+    parameters: dict[str, Any]
+    """All of them, defaults too."""
+    split: str
+    fold: str
+    seed: int | None
+    """None: the model draws nothing."""
+    train_scans: int
+    access_points: int
+    """What the training part heard."""
+    score: Score
+    fit_s: float
+    predict_s: float
+    """Wall time for all scans of the test part."""
+    versions: dict[str, str]
+
+
+class FailedRun(_Model):
+    """A run that could not be made."""
+
+    run: str
+    error: str
+
+
+class BenchmarkRow(_Model):
+    """One model on one fold of a split, or on all its folds."""
+
+    split: str
+    fold: str
+    """``all``: each fold counts the same."""
+    model: str
+    runs: int
+    """Seeds, or 1 where the model draws nothing."""
+    test_scans: int
+    figures: dict[str, Figure]
+    """By the names of :data:`~vislam2tag.positioning.benchmark.rows.FIGURES`: the mean over seeds and its interval."""
+
+
+class ModelTime(_Model):
+    """How long a model takes, on average over runs, and as a multiple of the reference's time in the same benchmark."""
+
+    model: str
+    fit_s: float
+    predict_ms: float
+    """For one scan."""
+    fit_ratio: float | None
+    """None where the reference was not run."""
+    predict_ratio: float | None
+
+
+class Benchmark(_Model):
+    """All of it."""
+
+    version: str
+    dataset: str
+    data_sha256: dict[str, str]
+    """Checksum of each table that was learned from."""
+    seeds: int
+    rows: list[BenchmarkRow]
+    times: list[ModelTime]
+    """The only part that differs from run to run."""
+    runs: list[RunRecord]
+    failed: list[FailedRun]
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes."""
+    found = {"vislam2tag": __version__, "Python": platform.python_version()}
+    for library in _LIBRARIES:
+        try:
+            found[library] = version(library)
+        except PackageNotFoundError:
+            continue
+    return found

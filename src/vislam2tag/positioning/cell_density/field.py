@@ -1,0 +1,152 @@
+"""Levels everywhere on a storey, also where nobody was, and where a scan was taken by them.
+
+A Gaussian process around the path loss of each access point (as Ferris, Haehnel and Fox 2006, "Gaussian processes for
+signal strength-based location estimation", around a constant): near training scans levels are theirs, far from all of
+them those that the distance tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
+from vislam2tag.positioning.cell_density.path_loss import PathLoss, fitted_path_loss, unheard_dbm
+from vislam2tag.positioning.places import Places
+
+NOISES_DB = (3.0, 6.0, 12.0)
+"""Tried: how far levels of one place differ, besides the offset that a scan's have in common."""
+OFFSET_DB = 4.0
+"""Of a scan's levels in common: phones differ, and so do the bodies beside them."""
+_SHADOW_DB, _SHADOW_LENGTH_M = 8.0, 20.0
+"""How far levels differ from the path loss, and how soon they do so differently."""
+_REACH_M = 12.0
+"""How far from training scans a place may be."""
+_SIDE_M = 1.5
+_COARSER = 1.25
+_MOST_NUMBERS = 4_000_000
+_FEWEST = 200
+"""Cells have this side, and so many times more that cells by access points are no more than these; fewer access points
+count as these."""
+_FAINT_SHARE = 0.02
+"""Share of levels heard below what counts as the faintest."""
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class LevelField:
+    """What is heard in ``c`` cells of ``a`` access points."""
+
+    cells: DensityCells
+    level_dbm: FloatArray
+    """(c, a) expected levels."""
+    variance: FloatArray
+    """(c,) of a level from the expected one, dB^2."""
+
+    def place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
+        """Return the mean (n, 2) over all places on storeys (n,), by the likelihood of levels (n, a), NaN: not heard.
+
+        The offset is integrated out: with m levels, r their residuals, v their variance and o^2 that of the offset the
+        residuals' covariance is v I + o^2 1 1', whose inverse is (I - 1 1' o^2 / (v + m o^2)) / v (Sherman and
+        Morrison).
+        """
+        at_once = max(_MOST_NUMBERS // len(self.cells), 1)
+        parts = (slice(start, start + at_once) for start in range(0, max(len(level_dbm), 1), at_once))
+        return np.concatenate([self._place(level_dbm[rows], storey[rows]) for rows in parts])
+
+    def _place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
+        likelihood = np.exp(self._log_likelihood(level_dbm, storey))
+        return np.asarray(likelihood @ self.cells.centre_m / likelihood.sum(axis=1, keepdims=True))
+
+    def _log_likelihood(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
+        """(n, c) 0 for the likeliest cell of the storey, -inf for those of others; where it has no cell, all count."""
+        heard = np.isfinite(level_dbm).astype(np.float64)
+        level = np.nan_to_num(level_dbm)
+        count = heard.sum(axis=1)[:, None]
+        total = level.sum(axis=1)[:, None] - heard @ self.level_dbm.T
+        squares = (level**2).sum(axis=1)[:, None] - 2 * level @ self.level_dbm.T + heard @ (self.level_dbm**2).T
+        shared = OFFSET_DB**2 / (self.variance + count * OFFSET_DB**2)
+        spread = (count - 1) * np.log(self.variance) + np.log(self.variance + count * OFFSET_DB**2)
+        log = -((squares - shared * total**2) / self.variance + spread) / 2
+        on = self.cells.on(storey)
+        log = np.where(on | ~on.any(axis=1, keepdims=True), log, -np.inf)
+        return np.asarray(log - log.max(axis=1, keepdims=True))
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return the four arrays, for saving."""
+        return {
+            "field_storey": self.cells.storey,
+            "field_centre_m": self.cells.centre_m,
+            "field_level_dbm": self.level_dbm,
+            "field_variance": self.variance,
+        }
+
+    @classmethod
+    def restored(cls, arrays: Mapping[str, AnyArray]) -> Self:
+        """Take back what :meth:`arrays` gave."""
+        cells = DensityCells(arrays["field_storey"], arrays["field_centre_m"])
+        return cls(cells, arrays["field_level_dbm"], arrays["field_variance"])
+
+
+def learned_fields(level_dbm: FloatArray, places: Places, noises_db: Sequence[float]) -> list[LevelField]:
+    """Learn from levels (n, a), NaN where not heard: a field for each noise; their path loss is the same."""
+    faintest_dbm = float(np.nanquantile(level_dbm, _FAINT_SHARE))
+    path_loss = fitted_path_loss(level_dbm, places, faintest_dbm)
+    cells = _cells(places, level_dbm.shape[1])
+    seen = _Seen(level_dbm, places, path_loss, faintest_dbm)
+    return [_field(seen, cells, noise_db) for noise_db in noises_db]
+
+
+def _cells(places: Places, access_points: int) -> DensityCells:
+    side_m = _SIDE_M
+    most = _MOST_NUMBERS // max(access_points, _FEWEST)
+    while len(cells := cells_near(places, side_m, round(_REACH_M / side_m))) > most:
+        side_m *= _COARSER
+    return cells
+
+
+class _Seen(NamedTuple):
+    """What fields are learned from."""
+
+    level_dbm: FloatArray
+    places: Places
+    path_loss: PathLoss
+    faintest_dbm: float
+
+
+def _field(seen: _Seen, cells: DensityCells, noise_db: float) -> LevelField:
+    expected = seen.path_loss.level_dbm(cells.storey, cells.centre_m)
+    variance = np.full(len(cells), _SHADOW_DB**2 + noise_db**2)
+    for storey in np.unique(seen.places.storey):
+        on, cell = seen.places.storey == storey, cells.storey == storey
+        xy, mean_dbm = seen.places.xy[on], seen.path_loss.level_dbm(seen.places.storey[on], seen.places.xy[on])
+        among = _covariance(xy, xy) + noise_db**2 * np.eye(len(xy))
+        inverse = cho_solve(cho_factor(among), np.eye(len(xy)))
+        residual = _residuals(seen.level_dbm[on], mean_dbm, inverse, seen.faintest_dbm)
+        towards = _covariance(cells.centre_m[cell], xy)
+        expected[cell] += towards @ (inverse @ residual)
+        variance[cell] -= ((towards @ inverse) * towards).sum(axis=1)
+    return LevelField(cells, expected, variance)
+
+
+def _residuals(level_dbm: FloatArray, mean_dbm: FloatArray, inverse: FloatArray, faintest_dbm: float) -> FloatArray:
+    """Return levels above the path loss (n, a); those not heard are guessed from what the scans around heard."""
+    heard = np.isfinite(level_dbm)
+    residual = np.where(heard, level_dbm - mean_dbm, 0.0)
+    own = np.diag(inverse)[:, None]
+    for _ in range(_ROUNDS):
+        around_dbm = mean_dbm + residual - (inverse @ residual) / own  # what all others say (leaving each out in turn)
+        guess = unheard_dbm(around_dbm, 1 / np.sqrt(own), faintest_dbm) - mean_dbm
+        residual = np.where(heard, residual, guess)
+    return residual
+
+
+def _covariance(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(n, m) of what the path loss does not tell at places (n, 2) and (m, 2), dB^2 (Gudmundson 1991)."""
+    away_m = np.hypot(*(one[:, axis, None] - other[:, axis] for axis in (0, 1)))
+    return np.asarray(_SHADOW_DB**2 * np.exp(-away_m / _SHADOW_LENGTH_M))

@@ -1,0 +1,138 @@
+"""What every positioning model shares: scikit-learn's interface, the access points it knows, and its registry."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Self
+
+import numpy as np
+from sklearn.base import BaseEstimator
+
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.core.arrays import AnyArray
+from vislam2tag.positioning.places import Places, Positions, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+
+Arrays = dict[str, AnyArray]
+
+
+class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
+    """A model from radio scans to places; parameters of ``__init__`` are kept as attributes (scikit-learn).
+
+    ``fit`` and ``predict`` here do what all models need; a model implements ``_fit``, ``_predict`` and, to be saved,
+    ``arrays`` and ``restore``.
+    """
+
+    access_points_: tuple[str, ...]
+    """What was heard in training; nothing else is looked at."""
+    storeys_: tuple[Storey, ...]
+    progress: Callable[[float], None] | None = None
+    """Told the share of ``fit`` that is done, 0 to 1, by models that take long; no parameter, and not copied."""
+
+    def fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None = None) -> Self:
+        """Learn from scans (n) and their places (n).
+
+        ``validation`` is for early stopping and calibration; without it a model draws its own from the training data.
+        Raises DatasetError where there is nothing to learn from.
+        """
+        if len(scans) != len(places):
+            raise ValueError(f"{len(scans)} scans and {len(places)} places")
+        usable = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
+        if not usable.any():
+            raise DatasetError(
+                "no fingerprint to learn from: none is labelled and hears an access point; "
+                "look at labelled_share and readings in fingerprints.parquet"
+            )
+        scans, places = scans[usable], places[usable]
+        heard = np.bincount(scans.column, minlength=len(scans.access_points)) > 0
+        self.access_points_ = tuple(name for name, known in zip(scans.access_points, heard, strict=True) if known)
+        self.storeys_ = places.storeys
+        if validation is not None:
+            validation = validation[0].over(self.access_points_), validation[1]
+        self._fit(scans.over(self.access_points_), places, validation)
+        return self
+
+    def predict(self, scans: RadioScans) -> Positions:
+        """Say where scans were taken; those that hear none of the known access points are unknown."""
+        known = scans.over(self.access_points_)
+        deaf = known.heard == 0
+        return self._predict(known).without(deaf)
+
+    def score(self, scans: RadioScans, places: Places) -> float:
+        """Return the mean error in the plane in metres, negated (scikit-learn: greater is better)."""
+        error = np.hypot(*(self.predict(scans).xy - places.xy).T)
+        return -float(np.nanmean(error))
+
+    def remarks(self) -> Sequence[str]:
+        """Return what somebody who trained the model should know of its training data, a sentence each."""
+        return ()
+
+    @abstractmethod
+    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+        """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""
+
+    @abstractmethod
+    def _predict(self, scans: RadioScans) -> Positions:
+        """Predict for scans over ``access_points_``; those that hear nothing may get anything."""
+
+    @abstractmethod
+    def arrays(self) -> Arrays:
+        """Return everything learned besides access points and storeys, as named arrays."""
+
+    @abstractmethod
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
+        """Take back what :meth:`arrays` gave; ``access_points_`` and ``storeys_`` are set already."""
+
+
+Factory = Callable[..., Positioner]
+_FACTORIES: dict[str, Factory] = {}
+
+
+def register(name: str, factory: Factory) -> None:
+    """Make a model known by name; called once at the end of the model's own module."""
+    _FACTORIES[name] = factory
+
+
+@cache
+def _load_all() -> None:
+    for module in pkgutil.iter_modules([str(Path(__file__).parent / "models")]):
+        importlib.import_module(f"{__package__}.models.{module.name}")
+
+
+def models() -> Mapping[str, Factory]:
+    """All models by name, in order."""
+    _load_all()
+    return MappingProxyType(dict(sorted(_FACTORIES.items())))
+
+
+def model_named(name: str, **parameters: Any) -> Positioner:
+    """Make a model of this name, not fitted; raises UsageError for an unknown name or parameter."""
+    if name not in models():
+        raise UsageError(f"no positioning model is called '{name}'; there are: {', '.join(models())}")
+    own = models()[name]().get_params(deep=False)
+    for parameter, value in parameters.items():
+        if parameter not in own:
+            raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
+        if not _alike(value, own[parameter]):
+            raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
+    return models()[name](**parameters)
+
+
+def _alike(value: Any, default: Any) -> bool:
+    """Whether a value is of its default's kind; a whole number will do for any number."""
+    if default is None:
+        return True
+    if isinstance(default, bool) or isinstance(value, bool):
+        return isinstance(default, bool) and isinstance(value, bool)
+    if isinstance(default, float):
+        return isinstance(value, int | float) and math.isfinite(value)
+    if isinstance(default, list | tuple):
+        return isinstance(value, list | tuple)
+    return isinstance(value, type(default))

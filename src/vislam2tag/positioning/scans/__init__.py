@@ -1,0 +1,1 @@
+"""What models learn from: radio scans, their places, files of scans and tracks."""

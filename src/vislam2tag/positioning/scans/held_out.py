@@ -1,0 +1,61 @@
+"""Which training scans may speak for others when a model tells how well it does: never those of the same walk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, IntArray
+from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+
+CALIBRATED_WITH = 2000
+"""Most scans that are left out in turn: more would not make radii truer."""
+
+
+def drawn(count: int) -> IntArray:
+    """Return which of so many scans calibrate: evenly some, in order; none of a lone one, as nothing would be left."""
+    return np.unique(np.linspace(0, count - 1, CALIBRATED_WITH if count > 1 else 0).astype(np.int64))
+
+
+def walk_of(scans: RadioScans, places: Places) -> IntArray:
+    """Number the walks (n,): scans of one are not independent, so that they are left out together.
+
+    Scans without a session, and those of a walk that is alone on one of its storeys (left out, nothing would be known
+    of that storey), count as walks of one scan.
+    """
+    names, session = np.unique(scans.session, return_inverse=True)
+    visited = np.zeros((len(names), len(places.storeys)), dtype=np.bool_)
+    visited[session, places.storey] = True
+    alone = (visited & (visited.sum(axis=0) == 1)).any(axis=1)
+    apart = (scans.session == "") | alone[session]
+    return np.where(apart, len(names) + np.arange(len(scans)), session)
+
+
+def area_of(places: Places, side_m: float) -> IntArray:
+    """Number the squares (n,) that places lie in, whatever the storey."""
+    at = np.floor(places.xy / side_m).astype(np.int64)
+    return np.unique(at, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
+    """Deal walks (n,) or areas to at most ``count`` folds; yield masks of what trains and what is held out.
+
+    Nothing comes where there is but one walk.
+    """
+    numbers, walk = np.unique(walks, return_inverse=True)
+    fold = np.random.default_rng(seed).permutation(len(numbers)) % count
+    for number in range(min(count, len(numbers))):
+        held_out = fold[walk] == number
+        if not held_out.all():
+            yield ~held_out, held_out
+
+
+def usable(validation: tuple[RadioScans, Places] | None) -> tuple[RadioScans, Places] | None:
+    """Return the held-out scans that hear something and have a place; None where there are none."""
+    if validation is None:
+        return None
+    scans, places = validation
+    good = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
+    return (scans[good], places[good]) if good.any() else None

@@ -1,0 +1,219 @@
+"""Scans to locate, read from CSV or JSON lines block by block: files may be larger than memory.
+
+One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``, and where they are known the scan's ``session`` and
+``time_ns``; the readings of a scan stand together (docs/positioning.md).
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_of
+
+COLUMNS = ("scan_id", "bssid", "rssi_dbm")
+WALK_COLUMNS = ("session", "time_ns")
+"""May be there, too: walk and time of the scan; its first line counts."""
+JSON_SUFFIXES = (".jsonl", ".ndjson", ".json")
+GREATEST_DBM = 200.0
+"""No level has this many dBm, of either sign."""
+SCANS_AT_ONCE = 4096
+_WHOLE_NUMBER = re.compile(r"-?[0-9]{1,18}")
+MALFORMED, ABSURD, UNTIMED = "malformed_lines", "absurd_levels", "untimed_scans"
+Fields = tuple[str, str, str, str, str]
+"""Scan, access point, level, session and time as text; empty where it is not said."""
+_MESSAGES = {
+    MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; the lines are left out",
+    UNTIMED: "time_ns is no whole number; the scans stand alone, outside their session",
+    ABSURD: "levels must be negative dBm (0 and more, such as 100 for 'not heard', are none); the lines are left out",
+}
+
+
+@dataclass(frozen=True)
+class ScanBlock:
+    """Some scans of a file, in its order."""
+
+    ids: TextArray
+    scans: RadioScans
+
+
+@dataclass
+class BadLines:
+    """Counts what could not be used, while a file is read."""
+
+    file: str
+    counts: dict[str, int] = field(default_factory=dict)
+    first: dict[str, list[int]] = field(default_factory=dict)
+
+    def add(self, kind: str, line: int) -> None:
+        """Count a line (1-based)."""
+        self.counts[kind] = self.counts.get(kind, 0) + 1
+        named = self.first.setdefault(kind, [])
+        if len(named) < ROWS_NAMED:
+            named.append(line)
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Tell what was counted, in order of kind."""
+        return tuple(
+            Finding(kind=kind, file=self.file, count=count, message=_MESSAGES[kind], lines=tuple(self.first[kind]))
+            for kind, count in sorted(self.counts.items())
+        )
+
+
+@dataclass
+class _Gathered:
+    """The readings of the scans that become one block."""
+
+    ids: dict[str, int] = field(default_factory=dict)
+    rows: list[int] = field(default_factory=list)
+    bssids: list[str] = field(default_factory=list)
+    levels: list[float] = field(default_factory=list)
+    sessions: list[str] = field(default_factory=list)
+    times_ns: list[int] = field(default_factory=list)
+
+    def full(self, session: str) -> bool:
+        """Whether a scan of this session belongs to the next block: walks are not cut."""
+        return len(self.ids) >= SCANS_AT_ONCE and not (session and session == self.sessions[-1])
+
+    def begin(self, scan_id: str, session: str, time_ns: int) -> None:
+        """Take the next scan, which has no readings yet."""
+        self.ids[scan_id] = len(self.ids)
+        self.sessions.append(session)
+        self.times_ns.append(time_ns)
+
+    def block(self) -> ScanBlock:
+        scans = scans_of(
+            np.array(self.rows, dtype=np.int64),
+            np.array(self.bssids, dtype=np.str_),
+            np.array(self.levels, dtype=np.float64),
+            len(self.ids),
+            session=np.array(self.sessions, dtype=np.str_),
+            time_ns=np.array(self.times_ns, dtype=np.int64),
+        )
+        return ScanBlock(np.array(list(self.ids), dtype=np.str_), scans)
+
+
+def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[ScanBlock]:
+    """Read scans some thousand at a time, walks whole; ``name`` makes the model's name for a ``bssid``.
+
+    A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
+    has not the columns, or scatters the readings of a scan.
+    """
+    gathered, last = _Gathered(), None
+    for line, fields in _lines(path, bad):
+        scan_id = fields[0]
+        if scan_id != last:
+            if scan_id in gathered.ids:
+                raise DatasetError(
+                    f"{path}, line {line}: scan {scan_id} comes again after another; the readings of a scan must stand "
+                    "together: sort the file by scan_id"
+                )
+            session, time_ns = _walk(fields, line, bad)
+            if gathered.full(session):
+                yield gathered.block()
+                gathered = _Gathered()
+            gathered.begin(scan_id, session, time_ns)
+            last = scan_id
+        level = _level_dbm(fields, line, bad)
+        if level is not None:
+            gathered.rows.append(gathered.ids[scan_id])
+            gathered.bssids.append(name(fields[1]))
+            gathered.levels.append(level)
+    if gathered.ids:
+        yield gathered.block()
+
+
+def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
+    """Return session and time of a scan; neither where one of them is missing."""
+    session, time_ns = fields[3:]
+    if not (session and time_ns):
+        return "", 0
+    if _WHOLE_NUMBER.fullmatch(time_ns) is None:
+        bad.add(UNTIMED, line)
+        return "", 0
+    return session, int(time_ns)
+
+
+def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
+    try:
+        level = float(fields[2])
+    except ValueError:
+        level = math.nan
+    if not fields[1] or not math.isfinite(level):
+        bad.add(MALFORMED, line)
+        return None
+    if not -GREATEST_DBM < level < 0:
+        bad.add(ABSURD, line)
+        return None
+    return level
+
+
+def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
+    """Yield each line's number, and its scan (never empty), access point and level as text."""
+    read = _json_lines if path.suffix.lower() in JSON_SUFFIXES else _csv_lines
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
+            for line, fields in read(path, text):
+                if fields is None or not fields[0]:
+                    bad.add(MALFORMED, line)
+                else:
+                    yield line, fields
+    except OSError as error:
+        raise DatasetError(f"{path}: cannot be read ({error.strerror}); give CSV, JSON lines or a data set") from error
+
+
+def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
+    rows = csv.reader(text)
+    header = [name.strip() for name in next(rows, [])]
+    missing = [name for name in COLUMNS if name not in header]
+    if missing:
+        raise DatasetError(f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}")
+    places = [header.index(name) if name in header else None for name in (*COLUMNS, *WALK_COLUMNS)]
+    while True:
+        try:
+            row = next(rows)
+        except StopIteration:
+            return
+        except csv.Error:
+            yield rows.line_num, None
+            continue
+        if row:
+            yield rows.line_num, _texts(row, places) if len(row) == len(header) else None
+
+
+def _texts(row: Sequence[str], places: Sequence[int | None]) -> Fields:
+    scan_id, bssid, level, session, time_ns = ("" if place is None else row[place].strip() for place in places)
+    return scan_id, bssid, level, session, time_ns
+
+
+def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
+    del path
+    for line, row in enumerate(text, start=1):
+        if not row.strip():
+            continue
+        try:
+            fields = json.loads(row)
+        except (ValueError, RecursionError):
+            fields = None
+        yield line, _fields(fields) if isinstance(fields, dict) else None
+
+
+def _fields(values: Mapping[str, Any]) -> Fields:
+    scan_id, bssid, session, time_ns = (_text(values.get(name)) for name in ("scan_id", "bssid", *WALK_COLUMNS))
+    level = values.get("rssi_dbm")
+    known = isinstance(level, int | float) and not isinstance(level, bool)
+    return scan_id, bssid, repr(level) if known else "", session, time_ns
+
+
+def _text(value: object) -> str:
+    return str(value).strip() if isinstance(value, str | int) and not isinstance(value, bool) else ""

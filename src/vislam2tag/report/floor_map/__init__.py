@@ -1,0 +1,1 @@
+"""The map of a floor in pages: plan, layers, arrows."""

@@ -1,0 +1,1 @@
+"""The pages of all other commands, one file each."""

@@ -1,0 +1,1 @@
+"""The report of `process`: totals and one page over all sessions."""

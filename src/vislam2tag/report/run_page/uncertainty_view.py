@@ -1,0 +1,67 @@
+"""What the page says of how sure the labels are, whether that is true, and what spoilt it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from vislam2tag.common.palette import EVENT_STYLES, EventStyle
+from vislam2tag.core.faults import EventKind
+from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, coverage_curve, reliability_curve
+from vislam2tag.evaluation.residuals import CONTROL_POINTS
+from vislam2tag.labeling.results import Summary
+from vislam2tag.report.run_page.uncertainty_figures import coverage_figure, reliability_figure
+
+
+@dataclass(frozen=True)
+class UncertaintyView:
+    """Uncertainty, errors, events and contradictions of a whole run."""
+
+    summary: Summary
+    limit_m: float
+    """Sigma above which a frame or reading is uncertain, metres; may be infinite."""
+
+    @cached_property
+    def coverage(self) -> CoverageCurve | None:
+        """Errors against the share labelled; None where no true point has a label."""
+        return coverage_curve(self.summary.errors) if self.summary.errors else None
+
+    @cached_property
+    def reliability(self) -> ReliabilityCurve | None:
+        """Observed against stated shares; None where there is no truth or no stated uncertainty."""
+        return reliability_curve(self.summary.errors) if self.summary.errors else None
+
+    @property
+    def figures(self) -> list[tuple[str, str]]:
+        """Each figure as Plotly's JSON with what it shows."""
+        figures = []
+        if self.reliability is not None:
+            title = "Reliability: is the stated uncertainty true?"
+            figures.append((title, reliability_figure(self.reliability)))
+        if self.coverage is not None and self.reliability is not None:
+            title = "Coverage and accuracy: what a limit on sigma costs and brings"
+            figures.append((title, coverage_figure(self.coverage, self.limit_m)))
+        return figures
+
+    @property
+    def at_nearest_points(self) -> bool:
+        """Whether errors are, at least in part, distances to the nearest control point."""
+        return self.summary.errors is not None and CONTROL_POINTS in self.summary.errors.sources
+
+    @property
+    def inside(self) -> list[tuple[int, float]]:
+        """Percent of the 68 % and of the 95 % region, each with the share of errors inside."""
+        curve = self.reliability
+        return [] if curve is None else [(percent, float(curve.observed[percent - 1])) for percent in (68, 95)]
+
+    @property
+    def events(self) -> list[tuple[EventStyle, int]]:
+        """Kinds of events that occurred, with their number."""
+        return [
+            (style, self.summary.events[kind]) for kind, style in EVENT_STYLES.items() if self.summary.events.get(kind)
+        ]
+
+
+def event_style(kind: EventKind) -> EventStyle:
+    """Return the style of a kind of event."""
+    return EVENT_STYLES[kind]

@@ -1,0 +1,138 @@
+"""Landmarks that are not where the survey says: left-out errors of one landmark, pooled over sessions.
+
+Each session predicts the landmark from all others. Its tracker's errors differ from session to session, the survey's
+are the same in all: the weighted mean of the predictions, outlying ones weighted down (Student's t), tells the survey's
+error with a sigma that falls as sessions add up. A session whose other landmarks are predicted worse than stated is
+believed less. Predictions that disagree with each other by far more than is stated
+tell that the landmark did not stay where it was.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.self_check.accuracy import excess
+from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck
+from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, LEAST_M
+
+TAIL = 4.0
+"""Degrees of freedom of Student's t for a session's prediction."""
+ROUNDS = 20
+FEWEST_SCATTERING = 3
+"""So many sessions must have passed a landmark to say that it scatters ..."""
+SCATTER_SIGMAS = 3.0
+"""... and half of them must put it farther from its middle than stated by this factor."""
+MEDIAN_SHARE = 2 * np.log(2)
+"""Median of the squared Mahalanobis distance of Gaussian errors in the plane."""
+
+
+@dataclass(frozen=True)
+class _Prediction:
+    """What one session says of a landmark: its offset (2,), the covariance (2, 2) of that and of the survey."""
+
+    mark: LeftOutMark
+    offset: FloatArray
+    covariance: FloatArray
+    survey: FloatArray
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """What sessions (s) say of one landmark together.
+
+    ``offset`` (2,) metres and its ``covariance`` (2, 2), the survey's included; ``distance_m`` (s,) of each session's
+    place from the common one, and ``squared_sigmas`` (s,) of that distance.
+    """
+
+    offset: FloatArray
+    covariance: FloatArray
+    distance_m: FloatArray
+    squared_sigmas: FloatArray
+
+
+def bad_landmarks(sessions: Iterable[SessionCheck]) -> list[BadLandmark]:
+    """Name the landmarks whose left-out errors are no chance, the farthest off first.
+
+    Sessions with too few landmarks cannot tell which one is wrong and are not asked.
+    """
+    predictions = defaultdict(list)
+    for session in sessions:
+        if session.well_founded:
+            for prediction in _predictions(session.left_out):
+                predictions[prediction.mark.floor, prediction.mark.landmark].append(prediction)
+    found = [bad for group in predictions.values() if (bad := _judged(group)) is not None]
+    return sorted(found, key=lambda bad: (-bad.size_m, bad.floor, bad.landmark))
+
+
+def _predictions(marks: Sequence[LeftOutMark]) -> list[_Prediction]:
+    """One session's predictions, their covariances scaled by how well its other landmarks are predicted."""
+    offset = np.array([mark.offset_m for mark in marks])
+    covariance = _matrices([mark.covariance_m2 for mark in marks])
+    survey = _matrices([mark.survey_covariance_m2 for mark in marks])
+    squares = _squares(np.linalg.inv(covariance), offset)
+    return [
+        _Prediction(
+            mark,
+            offset[i],
+            survey[i] + (covariance[i] - survey[i]) * max(1.0, excess(np.delete(squares, i))),
+            survey[i],
+        )
+        for i, mark in enumerate(marks)
+    ]
+
+
+def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Pooled:
+    """Pool offsets (s, 2) with covariances (s, 2, 2) that all include the same error of the survey (2, 2)."""
+    worth = np.linalg.inv(covariance - survey)
+    common = np.median(offset, axis=0)
+    for _ in range(ROUNDS):
+        squares = _squares(worth, offset - common)
+        weighted = worth * ((TAIL + 2) / (TAIL + squares))[:, None, None]
+        spread = np.linalg.inv(weighted.sum(axis=0))
+        common = spread @ np.einsum("sij,sj->i", weighted, offset)
+    squares = _squares(worth, offset - common)
+    apart = max(1.0, excess(squares)) if len(offset) > 1 else 1.0
+    return Pooled(common, spread * apart + survey, np.linalg.norm(offset - common, axis=1), squares)
+
+
+def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("si,sij,sj->s", miss, np.asarray(worth), miss))
+
+
+def _judged(predictions: Sequence[_Prediction]) -> BadLandmark | None:
+    together = pooled(
+        np.array([one.offset for one in predictions]),
+        np.array([one.covariance for one in predictions]),
+        predictions[0].survey,
+    )
+    mark = predictions[0].mark
+    size_m = float(np.hypot(*together.offset))
+    sigmas = float(np.sqrt(together.offset @ np.linalg.solve(together.covariance, together.offset)))
+    apart_m = float(np.median(together.distance_m))
+    scatter = float(np.sqrt(np.median(together.squared_sigmas) / MEDIAN_SHARE))
+    bad = BadLandmark(
+        floor=mark.floor,
+        landmark=mark.landmark,
+        fault=Fault.OFFSET if len(predictions) > 1 else Fault.DOUBT,
+        sessions=len(predictions),
+        surveyed_m=mark.surveyed_m,
+        offset_m=(round(float(together.offset[0]), 3), round(float(together.offset[1]), 3)),
+        size_m=round(size_m, 3),
+        sigma_m=round(size_m / max(sigmas, 1e-9), 3),
+    )
+    if len(predictions) >= FEWEST_SCATTERING and scatter >= SCATTER_SIGMAS and apart_m >= LEAST_M:
+        return bad.model_copy(
+            update={"fault": Fault.SCATTER, "size_m": round(apart_m, 3), "sigma_m": round(apart_m / scatter, 3)}
+        )
+    return bad if sigmas >= CERTAIN_SIGMAS and size_m >= LEAST_M else None
+
+
+def _matrices(entries: Sequence[tuple[float, float, float]]) -> FloatArray:
+    xx, xy, yy = np.array(entries).T
+    return np.asarray(np.stack((xx, xy, xy, yy), axis=-1).reshape(-1, 2, 2))

@@ -1,0 +1,1 @@
+"""Raw formats of sessions: one file each."""

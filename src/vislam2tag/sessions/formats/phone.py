@@ -1,0 +1,254 @@
+"""The phone app's own format: tables with headers, exposure times, what the tracker says of itself, anchors.
+
+docs/phone-format.md is its specification.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.context import AnchorLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
+from vislam2tag.sessions.model import Recording, Session
+from vislam2tag.sessions.phone.camera import phone_camera
+from vislam2tag.sessions.phone.record import RECORD_FILE, STOPPED, PhoneRecord, parse_record
+from vislam2tag.sessions.phone.schemas import (
+    ANCHORS,
+    BLE,
+    CAMERA,
+    EVENTS,
+    FIRST_COLUMN,
+    LANDMARKS,
+    PRESSES,
+    SENSORS,
+    SIGHTING,
+    TRACKING,
+    WIFI,
+    unit_poses,
+)
+from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
+from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.tables.ble_table import ble_findings
+from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.camera import poses_of
+from vislam2tag.sessions.tables.landmark_log import frames_of, landmark_log
+from vislam2tag.sessions.tables.radio_text import without_absurd_levels
+from vislam2tag.sessions.tables.raw_table import RawTable
+from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
+from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
+from vislam2tag.settings import FindingSettings
+from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.survey.site_table import is_file
+
+FILE_NAMES = {
+    "record": (RECORD_FILE,),
+    "poses": ("CameraPose.csv",),
+    "landmarks": ("LandmarkPose.csv",),
+    "anchors": ("AnchorPose.csv",),
+    "wifi": ("WiFi.csv",),
+    "sensors": ("Sensors.csv",),
+    "presses": ("ControlPoint.csv",),
+    "ble": ("Ble.csv",),
+    "events": ("Events.csv",),
+}
+"""The name of each role's file."""
+
+
+class PhoneFormat:
+    """Reads the folders of the phone app."""
+
+    name = "phone"
+
+    def recognises(self, folder: Path) -> bool:
+        """A session holds ``session.json``, or a table of a known name that begins with our header."""
+        if is_file(folder / RECORD_FILE):
+            return True
+        return any(_has_header(path) for path in files_there(folder, FILE_NAMES))
+
+    def input_files(self, folder: Path) -> list[Path]:
+        """The files that :meth:`read` looks at, as far as they are there."""
+        return files_there(folder, FILE_NAMES)
+
+    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read a session whole; problems are findings. Raises SessionError for an unknown version."""
+        reading = SessionFiles(ref.folder, FILE_NAMES)
+        record = _record(reading, ref.key)
+        camera = _camera(reading, settings)
+        landmarks = _landmarks(reading, camera)
+        anchors = _anchors(reading, camera)
+        tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+        ble = _ble(reading, camera)
+        if len(ble):
+            tables["ble"] = ble
+        presses_ns = _presses(reading, camera)
+        recording = _recording(reading, record)
+        camera = replace(camera, anchors=anchors, pressure=pressure_log(tables["sensors"]))
+        return Session(
+            key=ref.key,
+            camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
+            landmarks=landmarks,
+            presses_ns=presses_ns,
+            tables=tables,
+            files=tuple(reading.files),
+            findings=tuple(reading.findings),
+            recording=recording,
+        )
+
+
+def _has_header(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
+    except OSError:
+        return False
+
+
+def _table(reading: SessionFiles, role: str, schema: PhoneSchema) -> tuple[str, bytes, RawTable]:
+    file, data = reading.load(role)
+    return file, data, parse_phone_table(data, file, schema)
+
+
+def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
+    """The session's record; where it says another floor or device than the folders do, these count."""
+    file, data = reading.load("record")
+    if not reading.has("record"):
+        message = "floor and device are the folders'; how the recording ended is not known"
+        reading.findings.append(Finding(kind="missing_file", file=file, count=1, message=message))
+        return None
+    try:
+        record = parse_record(data, str(reading.folder / file))
+    except ValueError as error:
+        message = f"{error}; the folders tell floor and device, how the recording ended is not known"
+        reading.findings.append(Finding(kind="unreadable_record", file=file, count=1, message=message))
+        return None
+    reading.account("record", data, RawTable(file, 1, pl.DataFrame({"row": [1]}), (), ()))
+    if record.floor != key.floor:
+        message = (
+            f"the collector chose floor {record.floor}, and the session lies under floor {key.floor}, which counts; "
+            "move its folder if that is wrong"
+        )
+        reading.findings.append(Finding(kind="other_floor", file=file, count=1, message=message))
+    if record.ended != STOPPED:
+        detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
+        message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
+        reading.findings.append(
+            Finding(kind="recording_ended", file=file, count=1, message=message, severity=Severity.INFO)
+        )
+    return record
+
+
+def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
+    file, data, table = _table(reading, "poses", CAMERA)
+    camera, findings = phone_camera(reading.account("poses", data, table), file, settings)
+    reading.findings += findings
+    return camera
+
+
+def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
+    """Rows that the tracker stands for; one that it does not track, or in a lost frame, counts as lost."""
+    file, data, table = _table(reading, "landmarks", LANDMARKS)
+    rows = unit_poses(reading.account("landmarks", data, table))
+    # A row that is not tracked may have no pose: it says no more than that.
+    told = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
+    log, findings = landmark_log(told, file, camera)
+    by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == SIGHTING)
+    state = pl.DataFrame({"row": log.row}).join(by_row, on="row", how="left", maintain_order="left")
+    lost = ~state["tracked"].to_numpy()
+    if camera.state is not None:
+        lost |= ~camera.state.tracking[log.frame]
+    reading.findings += [finding for finding in findings if finding.kind != "tracking_lost"]
+    return replace(log, lost=lost, seen=state["seen"].to_numpy() & ~lost)
+
+
+def _anchors(reading: SessionFiles, camera: CameraTrack) -> AnchorLog | None:
+    """Rows of anchors that are tracked, at usable frames with tracking; None where there are none."""
+    file, data, table = _table(reading, "anchors", ANCHORS)
+    rows = unit_poses(reading.account("anchors", data, table)).filter(pl.col("state") == TRACKING)
+    position, orientation, sound, findings = poses_of(rows, file)
+    reading.findings += findings
+    frame, _ = frames_of(rows["time_ns"].to_numpy(), camera)
+    used = sound & (frame >= 0)
+    if camera.state is not None and len(camera.time_ns):
+        used &= camera.state.tracking[frame]
+    if not used.any():
+        return None
+    anchor = rows["anchor"].to_numpy()
+    order = np.flatnonzero(used)
+    order = order[np.lexsort((frame[order], anchor[order]))]
+    once = np.ones(len(order), dtype=bool)
+    once[1:] = (np.diff(anchor[order]) != 0) | (np.diff(frame[order]) != 0)
+    order = order[once]
+    return AnchorLog(anchor[order], frame[order], position[order], orientation[order])
+
+
+def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
+    file, data, table = _table(reading, "wifi", WIFI)
+    rows = reading.account("wifi", data, table).with_columns(
+        pl.col("ssid").fill_null(""), pl.col("bssid").str.to_lowercase()
+    )
+    rows = mark_repeated(rows)
+    reading.findings += wifi_findings(rows, file, settings)
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+    file, data, table = _table(reading, "sensors", SENSORS)
+    rows = reading.account("sensors", data, table).with_columns(pl.col(SENSOR_VALUES).fill_null(0.0))
+    sensors, findings = sensor_table(rows, file)
+    reading.findings += findings
+    reading.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
+    return sensors
+
+
+def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+    file, data, table = _table(reading, "ble", BLE)
+    rows = reading.account("ble", data, table).with_columns(
+        pl.col("name").fill_null(""), pl.col("address", "uuid").str.to_lowercase()
+    )
+    measured = pl.col("rssi_dbm").is_between(-127, 20)
+    rows, absurd = without_absurd_levels(replace(table, rows=rows), measured, "from -127 to 20 dBm")
+    rows = mark_repeated_ble(rows)
+    reading.findings += [*absurd, *ble_findings(rows, file), *clock_mismatch(rows["time_ns"].to_numpy(), file, camera)]
+    return rows
+
+
+def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
+    """Times of the presses that were not taken back."""
+    file, data, table = _table(reading, "presses", PRESSES)
+    rows = reading.account("presses", data, table)
+    undone = rows.filter(pl.col("action") == "undo")["n"]
+    kept = rows.filter((pl.col("action") == "press") & ~pl.col("n").is_in(undone.to_list()))
+    presses_ns = kept["time_ns"].to_numpy().astype(np.int64)
+    reading.findings += clock_mismatch(presses_ns, file, camera)
+    return presses_ns
+
+
+def _recording(reading: SessionFiles, record: PhoneRecord | None) -> Recording:
+    file, data, table = _table(reading, "events", EVENTS)
+    counts = dict(reading.account("events", data, table)["event"].value_counts().sort("event").iter_rows())
+    recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
+    if recording.scans_refused:
+        message = (
+            "scans were refused or failed, as when scanning is throttled; switch off 'Wi-Fi scan throttling' in the "
+            "phone's developer options"
+        )
+        reading.findings.append(
+            Finding(kind="scans_refused", file=file, count=recording.scans_refused, message=message)
+        )
+    dropped = counts.get("rows_dropped", 0)
+    if dropped:
+        message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
+        reading.findings.append(Finding(kind="rows_dropped", file=file, count=dropped, message=message))
+    return recording
+
+
+register(PhoneFormat())

@@ -1,0 +1,122 @@
+"""The published raw layout (and the paper's file names for it): one folder of ``;`` separated files a session."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
+from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
+from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
+from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_log
+from vislam2tag.sessions.tables.raw_table import parse_table
+from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
+from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.settings import FindingSettings
+from vislam2tag.survey.model import SessionRef
+
+FILE_NAMES = {
+    "poses": ("poses.csv", "CameraPose.csv"),
+    "landmarks": ("initPoses.csv", "LandmarkPose.csv"),
+    "wifi": ("wifi.csv", "WiFi.csv"),
+    "sensors": ("sensors.csv", "Sensors.csv"),
+    "presses": ("refMarker.csv", "ControlPoint.csv"),
+    "ble": ("ble.csv", "Ble.csv"),
+}
+"""The names of each role's file: the published one, and the paper's."""
+
+_PRESS_SCHEMA = {"n": pl.Int64, "time_ns": pl.Int64}
+
+
+class PublishedFormat:
+    """Reads the folders of the published survey and phone app, whichever names their files have."""
+
+    name = "published"
+
+    def recognises(self, folder: Path) -> bool:
+        """A session has at least one file of a known name."""
+        return bool(files_there(folder, FILE_NAMES))
+
+    def input_files(self, folder: Path) -> list[Path]:
+        """The files that :meth:`read` looks at, as far as they are there."""
+        return files_there(folder, FILE_NAMES)
+
+    def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
+        """Read a session whole; problems are findings."""
+        reading = SessionFiles(ref.folder, FILE_NAMES)
+        camera = _camera(reading, settings)
+        landmarks = _landmarks(reading, camera)
+        tables = {"wifi": _wifi(reading, camera, settings), "sensors": _sensors(reading, camera)}
+        if reading.has("ble"):
+            tables["ble"] = _ble(reading, camera)
+        presses_ns = _presses(reading, camera)
+        pose_lag_s = pose_lag_of(camera, tables["sensors"])
+        return Session(
+            key=ref.key,
+            camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
+            landmarks=landmarks,
+            presses_ns=presses_ns,
+            tables=tables,
+            files=tuple(reading.files),
+            findings=tuple(reading.findings),
+        )
+
+
+def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:
+    file, data = reading.load("poses")
+    rows = reading.account("poses", data, parse_table(data, file, CAMERA_SCHEMA))
+    camera, findings = camera_track(rows, file, settings)
+    reading.findings += findings
+    return camera
+
+
+def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
+    file, data = reading.load("landmarks")
+    rows = reading.account("landmarks", data, parse_table(data, file, LANDMARK_SCHEMA))
+    log, findings = landmark_log(rows, file, camera)
+    reading.findings += findings
+    return log
+
+
+def _wifi(reading: SessionFiles, camera: CameraTrack, settings: FindingSettings) -> pl.DataFrame:
+    file, data = reading.load("wifi")
+    rows = mark_repeated(reading.account("wifi", data, parse_wifi(data, file)))
+    reading.findings += wifi_findings(rows, file, settings)
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _sensors(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+    file, data = reading.load("sensors")
+    rows, findings = sensor_table(reading.account("sensors", data, parse_table(data, file, SENSOR_SCHEMA)), file)
+    reading.findings += findings
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
+    file, data = reading.load("ble")
+    rows = mark_repeated_ble(reading.account("ble", data, parse_ble(data, file)))
+    reading.findings += ble_findings(rows, file)
+    reading.findings += clock_mismatch(rows["time_ns"].to_numpy(), file, camera)
+    return rows
+
+
+def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
+    file, data = reading.load("presses")
+    rows = reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA))
+    presses_ns = rows["time_ns"].to_numpy().astype(np.int64)
+    reading.findings += clock_mismatch(presses_ns, file, camera)
+    return presses_ns
+
+
+register(PublishedFormat())

@@ -1,0 +1,1 @@
+"""Parts of the phone app's format: record, tables, camera."""

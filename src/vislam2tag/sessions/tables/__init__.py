@@ -1,0 +1,1 @@
+"""Raw tables of a session, one file a table: text to typed columns with line numbers."""

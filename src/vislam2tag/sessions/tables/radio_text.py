@@ -1,0 +1,52 @@
+"""What the text of radio readings needs besides columns: names of any bytes, levels that nothing measures."""
+
+from __future__ import annotations
+
+import polars as pl
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.sessions.tables.raw_table import RawTable
+
+_REPLACEMENT = "\ufffd"
+
+
+def text_lines(data: bytes) -> list[str]:
+    """Split a file's bytes into lines; a newline at the end starts no further line."""
+    lines = data.decode("utf-8", errors="replace").split("\n")
+    if lines[-1] == "":
+        lines.pop()
+    return lines
+
+
+def level_dbm(text: pl.Expr) -> pl.Expr:
+    """Read a level with either decimal mark (dBm); null where it is no number."""
+    return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+
+
+def without_absurd_levels(raw: RawTable, measured: pl.Expr, expected: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Make ``rssi_dbm`` null (and float32) where ``measured`` does not hold, and count these rows."""
+    lines = raw.rows.filter(~measured)["row"].to_list()
+    rows = raw.rows.with_columns(pl.when(measured).then("rssi_dbm").cast(pl.Float32))
+    if not lines:
+        return rows, []
+    message = f"levels must be {expected}; these rows are kept without their level"
+    return rows, [Finding.at_lines("non_finite_values", raw.file, lines, message)]
+
+
+def undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
+    """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
+    suspects = raw.rows.filter(pl.col(column).str.contains(_REPLACEMENT, literal=True))["row"].to_list()
+    lines = data.split(b"\n") if suspects else []
+    broken = [row for row in suspects if not _is_utf8(lines[row - 1])]
+    if not broken:
+        return []
+    message = "the text is not UTF-8; the bytes that cannot be decoded are replaced by U+FFFD"
+    return [Finding.at_lines("undecodable_text", raw.file, broken, message, Severity.INFO)]
+
+
+def _is_utf8(line: bytes) -> bool:
+    try:
+        line.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True

@@ -1,0 +1,80 @@
+"""Inertial and magnetic readings: ``t; TYPE; v1; v2; v3; v4; v5; v6``."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.arrays import BoolArray, IntArray
+from vislam2tag.core.context import PressureLog
+
+SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
+SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
+
+
+def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Make the ``sensors`` table of the parsed rows of a sensor file: ``row`` first, ``repeated`` added.
+
+    A row is ``repeated`` where an earlier one has the same sensor and time. All rows are kept as they are.
+    """
+    time_ns = rows["time_ns"].to_numpy()
+    repeated = np.zeros(len(time_ns), dtype=bool)
+    backward = np.zeros(len(time_ns), dtype=bool)
+    for index in _rows_by_sensor(rows["sensor"]):
+        repeated[index], backward[index] = _irregular(time_ns[index])
+    table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
+    infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
+    findings = []
+    for kind, mask, message, severity in (
+        (
+            "repeated_rows",
+            repeated,
+            "readings have the sensor and time of an earlier one; the first counts",
+            Severity.INFO,
+        ),
+        ("backward_times", backward, "readings are earlier than one before them of the same sensor; kept", None),
+        ("non_finite_values", infinite, "values are not finite; kept as they are", None),
+    ):
+        if mask.any():
+            lines = rows["row"].to_numpy()[mask].tolist()
+            findings.append(Finding.at_lines(kind, file, lines, message, severity or Severity.WARNING))
+    return table, findings
+
+
+def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
+    """Row indices of each sensor, in file order."""
+    names = sensor.unique().to_list()
+    code = sensor.cast(pl.Enum(names)).to_physical().to_numpy()
+    order = np.argsort(code, kind="stable")
+    starts = np.searchsorted(code[order], np.arange(len(names) + 1))
+    return [order[start:stop] for start, stop in itertools.pairwise(starts.tolist())]
+
+
+def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Masks of one sensor's readings whose time was there before, and of those before the latest time so far."""
+    n = len(time_ns)
+    repeated = np.zeros(n, dtype=bool)
+    step = np.diff(time_ns)
+    if np.all(step > 0):
+        return repeated, repeated
+    backward = np.zeros(n, dtype=bool)
+    backward[1:] = time_ns[1:] < np.maximum.accumulate(time_ns)[:-1]
+    repeated[:] = True
+    repeated[np.unique(time_ns, return_index=True)[1]] = False
+    return repeated, backward & ~repeated
+
+
+PRESSURE = "PRESSURE"
+"""Sensor type of the barometer; ``v1`` is in hPa."""
+PLAUSIBLE_HPA = (500.0, 1200.0)
+"""What the air around somebody walking may press with; other numbers are faults."""
+
+
+def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
+    """Take the barometer's readings out of a ``sensors`` table, in time order; None where there are not two."""
+    sound = (pl.col("sensor") == PRESSURE) & ~pl.col("repeated") & pl.col("v1").is_between(*PLAUSIBLE_HPA)
+    rows = sensors.filter(sound).unique("time_ns").sort("time_ns")
+    return PressureLog(rows["time_ns"].to_numpy(), rows["v1"].to_numpy()) if len(rows) > 1 else None

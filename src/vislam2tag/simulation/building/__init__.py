@@ -1,0 +1,1 @@
+"""Where simulated walks lead: buildings generated, or made of a site."""

@@ -1,0 +1,1 @@
+"""Simulated sensors: radio, beacons, inertial, pressure, presses, total station."""

@@ -1,0 +1,1 @@
+"""The simulated AR tracker: odometry, map, sightings, faults."""

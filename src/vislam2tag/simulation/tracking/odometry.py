@@ -1,0 +1,106 @@
+"""What the tracker's camera sees and feels: exposed frames and dead reckoning that drifts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.simulation.model import TrueWalk
+from vislam2tag.simulation.settings import TrackerSettings
+from vislam2tag.simulation.walking.sampling import blend_at, orientation_at, position_at
+
+RUNNING_M_S = 1.7
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The truth at each camera frame, ``f`` frames."""
+
+    exposure_ns: IntArray
+    stamp_ns: IntArray
+    plane: ComplexArray
+    """(f,) camera in the BCS plane, x + iy, metres."""
+    height: FloatArray
+    orientation: FloatArray
+    """(f, 4) quaternion (x, y, z, w), camera to BCS."""
+    looking: FloatArray
+    """(f, 3) unit vector along the camera's axis, BCS."""
+    speed: FloatArray
+    blocked: BoolArray
+    """(f,) somebody is in the camera's view."""
+    unseen: FloatArray
+    """(f,) part of the height that was gained in lifts, metres."""
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Dead reckoning without any map: camera ``plane`` (f,), complex metres, and the local similarity from the BCS.
+
+    ``factor`` (f,) is the scale times the rotation by which a true displacement near frame i appears in this frame.
+    """
+
+    plane: ComplexArray
+    factor: ComplexArray
+    height: FloatArray
+
+
+def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) -> Frames:
+    """Sample a walk at the camera's frames; stamps come later by the pose lag and its jitter."""
+    last = (walk.time_ns[-1] - walk.time_ns[0]) * 1e-9 - settings.pose_lag_s - 6 * settings.frame_jitter_s
+    count = int(last * settings.frame_rate_hz)
+    ticks = np.arange(count) / settings.frame_rate_hz
+    jitter = rng.normal(0, settings.frame_jitter_s, (2, count)).clip(-2 / 1000, 2 / 1000)
+    exposure_s = (ticks + jitter[0]).clip(0)
+    stamp_s = ticks + jitter[1] + settings.pose_lag_s
+    exposure_ns = walk.time_ns[0] + (exposure_s * 1e9).astype(np.int64)
+    orientation = orientation_at(walk, exposure_ns)
+    position = position_at(walk, exposure_ns)
+    inside = (exposure_ns[:, None] >= walk.blocked_ns[:, 0]) & (exposure_ns[:, None] < walk.blocked_ns[:, 1])
+    return Frames(
+        exposure_ns=exposure_ns,
+        stamp_ns=walk.time_ns[0] + (stamp_s * 1e9).astype(np.int64),
+        plane=position[:, 0] + 1j * position[:, 1],
+        height=position[:, 2],
+        orientation=orientation,
+        looking=_camera_axis(orientation),
+        speed=blend_at(walk, walk.speed[:, None], exposure_ns)[:, 0],
+        blocked=inside.any(axis=1),
+        unseen=blend_at(walk, walk.unseen_m[:, None], exposure_ns)[:, 0] if len(walk.unseen_m) else np.zeros(count),
+    )
+
+
+def _camera_axis(orientation: FloatArray) -> FloatArray:
+    """The camera's viewing direction (f, 3): its -z axis."""
+    x, y, z, w = orientation.T
+    return -np.column_stack((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
+
+
+def dead_reckon(frames: Frames, settings: TrackerSettings, rng: np.random.Generator) -> Odometry:
+    """Integrate the walk with random walks of heading, position and height and a wandering scale."""
+    count, severity = len(frames.plane), settings.severity
+    step = np.diff(frames.plane, prepend=frames.plane[0])
+    walked = frames.speed / settings.frame_rate_hz
+    yaw = np.unwrap(np.arctan2(frames.looking[:, 1], frames.looking[:, 0]))
+    turned = np.abs(np.diff(yaw, prepend=yaw[0]))
+    effort = severity * np.where(frames.speed > RUNNING_M_S, settings.running_factor, 1.0)
+    spread = effort * np.hypot(settings.heading_drift_rad * np.sqrt(walked), settings.turning_drift * np.sqrt(turned))
+    heading = np.cumsum(spread * rng.standard_normal(count)) + rng.uniform(-np.pi, np.pi)
+    scale = 1 + severity * settings.scale_sigma * _wander(count, walked.mean() / settings.scale_length_m, rng)
+    factor = scale * np.exp(1j * heading)
+    slip = effort * settings.position_drift_m * np.sqrt(walked)
+    noise = rng.standard_normal((3, count)) * slip
+    plane = np.cumsum(factor * step + noise[0] + 1j * noise[1])
+    seen = frames.height - frames.unseen
+    return Odometry(plane, factor, seen - seen[0] + 0.3 * np.cumsum(noise[2]))
+
+
+def _wander(count: int, forget: float, rng: np.random.Generator) -> FloatArray:
+    """First-order Gauss-Markov noise (count,) of unit variance that forgets a share ``forget`` a frame."""
+    keep = np.exp(-max(forget, 1e-6))
+    start = rng.standard_normal()
+    drive = np.sqrt(1 - keep * keep) * rng.standard_normal(count)
+    filtered, _ = lfilter([1.0], [1.0, -keep], drive, zi=[keep * start])
+    return np.asarray(filtered)

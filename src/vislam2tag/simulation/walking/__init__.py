@@ -1,0 +1,1 @@
+"""Simulated true walks: route, gait, several floors."""

@@ -1,0 +1,150 @@
+"""Simulated sessions as text in the published raw layout (docs/formats.md), and the truth beside them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.simulation.model import SimulatedBuilding, TrackerLog
+from vislam2tag.simulation.sensors.beacons import BleLog
+from vislam2tag.simulation.sensors.imu import SENSOR_TYPES, ImuLog
+from vislam2tag.simulation.sensors.radio import WifiLog
+from vislam2tag.simulation.walking.sampling import floor_at, position_at
+from vislam2tag.simulation.writing.session import SimulatedSession
+
+PUBLISHED_NAMES = {
+    "poses": "poses.csv",
+    "landmarks": "initPoses.csv",
+    "sensors": "sensors.csv",
+    "wifi": "wifi.csv",
+    "ble": "ble.csv",
+    "presses": "refMarker.csv",
+    "station": "tachy.csv",
+    "truth": "truth.csv",
+}
+"""File name of each role, as the phone app writes them."""
+PAPER_NAMES = PUBLISHED_NAMES | {
+    "poses": "CameraPose.csv",
+    "landmarks": "LandmarkPose.csv",
+    "sensors": "Sensors.csv",
+    "wifi": "WiFi.csv",
+}
+"""File name of each role, as the paper's text has them."""
+DECIMALS = 6
+
+_Columns = dict[str, AnyArray | pl.Series]
+
+SessionText = dict[str, bytes]
+"""Content of each file of a session by role."""
+
+
+def session_text(session: SimulatedSession) -> SessionText:
+    """Write every file of a session into memory; roles without data (BLE, presses, station) are left out."""
+    text = {
+        "poses": _poses(session.tracker, session.marks.poses),
+        "landmarks": _landmarks(session.tracker, session.marks.poses),
+        "sensors": _sensors(session.imu, session.marks.sensors),
+        "wifi": _wifi(session.wifi, session.building),
+        "truth": _truth(session),
+    }
+    if session.ble is not None:
+        text["ble"] = _ble(session.ble)
+    if len(session.presses_ns):
+        presses: _Columns = {"n": np.arange(len(session.presses_ns)), "t": session.presses_ns}
+        text["presses"] = _csv(presses, ".")
+    if session.station is not None:
+        time_ns = session.station.time_ns + session.station_offset_ns
+        text["station"] = station_table(time_ns, session.station.position)
+    return text
+
+
+def station_table(wall_time_ns: IntArray, position: FloatArray) -> bytes:
+    """Text of ``tachy.csv``: wall-clock time (k,) in Unix ns, position (k, 2) in the station's frame, metres."""
+    frame = pl.DataFrame({"time": wall_time_ns, "X": position[:, 0], "Y": position[:, 1]})
+    wall_time = pl.col("time").cast(pl.Datetime("ns")).dt.to_string("%Y-%m-%d %H:%M:%S%.3f")
+    return _text(frame.with_columns(wall_time), separator=";", precision=4, header=True)
+
+
+def comma_separated(frame: pl.DataFrame, header: bool) -> bytes:
+    """Text of a table of the site: commas, points, four decimals."""
+    return _text(frame, precision=4, header=header)
+
+
+def _poses(tracker: TrackerLog, mark: str) -> bytes:
+    columns: _Columns = {"t": tracker.time_ns}
+    return _csv(columns | _pose_columns(tracker.position_acs, tracker.orientation_acs), mark)
+
+
+def _landmarks(tracker: TrackerLog, mark: str) -> bytes:
+    """Frame after frame, landmarks in the order of their first sighting."""
+    log = tracker.landmarks
+    order = np.lexsort((log.landmark, log.frame))
+    columns: _Columns = {"id": _chosen(log.ids, log.landmark[order]), "t": tracker.time_ns[log.frame[order]]}
+    return _csv(columns | _pose_columns(log.position_acs[order], log.orientation_acs[order]), mark)
+
+
+def _pose_columns(position: FloatArray, orientation: FloatArray) -> _Columns:
+    values = np.column_stack((position, orientation))
+    names = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
+    return {name: values[:, column] for column, name in enumerate(names)}
+
+
+def _sensors(imu: ImuLog, mark: str) -> bytes:
+    columns: _Columns = {"t": imu.time_ns, "type": _chosen(SENSOR_TYPES, imu.sensor)}
+    values: _Columns = {f"v{column + 1}": imu.values[:, column] for column in range(imu.values.shape[1])}
+    return _csv(columns | values, mark)
+
+
+def _wifi(wifi: WifiLog, building: SimulatedBuilding) -> bytes:
+    columns: _Columns = {
+        "scan": wifi.scan,
+        "t": wifi.time_us,
+        "kind": _chosen(("WLAN",), np.zeros(len(wifi.scan), dtype=np.int64)),
+        "ssid": _chosen(building.ap_ssid, wifi.access_point),
+        "bssid": _chosen(building.ap_bssid, wifi.access_point),
+        "rss": wifi.rss_dbm,
+    }
+    return _csv(columns, ".")
+
+
+def _ble(ble: BleLog) -> bytes:
+    beacons, building = ble.beacons, ble.beacons.environment.building
+    columns: _Columns = {
+        "t": ble.time_ns,
+        "address": _chosen(building.ap_bssid, ble.beacon),
+        "name": _chosen(building.ap_ssid, ble.beacon),
+        "rss": ble.rss_dbm,
+        "uuid": _chosen((beacons.uuid,), np.zeros(len(ble.beacon), dtype=np.int64)),
+        "major": beacons.major[ble.beacon],
+        "minor": beacons.minor[ble.beacon],
+    }
+    return _csv(columns, ".")
+
+
+def _truth(session: SimulatedSession) -> bytes:
+    """The camera's true position at each frame's stamp; z above the building's zero."""
+    time_ns = np.unique(session.tracker.time_ns)
+    position = position_at(session.walk, time_ns)
+    columns = {"time_ns": time_ns, "x": position[:, 0], "y": position[:, 1]}
+    frame = pl.DataFrame(columns | {"z": position[:, 2] + session.floor.elevation_m})
+    return _text(frame.with_columns(floor=floor_at(session.walk, time_ns)), precision=4, header=True)
+
+
+def _chosen(names: Sequence[str], index: IntArray) -> pl.Series:
+    return pl.Series(names, dtype=pl.String).gather(index)
+
+
+def _csv(columns: _Columns, mark: str) -> bytes:
+    """Rows as the phone app writes them: ``"; "`` between, no header, six decimals with the locale's mark."""
+    text = _text(pl.DataFrame(columns), separator=";").replace(b";", b"; ")
+    return text if mark == "." else text.replace(b".", mark.encode())
+
+
+def _text(frame: pl.DataFrame, separator: str = ",", precision: int = DECIMALS, header: bool = False) -> bytes:
+    buffer = io.BytesIO()
+    frame.write_csv(buffer, include_header=header, separator=separator, float_precision=precision, quote_style="never")
+    return buffer.getvalue()

@@ -1,0 +1,1 @@
+"""The smoother: odometry -> passes -> model -> equations -> chain -> reweighting -> slips and contradictions."""

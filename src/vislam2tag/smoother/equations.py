@@ -1,0 +1,156 @@
+"""From model, survey and weights to normal equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.smoother.chain import NormalEquations
+from vislam2tag.smoother.drift import STATES
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.model import LEAST_DRIFT, Model
+from vislam2tag.smoother.noise import SCALE_SIGMA, Noise, Source
+
+FREE_M, FREE_RAD, FREE_SCALE = 1e5, 10.0, 30.0
+"""Standard deviations of what is not known at all."""
+PINNED_M, PINNED_RAD = 1e-4, 1e-5
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the observations are worth: the noise, and by which factor each one's variance exceeds it (Student's t).
+
+    ``stretch`` (p + 1,) for each source, ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
+    """
+
+    noise: Noise
+    stretch: dict[Source, FloatArray]
+    sighting: FloatArray
+    sheet: FloatArray
+    landmark: FloatArray
+
+    @classmethod
+    def even(cls, noise: Noise, passes: int, landmarks: int) -> Weights:
+        """Trust everything alike."""
+        return cls(
+            noise,
+            {source: np.ones(passes + 1) for source in Source},
+            np.ones(passes),
+            np.ones(passes),
+            np.ones(landmarks),
+        )
+
+
+def stretch_scale(weights: Weights) -> FloatArray:
+    """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
+    return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in Source])
+
+
+def stretch_drift(model: Model, weights: Weights) -> FloatArray:
+    """Covariances (p + 1, 4, 4) of all drift between neighbouring nodes."""
+    return np.asarray(np.einsum("sk,skij->kij", stretch_scale(weights), model.units) + LEAST_DRIFT)
+
+
+def sighting_variance(model: Model, noise: Noise) -> FloatArray:
+    """Usual variances (p,) per axis of where a pass puts its landmark, m^2: they grow with distance and scatter."""
+    passes = model.walked.passes
+    aside_m2 = model.walked.odometry.aside_m2[passes.at]
+    return noise.sighting_m**2 * (1 + passes.distance_m**2) / 2 + passes.spread_m**2 + aside_m2
+
+
+def start_precision(model: Model, *, pinned: bool) -> FloatArray:
+    """Precision (4, 4) of the first state: free, or ``pinned`` to the reference for a map in its own frame."""
+    metres, rad = (PINNED_M, PINNED_RAD) if pinned else (FREE_M, FREE_RAD)
+    if model.rough:
+        return np.diag([metres**-2, metres**-2, FREE_SCALE**-2, FREE_SCALE**-2])
+    return np.diag([metres**-2, metres**-2, SCALE_SIGMA**-2, rad**-2])
+
+
+def landmark_precision(known: KnownLandmarks, weights: Weights) -> FloatArray:
+    """Precisions (m, 2, 2) of the surveyed positions; next to nothing for the others."""
+    precision = np.tile(np.eye(2) * FREE_M**-2, (len(known.position), 1, 1))
+    surveyed = known.surveyed
+    precision[surveyed] = np.linalg.inv(known.covariance[surveyed] * weights.landmark[surveyed, None, None])
+    return precision
+
+
+def position_residual(model: Model, known: KnownLandmarks) -> FloatArray:
+    """(p, 2) from where the reference puts each pass's landmark to its surveyed (or first seen) position, metres."""
+    landmark = model.walked.passes.landmark
+    miss = landmark_origin(model, known)[landmark] - model.seen_at
+    return np.column_stack((miss.real, miss.imag))
+
+
+def landmark_origin(model: Model, known: KnownLandmarks) -> ComplexArray:
+    """(m,) complex positions that the landmarks' errors are counted from: surveyed, or where first seen."""
+    landmark, first = model.first_seen
+    seen = np.zeros(len(known.position), dtype=np.complex128)
+    seen[landmark] = model.seen_at[first]
+    return np.asarray(np.where(known.surveyed, known.position, seen))
+
+
+def heading_origin(model: Model, known: KnownLandmarks) -> FloatArray:
+    """(m,) headings that the sheets' errors are counted from, rad: surveyed, or by the reference where first logged."""
+    landmark, first = model.first_headed
+    seen = np.zeros(len(known.position))
+    seen[landmark] = model.heading_rad[first]
+    return np.where(np.isfinite(known.heading_rad), known.heading_rad, seen)
+
+
+def heading_residual(model: Model, known: KnownLandmarks) -> FloatArray:
+    """(p,) from each logged heading to the landmark's, rad, wrapped; 0 where none is logged."""
+    miss = heading_origin(model, known)[model.walked.passes.landmark] - model.heading_rad
+    return np.where(model.headed, (miss + np.pi) % (2 * np.pi) - np.pi, 0.0)
+
+
+def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, pinned: bool) -> NormalEquations:
+    """Add up drift, sightings, sheet headings and survey.
+
+    The border holds the landmarks' errors: x, y of each, then their headings.
+    """
+    drift = np.linalg.inv(stretch_drift(model, weights))
+    count, marks = len(model.walked.nodes), len(known.position)
+    diagonal = np.zeros((count, STATES, STATES))
+    diagonal[0] = start_precision(model, pinned=pinned)
+    pull = model.carry.transpose(0, 2, 1) @ drift
+    diagonal[:-1] += pull @ model.carry
+    diagonal[1:] += drift
+    border, corner = np.zeros((count, STATES, 3 * marks)), np.zeros((3 * marks, 3 * marks))
+    right, corner_right = np.zeros((count, STATES)), np.zeros(3 * marks)
+    had = np.einsum("kij,kj->ki", drift, model.stretches_drifted)
+    right[1:] -= had
+    right[:-1] += np.einsum("kji,kj->ki", model.carry, had)
+    node, landmark = np.arange(1, count - 1), model.walked.passes.landmark
+    worth = 1 / (sighting_variance(model, weights.noise) * weights.sighting)
+    miss = position_residual(model, known)
+    diagonal[node] += model.sight.transpose(0, 2, 1) @ model.sight * worth[:, None, None]
+    right[node] += np.einsum("pij,pi,p->pj", model.sight, miss, worth)
+    for axis in (0, 1):
+        column = 2 * landmark + axis
+        border[node, :, column] -= model.sight[:, axis] * worth[:, None]
+        np.add.at(corner, (column, column), worth)
+        np.add.at(corner_right, column, -miss[:, axis] * worth)
+    worth = np.where(model.headed, 1 / (weights.noise.sheet_rad**2 * weights.sheet), 0.0)
+    turn = heading_residual(model, known)
+    column = 2 * marks + landmark
+    diagonal[node, 3, 3] += worth
+    right[node, 3] += turn * worth
+    border[node, 3, column] -= worth
+    np.add.at(corner, (column, column), worth)
+    np.add.at(corner_right, column, -turn * worth)
+    _add_survey(corner, known, weights)
+    return NormalEquations(diagonal, -pull, border, corner, right, corner_right)
+
+
+def _add_survey(corner: FloatArray, known: KnownLandmarks, weights: Weights) -> None:
+    marks = len(known.position)
+    x = 2 * np.arange(marks)
+    precision = landmark_precision(known, weights)
+    for i in (0, 1):
+        for j in (0, 1):
+            corner[x + i, x + j] += precision[:, i, j]
+    sigma = np.where(np.isfinite(known.heading_sigma_rad), known.heading_sigma_rad, FREE_RAD)
+    heading = 2 * marks + np.arange(marks)
+    corner[heading, heading] += sigma**-2

@@ -1,0 +1,55 @@
+"""A session reduced to what mapping needs of it: a continuous path and passes of landmarks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.smoother.noise import Source
+from vislam2tag.smoother.odometry import Odometry, continuous_odometry
+from vislam2tag.smoother.passes import Passes, find_passes
+
+METRES_PER_RAD = 4.0
+"""Turning by a radian lets the heading drift as much as walking this far: images blur, and what was in view leaves."""
+METRES_PER_S = 0.02
+"""Standing lets everything drift as much as walking this fast."""
+GREATEST_TURN_RAD = 0.3
+"""Turns count up to this in a step: beyond, the logged orientation is not to be believed."""
+
+
+@dataclass(frozen=True)
+class Walked:
+    """A session's odometry, its passes and the ids that the passes' landmark indices mean."""
+
+    ids: tuple[str, ...]
+    odometry: Odometry
+    passes: Passes
+
+    @classmethod
+    def of(cls, camera: CameraTrack, log: LandmarkLog, range_m: float) -> Walked:
+        """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres)."""
+        odometry = continuous_odometry(camera, log)
+        return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m))
+
+    @cached_property
+    def nodes(self) -> IntArray:
+        """(p + 2,) frames at which the state is solved for: the first one, one a pass, the last one."""
+        return np.concatenate(([0], self.passes.at, [len(self.odometry.path) - 1])).astype(np.int64)
+
+    @cached_property
+    def step_variance(self) -> dict[Source, FloatArray]:
+        """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
+        odometry = self.odometry
+        way = odometry.walked_m + METRES_PER_S * np.diff(odometry.time_s)
+        turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)
+        return {
+            Source.POSITION: way,
+            Source.HEADING: way + turning,
+            Source.SCALE: way,
+            Source.JUMP: odometry.jump_m2,
+            Source.JUMP_TURN: odometry.jump_rad2,
+        }

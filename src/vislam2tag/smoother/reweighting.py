@@ -1,0 +1,227 @@
+"""Noise levels and weights from a solution: one round of expectation maximisation with Student's t tails.
+
+Residuals of a smoothed walk are too small: what they could still be, given all observations, has to be added. With it
+the mean square of each noise is what maximises the likelihood (Dempster, Laird and Rubin 1977; for Student's t: Lange,
+Little and Taylor 1989), and estimating noise levels from the walk itself does not shrink them to nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.smoother.chain import Solution
+from vislam2tag.smoother.equations import (
+    Weights,
+    heading_residual,
+    position_residual,
+    sighting_variance,
+    stretch_drift,
+    stretch_scale,
+)
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.noise import (
+    ESTIMATED,
+    LANDMARK_TAIL,
+    PRIOR_WEIGHT,
+    SHEET_TAIL,
+    SIGHTING_TAIL,
+    TAIL,
+    USUAL,
+    Noise,
+    Source,
+)
+
+
+@dataclass(frozen=True)
+class Square:
+    """Squares (k,) of noises: ``missed`` of the smoothed residuals, ``open`` what they could still be on average."""
+
+    missed: FloatArray
+    open: FloatArray
+
+    @property
+    def expected(self) -> FloatArray:
+        """Expected squares, given the observations."""
+        return np.asarray(self.missed + self.open)
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Sums of squares in units of the unit-level covariances.
+
+    ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
+    expected squared Mahalanobis distance from the survey, 0 where not surveyed.
+    """
+
+    stretch: dict[Source, Square]
+    sighting: Square
+    sheet: Square
+    landmark: FloatArray
+
+
+def expected_squares(model: Model, known: KnownLandmarks, weights: Weights, solution: Solution) -> Squares:
+    """Squares of all noises, expected given the observations."""
+    return Squares(
+        _drift_squares(model, weights, solution),
+        _sighting_squares(model, known, solution),
+        _sheet_squares(model, known, solution),
+        _landmark_squares(known, solution),
+    )
+
+
+def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, Square]:
+    scale = stretch_scale(weights)
+    total = stretch_drift(model, weights)
+    worth = np.linalg.inv(total)
+    state, covariance = solution.state, solution.covariance
+    miss = state[1:] - np.einsum("kij,kj->ki", model.carry, state[:-1])
+    miss = miss + model.stretches_drifted
+    cross = model.carry @ solution.next_covariance
+    spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
+    spread -= cross + cross.transpose(0, 2, 1)
+    missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
+    told = worth @ (total - spread) @ worth
+    missing = scale * np.einsum("kij,skji->sk", missed, model.units)
+    telling = scale * np.einsum("kij,skji->sk", told, model.units)
+    return {
+        source: Square(
+            scale[number] * missing[number],
+            scale[number] * np.maximum(model.ranks[source] - telling[number], 0),
+        )
+        for number, source in enumerate(Source)
+    }
+
+
+def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
+    landmark = model.walked.passes.landmark
+    column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
+    state = solution.state[1:-1]
+    miss = position_residual(model, known) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
+    seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
+    own = solution.border_covariance.diagonal()[column].sum(axis=1)
+    shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
+    spread = seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared)
+    return Square(np.sum(miss**2, axis=1), np.asarray(spread))
+
+
+def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
+    column = 2 * len(known.position) + model.walked.passes.landmark
+    miss = heading_residual(model, known) - solution.state[1:-1, 3] + solution.border[column]
+    shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
+    spread = solution.covariance[1:-1, 3, 3] + solution.border_covariance.diagonal()[column] - 2 * shared
+    return Square(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
+
+
+def _landmark_squares(known: KnownLandmarks, solution: Solution) -> FloatArray:
+    rows = np.flatnonzero(known.surveyed)
+    column = np.stack((2 * rows, 2 * rows + 1), axis=1)
+    error = solution.border[column]
+    spread = solution.border_covariance[column[:, :, None], column[:, None, :]]
+    worth = np.linalg.inv(known.covariance[rows])
+    squares = np.zeros(len(known.position))
+    squares[rows] = np.einsum("mij,mji->m", worth, error[:, :, None] * error[:, None, :] + spread)
+    return squares
+
+
+def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
+    """Noise levels and weights that fit the squares best, pulled gently to the usual noise."""
+    better = _levels(model, weights, squares)
+    stretch = {
+        source: _factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
+        for source, square in squares.stretch.items()
+    }
+    return Weights(
+        better,
+        stretch,
+        _factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
+        _factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
+        _factor(squares.landmark, 2, LANDMARK_TAIL),
+    )
+
+
+def _levels(model: Model, weights: Weights, squares: Squares) -> Noise:
+    noise, passes = weights.noise, model.walked.passes
+    # Of the squares of a pass, its own scatter explains a part.
+    growth = (1 + passes.distance_m**2) / 2
+    share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
+    worth = share**2 / (growth * weights.sighting)
+    sighting = _told(noise.sighting_m, 2 * share, squares.sighting, worth)
+    sighting_m = sighting.level(USUAL.sighting_m)
+    sheet = _told(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
+    drift = {
+        source: _told(noise.level(source), model.ranks[source], squares.stretch[source], 1 / weights.stretch[source])
+        for source in ESTIMATED
+    }
+    # As far as nothing tells, a tracker that sees worse than usual drifts more, too, and the other way round.
+    kinship = sighting_m / USUAL.sighting_m
+    levels = {source: told.level(USUAL.level(source) * kinship) for source, told in drift.items()}
+    return Noise(
+        position_m=levels[Source.POSITION],
+        heading_rad=levels[Source.HEADING],
+        scale=noise.scale if model.rough else levels[Source.SCALE],
+        sighting_m=sighting_m,
+        sheet_rad=sheet.level(USUAL.sheet_rad),
+        told=sighting.numbers + sum(told.numbers for told in drift.values()),
+    )
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What the observations tell of one level: how many numbers, and the sum of their squares."""
+
+    numbers: float
+    squares: float
+
+    def level(self, usual: float) -> float:
+        """Mean square of these numbers and of what is assumed before, as a level.
+
+        The same fixed point as the mean of the expected squares, reached in few rounds however little is told (MacKay
+        1992).
+        """
+        return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
+
+
+def _told(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Told:
+    told = float(np.sum(numbers - worth * square.open / present**2))
+    return _Told(max(told, 0.0), float(np.sum(worth * square.missed)))
+
+
+def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatArray:
+    """Factor of the variance, given the expected square in units of it and how many numbers it is made of."""
+    return np.asarray((tail + squares) / (tail + numbers))
+
+
+def equivalent_variances(model: Model, weights: Weights) -> Weights:
+    """Weights for covariances: those of the normal distribution that stands for each Student's t.
+
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor are the
+    levels themselves known better than from as many numbers as told them.
+    """
+    unsure = _widening(PRIOR_WEIGHT + weights.noise.told)
+    return replace(
+        weights,
+        stretch={
+            source: np.asarray(factor * _widening(TAIL[source] + model.ranks[source]) * _of_level(source, unsure))
+            for source, factor in weights.stretch.items()
+        },
+        sighting=weights.sighting * _widening(SIGHTING_TAIL + 2) * unsure,
+        sheet=weights.sheet * _widening(SHEET_TAIL + 1),
+    )
+
+
+def _of_level(source: Source, unsure: FloatArray) -> FloatArray | float:
+    return unsure if source in ESTIMATED else 1.0
+
+
+def _widening(freedom: npt.ArrayLike) -> FloatArray:
+    """Variance factor with which a normal distribution holds about as much in its 68 % and 95 % regions as Student's t.
+
+    Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``.
+    """
+    return np.asarray(1 + 1.45 / np.maximum(np.asarray(freedom, dtype=np.float64) - 1.45, 0.55))

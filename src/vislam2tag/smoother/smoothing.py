@@ -1,0 +1,181 @@
+"""The smoother: one robust least-squares problem over a whole walk (docs/smoother.md).
+
+A walk's heading in the building must be known roughly before the model can be linearised with a scale near one. Where
+two or more landmarks apart are surveyed it comes from a first solution in which heading and scale are free and linear;
+otherwise from a sheet whose heading is surveyed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.similarity import as_points
+from vislam2tag.smoother.chain import Solution, solve
+from vislam2tag.smoother.equations import Weights, heading_origin, landmark_origin, normal_equations
+from vislam2tag.smoother.frame_states import Knots, bridged
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.noise import USUAL, Noise
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
+
+ROUGH_ROUNDS = 7
+ROUNDS = 5
+"""Rounds of re-weighting about each reference path."""
+RELINEARISATIONS = 2
+CAUTION, RELAXATION = 30.0, 0.4
+"""The first rough rounds take sightings for this much less certain (variance), then for less so by this factor each:
+graduated, so that a bad sighting shows as such before it can bend the walk (Yang et al. 2020)."""
+NEIGHBOURING = 4
+"""Passes are compared with this many next ones before the first solution ..."""
+LEAST_APART_M = 2.0
+SCALE_TOLERANCE = 0.2
+CLOSE_M = 0.5
+"""... that are this far apart: the tracker's distance must be the surveyed one within these."""
+DOUBT = 1e4
+"""Factor of a pass's variance that agrees with none of its neighbours, to begin with."""
+LEAST_BASE_M = 0.5
+"""Landmarks that all hang closer together than this do not tell a heading: each is seen to about 0.1 m."""
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """A solved walk: everything about it follows from these four."""
+
+    model: Model
+    known: KnownLandmarks
+    weights: Weights
+    solution: Solution
+
+    @property
+    def noise(self) -> Noise:
+        """Estimated noise levels of the session."""
+        return self.weights.noise
+
+    def knots(self) -> Knots:
+        """States between the nodes."""
+        return bridged(self.model, self.weights, self.solution)
+
+    @property
+    def landmark_position(self) -> ComplexArray:
+        """(m,) most probable positions, complex metres; of a landmark that was never passed its surveyed one."""
+        error = self.solution.border[: 2 * len(self.known.position)]
+        return np.asarray(landmark_origin(self.model, self.known) + error[::2] + 1j * error[1::2])
+
+    @property
+    def landmark_heading_rad(self) -> FloatArray:
+        """(m,) most probable headings of the sheets."""
+        marks = len(self.known.position)
+        return np.asarray(heading_origin(self.model, self.known) + self.solution.border[2 * marks :])
+
+    def landmark_covariance(self) -> FloatArray:
+        """(m, 2, 2) of :attr:`landmark_position`, m^2."""
+        column = np.arange(2 * len(self.known.position)).reshape(-1, 2)
+        return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
+
+
+def smooth(walked: Walked, known: KnownLandmarks) -> Smoothed | None:
+    """Map a walk into the BCS; None where nothing ties it there (see the module's text)."""
+    passed = np.intersect1d(np.flatnonzero(known.surveyed), walked.passes.landmark)
+    apart = _extent_m(known.position[passed]) > LEAST_BASE_M
+    model = _roughly_mapped(walked, known) if apart else _headed_by_a_sheet(walked, known)
+    return None if model is None else _refined(model, known, pinned=False)
+
+
+def _extent_m(place: ComplexArray) -> float:
+    """Diagonal of the box around some places; 0 where there are none."""
+    return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
+
+
+def smooth_in_own_frame(walked: Walked) -> Smoothed:
+    """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
+    path = walked.odometry.path
+    model = Model(walked, path, np.ones_like(path), rough=False)
+    return _refined(model, KnownLandmarks.nothing(len(walked.ids)), pinned=True)
+
+
+def _refined(model: Model, known: KnownLandmarks, *, pinned: bool) -> Smoothed:
+    weights = _even(model, known)
+    for _ in range(RELINEARISATIONS):
+        for _ in range(ROUNDS):
+            solution = solve(normal_equations(model, known, weights, pinned=pinned))
+            weights = reweighted(model, weights, expected_squares(model, known, weights, solution))
+        solution = solve(normal_equations(model, known, weights, pinned=pinned))
+        model = _relinearised(model, bridged(model, weights, solution))
+    weights = equivalent_variances(model, weights)
+    return Smoothed(model, known, weights, solve(normal_equations(model, known, weights, pinned=pinned)))
+
+
+def _even(model: Model, known: KnownLandmarks) -> Weights:
+    return Weights.even(USUAL, len(model.walked.passes.at), len(known.position))
+
+
+def _roughly_mapped(walked: Walked, known: KnownLandmarks) -> Model:
+    """Solve with heading and scale free: linear, so that nothing needs to be known before."""
+    path = walked.odometry.path
+    model = Model(walked, path, np.ones_like(path), rough=True)
+    weights = replace(_even(model, known), sighting=np.where(_agreeing(walked, known), 1.0, DOUBT))
+    for number in range(ROUGH_ROUNDS):
+        caution = max(CAUTION * RELAXATION**number, 1.0)
+        cautious = replace(weights, sighting=weights.sighting * caution)
+        solution = solve(normal_equations(model, known, cautious, pinned=False))
+        weights = reweighted(model, cautious, expected_squares(model, known, cautious, solution))
+    knots = bridged(model, weights, solution)
+    return _relinearised(model, knots)
+
+
+def _agreeing(walked: Walked, known: KnownLandmarks) -> BoolArray:
+    """(p,) passes that lie as far from a neighbouring one as surveyed, or have nothing to be compared with."""
+    passes = walked.passes
+    seen = walked.odometry.path[passes.at] + passes.offset
+    place = known.position[passes.landmark]
+    compared, agreed = np.zeros(len(seen), dtype=np.int64), np.zeros(len(seen), dtype=np.int64)
+    for ahead in range(1, NEIGHBOURING + 1):
+        true, logged = np.abs(place[ahead:] - place[:-ahead]), np.abs(seen[ahead:] - seen[:-ahead])
+        apart = true > LEAST_APART_M
+        alike = apart & (np.abs(true - logged) < CLOSE_M + SCALE_TOLERANCE * true)
+        for part in (slice(ahead, None), slice(None, -ahead)):
+            compared[part] += apart
+            agreed[part] += alike
+    return np.asarray((agreed > 0) | (compared == 0))
+
+
+def _headed_by_a_sheet(walked: Walked, known: KnownLandmarks) -> Model | None:
+    """Turn the walk as the sheets say whose heading is surveyed, and move it to a surveyed landmark."""
+    passes = walked.passes
+    told = np.flatnonzero((passes.heading != 0) & np.isfinite(known.heading_rad[passes.landmark]))
+    if told.size == 0:
+        return None
+    landmark = passes.landmark[told]
+    votes = np.exp(1j * known.heading_rad[landmark]) * passes.heading[told].conj()
+    turn = np.full(len(walked.odometry.path), votes.sum() / abs(votes.sum()))
+    path = walked.odometry.path * turn
+    seen = path[passes.at[told[0]]] + passes.offset[told[0]] * turn[0]
+    return Model(walked, path + (known.position[landmark[0]] - seen), turn, rough=False)
+
+
+def _relinearised(model: Model, knots: Knots) -> Model:
+    """Take the solved headings into the reference path; scale stays with the states."""
+    count = len(model.path)
+    state = knots.at_frames(knots.state, count)
+    factor = (1 + state[:, 2] if model.rough else 1.0) + 1j * state[:, 3]
+    turn = factor / np.abs(factor) if model.rough else np.exp(1j * state[:, 3])
+    middle = turn[1:] + turn[:-1]
+    step = np.diff(model.path) * middle / np.abs(middle)
+    start = model.path[0] + complex(state[0, 0], state[0, 1])
+    return Model(model.walked, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
+
+
+def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Positions (n, 2) in the BCS, metres, their covariances (n, 2, 2) and ``bcs_R_acs`` (n,) as angles, rad."""
+    model, knots = smoothed.model, smoothed.knots()
+    count = len(model.path)
+    state = knots.at_frames(knots.state, count)
+    covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
+    covariance += model.walked.odometry.aside_m2[:, None, None] * np.eye(2)
+    position = model.path + state[:, 0] + 1j * state[:, 1]
+    turn = model.turn * model.walked.odometry.turn
+    return as_points(position), covariance, np.angle(turn) + state[:, 3]

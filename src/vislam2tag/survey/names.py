@@ -1,0 +1,63 @@
+"""File-name stems for sessions: safe on every file system, unique in the survey, always the same."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import Counter
+from collections.abc import Sequence
+
+from vislam2tag.survey.model import SessionKey
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_SUFFIX_LENGTH = 8
+_GREATEST_STEM = 120
+"""File systems allow 255 bytes; this leaves room for suffixes."""
+
+
+def session_slugs(keys: Sequence[SessionKey]) -> tuple[str, ...]:
+    """Give each session its slug, e.g. ``floor_4.LG_ref.2022-01-14T163530``."""
+    parts = [(str(key.floor), key.device, key.session) for key in keys]
+    return unique_slugs(
+        [".".join((f"floor_{floor}", device, session)) for floor, device, session in parts],
+        ["\0".join(part) for part in parts],
+    )
+
+
+def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tuple[str, ...]:
+    """Make a slug of each name; ``exact`` tells names apart where the names alone do not.
+
+    Colons go, other unsafe characters become ``-``. Slugs that would collide (also on a file system that
+    ignores case) or be too long get a short hash of the exact names.
+    """
+    stems = [_UNSAFE.sub("-", name.replace(":", "")) for name in names]
+    uses = Counter(stem.lower() for stem in stems)
+    return tuple(
+        stem if uses[stem.lower()] == 1 and len(stem) <= _GREATEST_STEM else f"{stem[:_GREATEST_STEM]}-{_digest(key)}"
+        for key, stem in zip(exact or names, stems, strict=True)
+    )
+
+
+def _digest(exact: str) -> str:
+    return hashlib.sha256(exact.encode("utf-8", "surrogateescape")).hexdigest()[:_SUFFIX_LENGTH]
+
+
+_WHOLE_NUMBER = re.compile(r"(?:\+|(-))?0*([0-9]+)(?:[.,]0*)?")
+_UNUSABLE = re.compile(r"[\x00-\x1f\x7f;\ufffd]")
+
+
+def landmark_id(text: str) -> str:
+    """Bring an id to its one form: ``" 10"``, ``"010"``, ``"+10"`` and ``"10.0"`` are ``"10"``.
+
+    Whole numbers lose leading zeros and the plus sign, because other programs read such columns as numbers.
+
+    Returns the empty string for what cannot be an id: blank, control characters, undecodable bytes.
+    """
+    stripped = text.strip()
+    if _UNUSABLE.search(stripped):
+        return ""
+    number = _WHOLE_NUMBER.fullmatch(stripped)
+    if not number:
+        return stripped
+    sign, digits = number.groups()
+    return f"-{digits}" if sign and digits != "0" else str(digits)

@@ -1,0 +1,1 @@
+"""Formats of floor plans: one file each."""

@@ -1,0 +1,58 @@
+"""PDF plans: one page, drawn by PDFium."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pypdfium2
+from PIL import Image
+
+from vislam2tag.survey.plans.drawing import Drawing, file_bytes
+from vislam2tag.survey.plans.image import on_paper
+from vislam2tag.survey.plans.registry import register
+from vislam2tag.survey.plans.source import PlanSource
+
+
+class PdfFormat:
+    """A page; coordinates are points (1/72 inch) from its lower left corner upwards, as it is shown."""
+
+    name = "pdf"
+    suffixes: tuple[str, ...] = (".pdf",)
+
+    def recognises(self, path: Path) -> bool:
+        """The suffix tells."""
+        return path.is_file()
+
+    def read(self, path: Path, source: PlanSource) -> Drawing:
+        """Read the page's size; it is drawn when it is asked for."""
+        data = file_bytes(path)
+        document = _opened(data)
+        try:
+            pages = len(document)
+            if source.page > pages:
+                raise OSError(f"has no page {source.page}: it has {pages}; correct page")
+            width, height = document.get_page_size(source.page - 1)
+        finally:
+            document.close()
+
+        def picture(side_px: int) -> Image.Image:
+            page_of = _opened(data)
+            try:
+                bitmap = page_of[source.page - 1].render(scale=side_px / max(width, height))
+                return on_paper(bitmap.to_pil(), side_px)
+            except pypdfium2.PdfiumError as error:
+                raise OSError("cannot be drawn: its page is damaged") from error
+            finally:
+                page_of.close()
+
+        return Drawing((0.0, float(width), 0.0, float(height)), picture)
+
+
+def _opened(data: bytes) -> pypdfium2.PdfDocument:
+    try:
+        return pypdfium2.PdfDocument(data)
+    except pypdfium2.PdfiumError as error:
+        raise OSError("cannot be read as PDF (damaged, or locked by a password)") from error
+
+
+register(PdfFormat())

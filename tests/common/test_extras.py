@@ -1,0 +1,26 @@
+"""Without the extra, whoever needs it is told how to get it."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.extras import import_extra
+
+
+def test_what_lacks_is_named_and_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("torch", "torch.nn"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(UsageError, match=r"torch is not installed.*pip install 'vislam2tag\[models\]'"):
+        import_extra("torch.nn")
+
+
+def test_a_module_of_ours_that_is_not_there_is_a_bug() -> None:
+    with pytest.raises(ModuleNotFoundError):
+        import_extra("vislam2tag.positioning.not_there")
+
+
+def test_what_is_there_is_imported() -> None:
+    assert import_extra("json").loads("1") == 1

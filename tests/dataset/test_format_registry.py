@@ -1,0 +1,61 @@
+"""Formats are found by name and by content, and what is wrong is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.factory import small_dataset
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset import format_registry as registry
+from vislam2tag.dataset.format_registry import ExportContext, ImportContext
+from vislam2tag.dataset.model import Dataset
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    return small_dataset()
+
+
+def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    return ()
+
+
+def write_labels(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    return ()
+
+
+@pytest.fixture
+def formats(monkeypatch: pytest.MonkeyPatch) -> None:
+    registry.import_formats()  # the real ones are loaded before they are replaced
+    monkeypatch.setattr(registry, "_IMPORTS", {})
+    monkeypatch.setattr(registry, "_EXPORTS", {})
+    registry.register_import("b", read, "reads b", lambda path: "b" in path.stem)
+    registry.register_import("a", read, "reads a", lambda path: "a" in path.stem)
+    registry.register_export("a", write, "writes a", {"fingerprints": ["x"]}, takes=["split"])
+    registry.register_labels_export("c", write_labels, "writes c", {"wifi": ["x"]})
+
+
+@pytest.mark.usefixtures("formats")
+def test_formats_by_name() -> None:
+    assert list(registry.import_formats()) == ["a", "b"]
+    assert registry.import_named("a").help == "reads a"
+    assert registry.export_named("a").source == "dataset"
+    assert registry.export_named("c").source == "labels"
+    assert registry.export_named("a").takes == {"split"}
+    assert registry.export_named("a").holds == {"fingerprints": {"x"}}
+    with pytest.raises(UsageError, match=r"'c' can be read; there are: a, b"):
+        registry.import_named("c")
+    with pytest.raises(UsageError, match=r"'b' can be written; there are: a, c"):
+        registry.export_named("b")
+
+
+@pytest.mark.usefixtures("formats")
+def test_formats_by_content(tmp_path: Path) -> None:
+    for name in ("a", "ab", "x"):
+        (tmp_path / f"{name}.csv").touch()
+    assert registry.import_format_of(tmp_path / "a.csv").name == "a"
+    for name, said in (("ab", "may be a or b"), ("x", r"none of the formats known \(a, b\)"), ("y", "no such file")):
+        with pytest.raises(DatasetError, match=said):
+            registry.import_format_of(tmp_path / f"{name}.csv")

@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.pipeline.datasets.session import SessionOutcome, survey_findings
+
+
+def finding(kind: str, count: int, message: str = "m", severity: Severity = Severity.INFO) -> Finding:
+    return Finding(kind=kind, file="", count=count, message=message, severity=severity)
+
+
+def outcome(device: str, readings: int, error: str | None = None, *found: Finding) -> SessionOutcome:
+    return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found)
+
+
+def test_what_sessions_lack_is_counted() -> None:
+    fine = survey_findings([outcome("LG", 5, None, finding("a", 1)), outcome("Pixel", 2, None, finding("a", 2))])
+    assert fine == [finding("a", 3)]
+    outcomes = [outcome("LG", 5), outcome("LG", 0, "no frame"), outcome("Pixel", 0), outcome("Pixel", 0, "lost")]
+    found = {each.kind: each for each in survey_findings(outcomes)}
+    assert (found["session_without_label"].count, found["device_without_scan"].count) == (2, 1)
+    assert "the first: no frame" in found["session_without_label"].message
+    assert found["device_without_scan"].message.endswith(": Pixel")
+    (nothing,) = survey_findings([outcome("LG", 0), outcome("Pixel", 0)])
+    assert (nothing.kind, nothing.count, nothing.severity) == ("no_radio_reading", 2, Severity.WARNING)

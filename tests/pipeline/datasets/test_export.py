@@ -1,0 +1,219 @@
+"""Every format of every source: what survives, what is said to be lost, and what cannot be."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from tests.conftest import shared_folder
+from tests.dataset.factory import small_dataset
+from tests.dataset.formats.round_trip import (
+    imported,
+    odd_dataset,
+    signatures,
+    signatures_of_geojson,
+    signatures_of_hdf5,
+)
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.dataset.formats import ImportContext, export_formats, import_named
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
+from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
+from vislam2tag.pipeline.datasets.build import build_dataset
+from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, export, is_export
+from vislam2tag.pipeline.labels.process import process
+
+OF_DATASET = tuple(name for name, each in export_formats().items() if each.source == "dataset")
+SIMULATED, TAMPERE, SMALL = "simulated", "tampere", "small"
+KEY = b"0123456789abcdef"
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("export") / "survey"
+    return make_survey(folder, floors=2, devices=("LG",), seconds=90.0, traps=("odd_ssids",))
+
+
+@pytest.fixture(scope="module")
+def labels(survey: Path) -> Path:
+    process(survey, survey.parent / "labels")
+    return survey.parent / "labels"
+
+
+@pytest.fixture(scope="module")
+def sources(labels: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Data sets on disk: made by hand, built of a simulated survey of two floors, imported from Tampere's files."""
+    folder = tmp_path_factory.mktemp("sources")
+    write_dataset(odd_dataset(), folder / SMALL)
+    build_dataset(labels, folder / SIMULATED)
+    return {name: folder / name for name in (SMALL, SIMULATED)}
+
+
+@pytest.fixture(scope="module")
+def tampere(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two walks of the Tampere quartet: the whole has 4648 fingerprints."""
+    folder = tmp_path_factory.mktemp("tampere")
+    (folder / "scratch").mkdir()
+    archive = shared_folder("tampere") / "tampere-2017-08-21.tar.xz"
+    whole = import_named("tampere").read(archive, ImportContext(folder / "scratch"))
+    few = whole.sessions.select("session").head(2)
+    ids = whole.fingerprints.join(few, on="session", how="semi").select("scan_id")
+    tables = {
+        **whole.tables,
+        FINGERPRINTS: whole.fingerprints.join(ids, on="scan_id", how="semi"),
+        READINGS: whole.readings.join(ids, on="scan_id", how="semi"),
+        "sessions": whole.sessions.join(few, on="session", how="semi"),
+    }
+    write_dataset(replace(whole, tables=tables), folder / TAMPERE)
+    return folder / TAMPERE
+
+
+def check_round_trip(source: Path, name: str, folder: Path) -> None:
+    dataset = open_dataset(source)
+    record = export(source, folder / "out", name)
+    if name == "hdf5":
+        back = signatures_of_hdf5(folder / "out")
+    elif name == "geojson":
+        back = signatures_of_geojson(folder / "out")
+    else:
+        back = signatures(imported(name, folder / "out", folder / "scratch"))
+    expected = dataset
+    if name in ("uji", "comford"):
+        sure = dataset.fingerprints.filter(pl.col("status") != "uncertain")
+        expected = replace(dataset, tables={**dataset.tables, FINGERPRINTS: sure})
+    assert sum(back.values()) > 20
+    assert back == signatures(expected)
+    assert set(record.files) == {file for file in bytes_of(folder / "out") if file != RECORD_FILE}
+
+
+@pytest.mark.parametrize("name", OF_DATASET)
+@pytest.mark.parametrize("source", [SMALL, SIMULATED])
+def test_what_every_format_holds_survives(sources: dict[str, Path], source: str, name: str, tmp_path: Path) -> None:
+    check_round_trip(sources[source], name, tmp_path)
+
+
+@pytest.mark.parametrize("name", OF_DATASET)
+def test_what_every_format_holds_of_tampere_survives(tampere: Path, name: str, tmp_path: Path) -> None:
+    check_round_trip(tampere, name, tmp_path)
+
+
+@pytest.mark.parametrize("name", export_formats())
+def test_the_same_source_gives_the_same_bytes(
+    sources: dict[str, Path], labels: Path, name: str, tmp_path: Path
+) -> None:
+    source = sources[SIMULATED] if name in OF_DATASET else labels
+    told: list[tuple[str, int]] = []
+    record = export(source, tmp_path / "a", name, progress=lambda stage, total: told.append((stage, total)))
+    export(source, tmp_path / "b", name)
+    assert bytes_of(tmp_path / "a") == bytes_of(tmp_path / "b")
+    assert (record.format, record.source) == (name, source.name)
+    assert {stage for stage, _ in told} == {"write"}
+    assert is_export(tmp_path / "a")
+    export(source, tmp_path / "a", name)  # an earlier export may be replaced
+
+
+def test_labels_become_a_data_set_on_the_way(sources: dict[str, Path], labels: Path, tmp_path: Path) -> None:
+    told: list[str] = []
+    export(labels, tmp_path / "a", "comford", progress=lambda stage, _total: told.append(stage))
+    export(sources[SIMULATED], tmp_path / "b", "comford")
+    assert bytes_of(tmp_path / "a" / "intermediate") == bytes_of(tmp_path / "b" / "intermediate")
+    assert list(dict.fromkeys(told)) == ["build", "write"]
+    assert {path.name for path in tmp_path.iterdir()} == {"a", "b"}
+
+
+def test_what_is_left_out_is_recorded(sources: dict[str, Path], tmp_path: Path) -> None:
+    export(sources[SIMULATED], tmp_path / "out", "uji")
+    record = json.loads((tmp_path / "out" / RECORD_FILE).read_text())
+    lost = {finding["file"]: finding["message"] for finding in record["findings"] if finding["kind"] == "left_out"}
+    assert "sigma" in lost["fingerprints"]
+    assert lost["readings"] == "left out of readings: time_ns, floor, x, y, sigma"
+    assert lost["imu_windows"] == "the table imu_windows is left out: the format has no place for it"
+    assert lost["splits"] == "all splits but one are left out"
+
+
+def opted_out(folder: Path) -> Dataset:
+    plain = small_dataset()
+    first = pl.col("bssid") == "00:11:22:33:00:00"
+    name = pl.when(first).then(pl.lit("home_nomap")).otherwise("ssid").alias("ssid")
+    points = plain.access_points.with_columns(name, nomap=first)
+    return write_dataset(replace(plain, tables={**plain.tables, "access_points": points}), folder)
+
+
+def everything(folder: Path) -> bytes:
+    return b"".join(file.read_bytes() for file in sorted(folder.rglob("*")) if file.is_file())
+
+
+@pytest.mark.parametrize("name", OF_DATASET)
+def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
+    opted_out(tmp_path / "set")
+    record = export(tmp_path / "set", tmp_path / "plain", name)
+    assert record.findings[0].kind == "nomap_left_out"
+    hidden = ExportOptions(privacy=Privacy(include_nomap=True, hash_key=KEY, keep_ssids=False))
+    record = export(tmp_path / "set", tmp_path / "hidden", name, hidden)
+    assert record.bssid_key
+    assert all(finding.kind != "nomap_left_out" for finding in record.findings)
+    plain, secret = (everything(tmp_path / each) for each in ("plain", "hidden"))
+    assert b"home_nomap" not in plain
+    assert b"eduroam" not in secret
+    if name != "parquet":  # columns are compressed there
+        assert b"00:11:22:33:00:00" not in plain
+        assert b"00:11:22:33:00:01" in plain
+        assert b"00:11:22:33" not in secret
+        assert hashed("00:11:22:33:00:01", KEY).encode() in secret
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("nope", ExportOptions(), "no format called 'nope' can be written; there are: comford, geojson, gia"),
+        ("geojson", ExportOptions(split="random"), "--split: means nothing to the format geojson"),
+        ("uji", ExportOptions(survey=Path("x")), "--survey: means nothing to the format uji"),
+        ("uji", ExportOptions(fold="x"), "--fold x: say of which split by --split"),
+        ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; there are: "),
+        ("gia", ExportOptions(), "is a data set; gia is made of labels"),
+    ],
+)
+def test_what_cannot_be_asked_for(
+    sources: dict[str, Path], name: str, options: ExportOptions, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UsageError, match=said):
+        export(sources[SIMULATED], tmp_path / "out", name, options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_source(survey: Path, sources: dict[str, Path], tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match="no such folder"):
+        export(tmp_path / "nothing", tmp_path / "out", "uji")
+    with pytest.raises(DatasetError, match="neither a data set nor an output folder"):
+        export(survey, tmp_path / "out", "uji")
+    with pytest.raises(UsageError, match="is no output folder"):
+        export(survey, tmp_path / "out", "tum")
+    with pytest.raises(OutputError, match="is not empty and was not made by this command"):
+        export(sources[SMALL], sources[SIMULATED], "uji")
+
+
+def test_a_failed_export_leaves_what_was_there(sources: dict[str, Path], tmp_path: Path) -> None:
+    export(sources[SIMULATED], tmp_path / "out", "uji")
+    before = bytes_of(tmp_path / "out")
+    nowhere = small_dataset(unlabelled=12)
+    write_dataset(nowhere, tmp_path / "nowhere")
+    with pytest.raises(DatasetError, match="no wifi fingerprint of it has a position"):
+        export(tmp_path / "nowhere", tmp_path / "out", "uji")
+    assert bytes_of(tmp_path / "out") == before
+    assert {path.name for path in tmp_path.iterdir()} == {"out", "nowhere"}
+
+
+def test_the_raw_survey_is_no_place_for_it(labels: Path, survey: Path, tmp_path: Path) -> None:
+    shutil.copytree(survey, tmp_path / "survey")
+    options = ExportOptions(survey=tmp_path / "survey")
+    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+        export(labels, tmp_path / "survey" / "floor_0" / "out", "gia", options)
+    export(labels, tmp_path / "out", "gia", options)
+    assert (tmp_path / "out" / "floor_dimensions.csv").read_bytes() == (survey / "floor_dimensions.csv").read_bytes()

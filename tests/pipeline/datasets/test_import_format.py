@@ -1,0 +1,93 @@
+"""Importing whole: splits, statistics and card beside; nothing is left behind when it fails."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.dataset.formats.test_tampere import quartet
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.dataset.description import read_description
+from vislam2tag.dataset.folder import open_dataset
+from vislam2tag.dataset.transmitters.privacy import Privacy
+from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    return quartet(quartet(tmp_path / "in"), "Test")
+
+
+def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_path: Path) -> None:
+    counted: list[int] = []
+    dataset = import_format(source, tmp_path / "set", progress=counted.append)
+    assert {"official", "random", "device"} <= dataset.splits.keys()
+    assert dataset.splits["official"].groups["group"].to_list().count("test") == 2
+    assert counted == [2, 2]
+    assert {"README.md", "statistics.json", "SHA256SUMS"} <= {path.name for path in (tmp_path / "set").iterdir()}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "set"]
+
+
+def test_the_same_files_make_the_same_bytes(source: Path, tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        import_format(source, tmp_path / name)
+    for path in (tmp_path / "a").rglob("*.*"):
+        assert path.read_bytes() == (tmp_path / "b" / path.relative_to(tmp_path / "a")).read_bytes()
+
+
+def test_name_description_and_privacy(source: Path, tmp_path: Path) -> None:
+    (tmp_path / "dataset.toml").write_text('title = "Ours"\nlicence = "MIT"\n')
+    options = ImportOptions(
+        name="mine",
+        description=read_description(tmp_path / "dataset.toml"),
+        privacy=Privacy(hash_key=b"0123456789abcdef0123456789abcdef"),
+    )
+    info = import_format(source, tmp_path / "set", options).info
+    assert (info.name, info.title, info.licence) == ("mine", "Ours", "MIT")
+    assert info.bssid_key
+    assert "WAP001" not in open_dataset(tmp_path / "set").access_points.collect()["bssid"].to_list()
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "said"),
+    [
+        (ImportOptions(format_name="ods"), UsageError, "no format called 'ods' can be read; there are: "),
+        (ImportOptions(format_name="uts"), DatasetError, "holds no UTS_training"),
+        (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are metres already"),
+    ],
+)
+def test_what_cannot_work_leaves_nothing(
+    source: Path, tmp_path: Path, options: ImportOptions, error: type[Exception], said: str
+) -> None:
+    with pytest.raises(error, match=said):
+        import_format(source, tmp_path / "set", options)
+    assert [path.name for path in tmp_path.iterdir()] == ["in"]
+
+
+def test_a_path_that_is_not_there_or_of_no_format(tmp_path: Path) -> None:
+    with pytest.raises(DatasetError, match="no such file or folder"):
+        import_format(tmp_path / "none", tmp_path / "set")
+    (tmp_path / "in").mkdir()
+    with pytest.raises(DatasetError, match=r"is none of the formats known \(.*tampere.*\); say which by --format"):
+        import_format(tmp_path / "in", tmp_path / "set")
+
+
+def test_what_is_there_is_not_overwritten(source: Path, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="is not empty"):
+        import_format(source, source)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_a_file_that_may_not_be_read_is_the_inputs_fault(source: Path, tmp_path: Path) -> None:
+    (source / "Training_device_21Aug17.csv").chmod(0)
+    with pytest.raises(DatasetError, match=r"device_21Aug17.csv: cannot be read"):
+        import_format(source, tmp_path / "set")
+
+
+def test_a_folder_in_a_files_place_is_the_inputs_fault(source: Path, tmp_path: Path) -> None:
+    (source / "Training_device_21Aug17.csv").unlink()
+    (source / "Training_device_21Aug17.csv").mkdir()
+    with pytest.raises(DatasetError, match=r"device_21Aug17.csv: cannot be read"):
+        import_format(source, tmp_path / "set")

@@ -1,0 +1,140 @@
+"""A folder of radio maps: every file reads back to the same values, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rasterio
+from PIL import Image
+
+from tests.dataset.factory import small_dataset
+from tests.surveys import bytes_of
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.dataset.folder import sha256_of, write_dataset
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.radio_mapping.radio_maps import RadioMapSettings, radio_maps
+from vislam2tag.pipeline.datasets.radio_maps import INDEX_FILE, LAYERS, PAGE_FILE, RadioMapIndex, write_radio_maps
+from vislam2tag.survey.georeference import Georeference
+
+SETTINGS = RadioMapSettings(cell_m=2.0, most=2)
+HERE = Georeference(latitude_deg=50.0, longitude_deg=6.0, bearing_deg=20.0)
+PLAN = (600, 300)
+
+
+def planned(plan: Path) -> Dataset:
+    """The small data set, floor 0 with a plan, floor 1 with a place on earth."""
+    Image.new("RGB", PLAN, "orange").save(plan)
+    dataset = small_dataset()
+    first, second = dataset.info.floors
+    floors = (
+        first.model_copy(update={"plan": "plans/0.png"}),
+        second.model_copy(update={"georeference": HERE}),
+    )
+    return replace(dataset, info=dataset.info.model_copy(update={"floors": floors}), files={"plans/0.png": plan})
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("radio")
+    write_dataset(planned(folder / "plan.png"), folder / "set")
+    return folder / "set"
+
+
+@pytest.fixture(scope="module")
+def written(source: Path) -> Path:
+    write_radio_maps(source, source.parent / "maps", SETTINGS)
+    return source.parent / "maps"
+
+
+@pytest.fixture(scope="module")
+def index(written: Path) -> RadioMapIndex:
+    return RadioMapIndex.model_validate_json((written / INDEX_FILE).read_bytes())
+
+
+def test_arrays_are_the_maps(source: Path, written: Path, index: RadioMapIndex) -> None:
+    for floor, maps in zip(index.floors, radio_maps(small_dataset(), SETTINGS), strict=True):
+        with np.load(written / floor.npz) as arrays:
+            assert arrays["bssids"].tolist() == [one.bssid for one in maps.maps]
+            assert tuple(arrays["origin_m"]) == maps.grid.origin_m
+            assert arrays["cell_m"] == 2.0
+            for layer in LAYERS:
+                np.testing.assert_array_equal(arrays[layer], getattr(maps, layer))
+    assert index.dataset_sha256 == sha256_of(source / "dataset.json")
+
+
+def test_geotiffs_hold_the_same_where_the_index_says(written: Path, index: RadioMapIndex) -> None:
+    for floor in index.floors:
+        with np.load(written / floor.npz) as arrays:
+            for number, one in enumerate(floor.access_points):
+                with rasterio.open(written / one.geotiff) as image:
+                    assert image.descriptions == LAYERS
+                    assert image.tags()["bssid"] == one.bssid
+                    for band, layer in enumerate(LAYERS, 1):
+                        np.testing.assert_array_equal(image.read(band)[::-1], arrays[layer][number])
+                    to_site, pixel = (np.vstack((part, (0, 0, 1))) for part in (floor.bcs_to_site, floor.pixel_to_bcs))
+                    expected = (to_site @ pixel)[:2].ravel()
+                    np.testing.assert_allclose(image.transform[:6], expected, atol=1e-12)
+                    assert image.crs.is_projected == (floor.floor == 1)
+
+
+def test_the_page_shows_every_map_and_the_plan_once(written: Path, index: RadioMapIndex) -> None:
+    page = (written / PAGE_FILE).read_text("utf-8")
+    maps = sum(len(floor.access_points) for floor in index.floors)
+    assert page.count("data:image/png;base64,") == 3 * maps
+    assert page.count("data:image/jpeg;base64,") == 1
+    assert page.count('class="plan plan-1"') == len(index.floors[0].access_points)
+    for floor in index.floors:
+        for one in floor.access_points:
+            assert f'href="{one.geotiff}"' in page
+    assert "http" not in page
+
+
+def test_files_that_the_page_names_exist(written: Path, index: RadioMapIndex) -> None:
+    for floor in index.floors:
+        stem = Path(floor.npz).stem
+        for name in (f"{stem}.npz", f"figures/{stem}.pdf", f"figures/{stem}.png", f"figures/{stem}.most_heard.pdf"):
+            assert (written / name).stat().st_size > 0
+
+
+def test_the_same_set_gives_the_same_bytes_and_replaces_what_is_there(source: Path, written: Path) -> None:
+    before = bytes_of(written)
+    copy = Path(shutil.copytree(written, written.with_name("again")))
+    (copy / "stray.txt").write_text("x")
+    write_radio_maps(source, copy, SETTINGS)
+    assert bytes_of(copy) == before
+
+
+def test_a_foreign_folder_is_left_alone(source: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("x")
+    with pytest.raises(OutputError, match="is not empty"):
+        write_radio_maps(source, tmp_path, SETTINGS)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_an_error_leaves_nothing(source: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="--ap nobody"):
+        write_radio_maps(source, tmp_path / "maps", SETTINGS, ("nobody",))
+    with pytest.raises(DatasetError, match="is no data set"):
+        write_radio_maps(tmp_path, tmp_path / "maps", SETTINGS)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_floors_of_several_buildings_have_names_of_their_own(tmp_path: Path) -> None:
+    dataset = small_dataset()
+    floors = tuple(floor.model_copy(update={"building": f"Haus/{floor.number}"}) for floor in dataset.info.floors)
+    info = dataset.info.model_copy(update={"floors": floors})
+    tables = {
+        name: table.with_columns(building="Haus/" + table.collect()["floor"].cast(str))
+        if name == "fingerprints"
+        else table
+        for name, table in dataset.tables.items()
+    }
+    write_dataset(Dataset(info, tables), tmp_path / "set")
+    found = write_radio_maps(tmp_path / "set", tmp_path / "maps", SETTINGS)
+    assert [floor.npz for floor in found.floors] == ["Haus-0.floor_0.wifi.npz", "Haus-1.floor_1.wifi.npz"]
+    assert json.loads((tmp_path / "maps" / INDEX_FILE).read_text())["floors"][1]["building"] == "Haus/1"

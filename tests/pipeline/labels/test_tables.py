@@ -1,0 +1,133 @@
+"""The written tables: schema, types, one row for each raw row, true positions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.trajectory_table import trajectory_of
+from vislam2tag.pipeline.labels.tables import trajectory_table
+from vislam2tag.survey.model import SessionKey
+
+KEY = {"floor": pl.Int32(), "device": pl.String(), "session": pl.String()}
+LABEL = {name: pl.Float64() for name in ("x", "y", "z", "sigma")} | {"status": pl.String()}
+SCHEMAS: dict[str, dict[str, pl.DataType]] = {
+    "trajectory": {
+        **KEY,
+        "time_ns": pl.Int64(),
+        **{name: pl.Float64() for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "sigma")},
+        **{name: pl.Float64() for name in ("cov_xx", "cov_xy", "cov_yy")},
+        "status": pl.String(),
+    },
+    "wifi": {
+        **KEY,
+        "row": pl.Int64(),
+        "scan": pl.Int32(),
+        "time_ns": pl.Int64(),
+        "bssid": pl.String(),
+        "ssid": pl.String(),
+        "rssi_dbm": pl.Float32(),
+        "frequency_mhz": pl.Float32(),
+        **LABEL,
+    },
+    "sensors": {
+        **KEY,
+        "row": pl.Int64(),
+        "time_ns": pl.Int64(),
+        "sensor": pl.String(),
+        **{f"v{i}": pl.Float64() for i in range(1, 7)},
+        **LABEL,
+    },
+}
+RAW = {"trajectory": "poses", "wifi": "wifi", "sensors": "sensors"}
+
+
+def results(out: Path) -> list[SessionResult]:
+    return [SessionResult.model_validate_json(path.read_bytes()) for path in sorted(out.glob("sessions/*.json"))]
+
+
+@pytest.mark.parametrize("table", SCHEMAS)
+def test_all_files_of_a_folder_read_together_with_the_specified_schema(clean_run: Path, table: str) -> None:
+    together = pl.read_parquet(clean_run / table / "*.parquet")
+    assert list(together.schema.items()) == list(SCHEMAS[table].items())
+    assert len(list((clean_run / table).glob("*.parquet"))) == 4
+
+
+@pytest.mark.parametrize("table", SCHEMAS)
+def test_one_row_for_each_raw_row_in_file_order(clean_run: Path, clean_survey: Path, table: str) -> None:
+    for result in results(clean_run):
+        rows = pl.read_parquet(clean_run / table / f"{result.slug}.parquet")
+        account = next(file for file in result.files if file.role == RAW[table])
+        raw = clean_survey / f"floor_{result.floor}" / result.device / result.session / account.name
+        assert len(rows) == account.rows == account.lines == raw.read_bytes().count(b"\n")
+        if table != "trajectory":
+            assert rows["row"].to_list() == list(range(1, len(rows) + 1))
+
+
+@pytest.mark.parametrize("table", SCHEMAS)
+def test_positions_are_null_unless_labelled(local_run: Path, table: str) -> None:
+    rows = pl.read_parquet(local_run / table / "*.parquet")
+    labelled = rows["status"].is_in(["ok", "uncertain"])
+    assert 0.2 < labelled.mean() < 1  # type: ignore[operator]
+    assert rows["x"].is_not_null().equals(labelled)
+    assert rows["y"].is_not_null().equals(labelled)
+    assert not rows.select(pl.col("x", "y").is_nan().any()).to_numpy().any()
+
+
+@pytest.mark.parametrize("table", SCHEMAS)
+def test_metadata_names_frame_units_stage_and_version(clean_run: Path, table: str) -> None:
+    path = next((clean_run / table).glob("*.parquet"))
+    metadata = json.loads(pl.read_parquet_metadata(path)["vislam2tag"])
+    assert set(metadata) == {"frame", "units", "stage", "version"}
+    assert metadata["units"]["x"] == "m"
+    assert set(metadata["units"]) <= set(SCHEMAS[table])
+
+
+def test_labels_of_a_perfect_tracker_are_true(clean_run: Path, clean_survey: Path) -> None:
+    for result in results(clean_run):
+        folder = clean_survey / f"floor_{result.floor}" / result.device / result.session
+        truth = pl.read_csv(folder / "truth.csv")
+        for table in SCHEMAS:
+            rows = pl.read_parquet(clean_run / table / f"{result.slug}.parquet").drop_nulls("x")
+            knots = truth["time_ns"].to_numpy()
+            true = [np.interp(rows["time_ns"].to_numpy(), knots, truth[axis].to_numpy()) for axis in "xy"]
+            error = np.hypot(rows["x"].to_numpy() - true[0], rows["y"].to_numpy() - true[1])
+            assert np.median(error) < 0.15
+            assert error.max() < 0.8
+
+
+def test_camera_orientation_looks_where_the_walk_goes(clean_run: Path) -> None:
+    """The camera looks along -z of its frame, mostly forward: its heading agrees with the way."""
+    rows = pl.read_parquet(next((clean_run / "trajectory").glob("*.parquet"))).drop_nulls("x")
+    q = rows.select("qx", "qy", "qz", "qw").to_numpy().T
+    np.testing.assert_allclose(np.linalg.norm(q, axis=0), 1, atol=1e-9)
+    forward = np.stack((-2 * (q[0] * q[2] + q[1] * q[3]), -2 * (q[1] * q[2] - q[0] * q[3])))
+    way = np.gradient(rows.select("x", "y").to_numpy(), axis=0).T
+    moving = np.linalg.norm(way, axis=0) > 0.015
+    cosine = np.sum(forward * way, axis=0)[moving] / np.linalg.norm(way, axis=0)[moving]
+    assert np.median(cosine) > 0.5
+
+
+def test_rows_have_their_own_floor_and_come_back_with_it() -> None:
+    unknown = np.full((3, 4), np.nan)
+    covariance = np.full((3, 2, 2), np.nan)
+    position = np.arange(9.0).reshape(3, 3)
+    walk = Trajectory(
+        np.arange(3), position, unknown, covariance, np.zeros(3, dtype=np.int8), floor=np.array([1, 1, 2])
+    )
+    key = SessionKey(1, "LG", "walk")
+    table = trajectory_table(key, walk)
+    assert table["floor"].to_list() == [1, 1, 2]
+    assert list(table.schema.items()) == list(SCHEMAS["trajectory"].items())
+    back = trajectory_of(table)
+    assert back.floor.tolist() == [1, 1, 2]
+    assert back.position_bcs.tolist() == position.tolist()
+    one_floor = trajectory_table(key, replace(walk, floor=np.empty(0, dtype=np.int64)))
+    assert one_floor["floor"].to_list() == [1, 1, 1]

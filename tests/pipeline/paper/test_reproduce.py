@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import csv
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.surveys import bytes_of
+from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.pipeline.paper.figures import FIGURES, SCANNED, SPLIT
+from vislam2tag.pipeline.paper.reproduce import PAGE_FILE, WALKS_FILE, Reproduced, reproduce
+
+NEVER_DRAWN = {"distribution_total_station", "coverage", "figure_7"}
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("reproduced") / "out"
+
+
+@pytest.fixture(scope="module")
+def made(paper_copy: Path, out: Path) -> Reproduced:
+    return reproduce(paper_copy, out)
+
+
+def test_every_table_and_figure_is_made(made: Reproduced, out: Path) -> None:
+    assert made.failed == []
+    assert {figure.stem: figure.missing for figure in made.figures} == {figure.stem: "" for figure in FIGURES}
+    assert {f"figure_{number}" for number in range(1, 10)} < {figure.stem for figure in made.figures}
+    expected = {f"{figure.stem}.{kind}" for figure in made.figures for kind in ("svg", "pdf")}
+    expected |= {f"table_{number}.{kind}" for number in (1, 2, 3) for kind in ("csv", "tex", "md")}
+    assert {path.name for path in out.iterdir()} == expected | {PAGE_FILE, WALKS_FILE, "run.json"}
+
+
+def test_page_holds_all_of_it_and_asks_for_nothing(made: Reproduced, out: Path) -> None:
+    page = (out / PAGE_FILE).read_text()
+    assert page.count("data:image/svg+xml;base64,") == len(made.figures)
+    assert all(part.table.title in page for part in made.tables)
+    assert "http" not in page.replace("http-equiv", "")
+    assert "20.78" in page, "the paper's figures stand beside"
+
+
+def test_walks_are_listed_with_their_errors(made: Reproduced, out: Path) -> None:
+    with (out / WALKS_FILE).open() as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == 4 * 4, "four walks with truth, four strategies"
+    assert {line["truth"] for line in lines} == {"control_points", "total_station"}
+    (cell,) = (c for c in made.tables[1].table.rows[0].cells if c.strategy == "local")
+    own = [float(line["error_m"]) for line in lines if (line["truth"], line["strategy"]) == ("total_station", "local")]
+    assert cell.here_m == pytest.approx(sum(own) / len(own), abs=1e-4)
+
+
+def test_walks_that_collect_are_counted_beside_the_papers(made: Reproduced, out: Path) -> None:
+    with (out / "table_3.csv").open() as file:
+        galaxy, total = csv.DictReader(file)
+    assert (galaxy["device"], galaxy["trajectories"], galaxy["paper_trajectories"]) == ("Galaxy", "1", "24")
+    assert float(galaxy["duration_min"]) == pytest.approx(80 / 60, abs=0.05)
+    assert total["trajectories"] == "1", "walks over control points and before the station collect nothing"
+    labelled = int(made.collection.sentence.split()[0])
+    assert 10 < labelled < 40
+    assert made.collection.sentence in (out / PAGE_FILE).read_text().replace("&#39;", "'")
+
+
+def test_what_the_data_lacks_is_said_and_the_rest_is_made(paper_copy: Path, tmp_path: Path) -> None:
+    part = tmp_path / "part"
+    shutil.copytree(paper_copy / "floor_1", part / "floor_1")
+    shutil.copy(paper_copy / "floor_dimensions.csv", part)
+    made = reproduce(part, tmp_path / "out")
+    missing = {figure.stem: figure.missing for figure in made.figures if figure.missing}
+    assert set(missing) == NEVER_DRAWN | {"figure_2", "figure_3", "figure_8", "figure_9"}
+    assert made.collection.missing == "No walk that collects fingerprints is in this data."
+    assert not (tmp_path / "out" / "table_3.csv").exists()
+    assert f"{SPLIT} is not in this data" in missing["figure_2"]
+    assert f"{SCANNED} is not in this data" in missing["figure_9"]
+    assert made.tables[1].missing == "No walk before a total station is in this data."
+    assert not (tmp_path / "out" / "table_2.csv").exists()
+    page = (tmp_path / "out" / PAGE_FILE).read_text()
+    assert all(sentence in page for sentence in missing.values())
+
+
+def test_a_second_run_gives_the_same_bytes(paper_copy: Path, made: Reproduced, out: Path) -> None:
+    before = bytes_of(out)
+    raw = bytes_of(paper_copy)
+    assert reproduce(paper_copy, out) == made
+    assert bytes_of(out) == before
+    assert bytes_of(paper_copy) == raw
+
+
+def test_nothing_is_written_where_it_must_not_be(paper_copy: Path, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+        reproduce(paper_copy, paper_copy / "floor_1" / "out")
+    (tmp_path / "mine").write_text("mine")
+    with pytest.raises(OutputError, match="is not empty"):
+        reproduce(paper_copy, tmp_path)
+    with pytest.raises(SurveyError, match="not a survey"):
+        reproduce(tmp_path, tmp_path / "out")

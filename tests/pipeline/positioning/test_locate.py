@@ -1,0 +1,171 @@
+"""Locating scans of files and data sets: the same answers from each, unknown ones, hashed identifiers."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from tests.dataset.factory import bssid, small_dataset
+from vislam2tag.common.errors import DatasetError, ModelError, UsageError
+from vislam2tag.dataset.folder import open_dataset, write_dataset
+from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.transmitters.privacy import Privacy, hashed, key_name, with_privacy
+from vislam2tag.pipeline.positioning import locate as module
+from vislam2tag.pipeline.positioning.locate import Located, WalkPlan, locate
+from vislam2tag.pipeline.positioning.train import TrainPlan, train
+from vislam2tag.positioning.scans import scan_file
+from vislam2tag.positioning.scans.track_file import Tracks
+from vislam2tag.positioning.sequences import Sequence
+
+KEY = b"0123456789abcdef-secret"
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plain and a hashed data set, and a model of each."""
+    root = tmp_path_factory.mktemp("places")
+    small = small_dataset()
+    write_dataset(replace(small, splits=standard_splits(small)), root / "plain")
+    write_dataset(with_privacy(small, Privacy(hash_key=KEY)), root / "hashed")
+    for name in ("plain", "hashed"):
+        train(root / name, TrainPlan("knn", {"k": 1}), root / f"{name}.v2t")
+    small.readings.select("scan_id", "bssid", "rssi_dbm").collect().write_csv(root / "scans.csv")
+    return root
+
+
+def located(
+    model: Path, scans: Path, *, as_json: bool = False, key: bytes | None = None, walks: WalkPlan | None = None
+) -> tuple[pl.DataFrame, Located]:
+    text = io.StringIO()
+    found = locate(model, scans, text.write, as_json=as_json, key=key, walks=walks)
+    if as_json:
+        return pl.DataFrame(
+            [json.loads(line) for line in text.getvalue().splitlines()], infer_schema_length=None
+        ), found
+    return pl.read_csv(text.getvalue().encode()), found
+
+
+def test_learned_scans_are_where_they_were(places: Path) -> None:
+    rows, found = located(places / "plain.v2t", places / "plain")
+    truth = small_dataset().fingerprints.filter(pl.col("x").is_not_null()).collect()
+    known = rows.join(truth, on="scan_id", suffix="_true")
+    assert known.height == 44
+    assert (known["x"] - known["x_true"]).abs().max() == pytest.approx(0, abs=1e-3)
+    assert (known["floor"] == known["floor_true"]).all()
+    assert (found.scans, found.unknown, found.access_points) == (48, 0, 10)
+    assert (found.findings, found.advice) == ((), None)
+
+
+def test_files_and_data_sets_say_the_same(places: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows, _ = located(places / "plain.v2t", places / "plain")
+    assert located(places / "plain.v2t", places / "scans.csv")[0].sort("scan_id").equals(rows.sort("scan_id"))
+    assert (
+        located(places / "plain.v2t", places / "plain", as_json=True)[0]
+        .select("scan_id", "x", "floor")
+        .equals(rows.select("scan_id", "x", "floor"))
+    )
+    monkeypatch.setattr(module, "SCANS_AT_ONCE", 5)
+    assert located(places / "plain.v2t", places / "plain")[0].equals(rows)
+
+
+def test_strangers_are_unknown_and_case_does_not_matter(places: Path, tmp_path: Path) -> None:
+    near = bssid(0, 2).upper()
+    (tmp_path / "scans.csv").write_text(
+        f"scan_id,bssid,rssi_dbm\nfar,aa:bb:cc:dd:ee:ff,-50\nnear,{near},-45\nnear,x,100\nbad,{near},loud\n"
+    )
+    rows, found = located(places / "plain.v2t", tmp_path / "scans.csv")
+    assert rows["status"].to_list() == ["unknown", "ok", "unknown"]
+    assert (
+        rows.filter(pl.col("status") == "unknown").select(pl.exclude("scan_id", "status")).null_count().row(0)
+        == (2,) * 8
+    )
+    assert (found.scans, found.unknown) == (3, 2)
+    assert {finding.kind: finding.lines for finding in found.findings} == {
+        "absurd_levels": (4,),
+        "malformed_lines": (5,),
+    }
+
+
+def test_hashed_models_take_the_key_or_hashed_scans(places: Path, tmp_path: Path) -> None:
+    rows, _ = located(places / "plain.v2t", places / "scans.csv")
+    with_key, found = located(places / "hashed.v2t", places / "scans.csv", key=KEY)
+    assert with_key.equals(rows)
+    assert found.advice is None
+    assert located(places / "hashed.v2t", places / "plain", key=KEY)[0].sort("scan_id").equals(rows.sort("scan_id"))
+    assert located(places / "hashed.v2t", places / "hashed")[0].sort("scan_id").equals(rows.sort("scan_id"))
+    plain, found = located(places / "hashed.v2t", places / "scans.csv")
+    assert (plain["status"] == "unknown").all()
+    assert found.advice is not None
+    for word in (key_name(KEY), "--hash-bssid", "32 hex digits of HMAC-SHA256", "lower case"):
+        assert word in found.advice
+    (tmp_path / "scans.csv").write_text(f"scan_id,bssid,rssi_dbm\na,{hashed(bssid(0, 1), KEY)},-50\n")
+    assert located(places / "hashed.v2t", tmp_path / "scans.csv")[0]["status"].to_list() == ["ok"]
+
+
+@pytest.mark.parametrize(
+    ("model", "scans", "key", "message"),
+    [
+        ("plain.v2t", "scans.csv", KEY, "--hash-bssid: the model knows access points by their plain identifiers"),
+        ("hashed.v2t", "scans.csv", KEY + b"!", "--hash-bssid: the model's data set was hashed with key"),
+        ("hashed.v2t", "hashed", KEY, "small is hashed already"),
+        ("hashed.v2t", "plain", None, "small holds plain identifiers, but the model knows access points by their hash"),
+        ("plain.v2t", "hashed", None, "small is hashed with key .* the model's access points are plain"),
+    ],
+)
+def test_what_is_hashed_otherwise_is_told(
+    places: Path, model: str, scans: str, key: bytes | None, message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        located(places / model, places / scans, key=key)
+
+
+def test_what_is_no_model_and_no_scans_is_told(places: Path, tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="is no model"):
+        located(places / "scans.csv", places / "scans.csv")
+    with pytest.raises(DatasetError, match="cannot be read"):
+        located(places / "plain.v2t", tmp_path)
+
+
+def written_walks(rows: pl.DataFrame, path: Path) -> Path:
+    """The scans of a data set's walk as a file that tells session and time."""
+    rows.select("scan_id", "bssid", "rssi_dbm", "session", time_ns="start_ns").write_csv(path)
+    return path
+
+
+def test_scans_of_a_walk_help_each_other(places: Path, tmp_path: Path) -> None:
+    dataset = open_dataset(places / "plain")
+    readings = dataset.readings.join(dataset.fingerprints, on="scan_id", maintain_order="left").collect()
+    file = written_walks(readings, tmp_path / "walks.csv")
+    track = readings.select("session", "x", "y", time_ns="start_ns").unique().with_columns(pl.col("x", "y").round(1))
+    track.write_csv(tmp_path / "track.csv")
+    model = places / "plain.v2t"
+    alone, none = located(model, file)
+    assert (none.in_walks, none.tracked) == (0, 0)
+    smooth, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER))
+    assert (found.in_walks, found.tracked) == (found.scans, 0)
+    assert smooth["scan_id"].equals(alone["scan_id"])
+    assert not smooth["x"].equals(alone["x"])
+    causal, _ = located(model, file, walks=WalkPlan(Sequence.FILTER))
+    assert not causal["x"].equals(smooth["x"])
+    tracked, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER, Tracks(tmp_path / "track.csv")))
+    assert found.tracked > found.scans / 2
+    assert not tracked["x"].equals(smooth["x"])
+    of_set, _ = located(model, places / "plain", walks=WalkPlan(Sequence.SMOOTHER))
+    assert of_set.filter(pl.col("scan_id").is_in(smooth["scan_id"].implode())).height == smooth.height
+
+
+def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = WalkPlan(Sequence.FILTER)
+    with pytest.raises(UsageError, match="no scan tells its session and time_ns"):
+        located(places / "plain.v2t", places / "scans.csv", walks=plan)
+    monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 1)
+    head = "scan_id,bssid,rssi_dbm,session,time_ns\n"
+    rows = [f"{scan},{bssid(0, 2)},-50,{walk},{time_ns}\n" for scan, walk, time_ns in (("a", "w", 1), ("b", "v", 2))]
+    (tmp_path / "scans.csv").write_text(head + "".join(rows) + rows[0].replace("a,", "c,", 1))
+    with pytest.raises(DatasetError, match="session w comes again after others"):
+        located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)

@@ -1,0 +1,117 @@
+"""The output folder: whole files, one run at a time, nothing foreign touched."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.pipeline.run.store import claim
+
+
+def result(slug: str) -> str:
+    return SessionResult(
+        slug=slug, fingerprint="f", floor=1, device="d", session="s", format="published", strategy="local", version="1"
+    ).model_dump_json()
+
+
+def names(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*")}
+
+
+def test_a_new_folder_is_made_and_only_whole_files_stay(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    with claim(out, {"settings": {}}) as folder:
+        folder.write_text("sessions/a.json", result("a"))
+        assert folder.result("a") is not None
+        assert folder.result("b") is None
+    assert names(out) == {"run.json", "sessions", "sessions/a.json"}
+
+
+def test_a_failing_writer_leaves_the_old_file(tmp_path: Path) -> None:
+    def fail(path: Path) -> None:
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    with claim(tmp_path / "out", {}) as folder:
+        folder.write_text("sessions/a.json", "old")
+        with pytest.raises(OutputError, match=r"a\.json: cannot be written \(No space left on device\); free space"):
+            folder.write("sessions/a.json", fail)
+        assert not list((tmp_path / "out/.partial").iterdir())
+        assert (tmp_path / "out/sessions/a.json").read_text() == "old"
+    assert not (tmp_path / "out/.partial").exists()
+
+
+def test_a_foreign_folder_is_refused_and_untouched(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("mine")
+    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
+        pass
+    (tmp_path / "run.json").write_text("[1]")
+    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
+        pass
+    assert names(tmp_path) == {"thesis.txt", "run.json"}
+
+
+def test_a_file_or_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for place in (tmp_path / "file", tmp_path / "file" / "out"):
+        with pytest.raises(OutputError, match="cannot be the output folder"), claim(place, {}):
+            pass
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(OutputError, match=r"cannot be (written|the output folder)"), claim(tmp_path, {}):
+        pass
+    tmp_path.chmod(0o700)
+
+
+def test_two_runs_at_once_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with claim(out, {}), pytest.raises(OutputError, match="another run"), claim(out, {}):
+        pass
+    with claim(out, {}):
+        pass
+
+
+def test_what_a_run_does_not_cover_is_removed(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with claim(out, {}) as folder:
+        for slug in ("floor_1.a", "floor_1.b"):
+            folder.write_text(f"sessions/{slug}.json", result(slug))
+            folder.write_text(f"wifi/{slug}.parquet", "")
+        (out / "survey").mkdir()
+        (out / "survey" / "simulation.json").write_text("not ours")
+        assert folder.keep_only({"floor_1.a"}) == 1
+    kept = {"run.json", "sessions", "sessions/floor_1.a.json", "wifi", "wifi/floor_1.a.parquet"}
+    assert names(out) == {*kept, "survey", "survey/simulation.json"}
+
+
+def test_what_an_interrupted_run_was_writing_goes(tmp_path: Path) -> None:
+    def interrupted(partial: Path) -> None:
+        partial.write_text("half")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), claim(tmp_path / "out", {}) as folder:
+        folder.write("wifi/a.parquet", interrupted)
+    assert names(tmp_path / "out") == {"run.json", "wifi"}
+
+
+def test_a_done_mark_that_is_no_file_is_no_result(tmp_path: Path) -> None:
+    with claim(tmp_path / "out", {}) as folder:
+        (tmp_path / "out/sessions/a.json").mkdir(parents=True)
+        assert folder.result("a") is None
+        with pytest.raises(OutputError, match=r"a\.json: cannot be removed"):
+            folder.forget("a")
+
+
+def test_leftovers_of_a_killed_run_are_cleared(tmp_path: Path) -> None:
+    (tmp_path / "out/.partial").mkdir(parents=True)
+    (tmp_path / "out/.partial/wifi.a.parquet").write_text("half")
+    with claim(tmp_path / "out", {}):
+        pass
+    assert names(tmp_path / "out") == {"run.json"}

@@ -1,0 +1,121 @@
+"""Which runs there are, that they see nothing of the test part, and that their keys tell them apart."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.positioning.benchmarked import benchmark_dataset, known_models
+from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.positioning.benchmark.protocol import ModelChoice, Run, execute, planned
+from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+
+__all__ = ["known_models"]
+pytestmark = pytest.mark.usefixtures("known_models")
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return benchmark_dataset(tmp_path_factory.mktemp("benchmark") / "ds")
+
+
+@pytest.fixture(scope="module")
+def data(dataset: Dataset) -> LearningData:
+    return learning_data(dataset)
+
+
+def run_of(dataset: Dataset, model: str = "test-loudest", seed: int | None = None, **parameters: object) -> Run:
+    return Run(ModelChoice(model, parameters), dataset.splits["device"], "Galaxy", seed)
+
+
+def test_models_that_draw_nothing_run_once(dataset: Dataset) -> None:
+    models = [ModelChoice("test-loudest"), ModelChoice("test-drawn"), ModelChoice("test-drawn", {"seed": 7})]
+    runs = list(planned(models, [dataset.splits["device"]], 3))
+    assert [(run.fold, run.model.name, run.seed) for run in runs[:5]] == [
+        ("Galaxy", "test-loudest", None),
+        ("Galaxy", "test-drawn", 0),
+        ("Galaxy", "test-drawn", 1),
+        ("Galaxy", "test-drawn", 2),
+        ("Galaxy", "test-drawn", None),
+    ]
+    assert {run.fold for run in runs[5:]} == {"Pixel"}
+    assert runs[4].parameters["seed"] == 7
+
+
+def test_a_run_is_scored_on_what_tests(dataset: Dataset, data: LearningData) -> None:
+    outcome = execute(run_of(dataset), data, "key")
+    assert set(data[np.isin(data.ids, outcome.ids)].scans.device) == {"Galaxy"}
+    assert outcome.record.train_scans + outcome.record.score.scans == len(data)
+    assert outcome.record.score.plane.median_m is not None
+    assert outcome.record.score.plane.median_m >= 5.0, "the phones walked in lanes 5 m apart"
+    assert outcome.record.parameters == {"radius_m": 10.0}
+
+
+@pytest.mark.parametrize("model", ["test-loudest", "knn", "weighted-knn"])
+def test_labels_of_the_test_part_teach_nothing(model: str, dataset: Dataset, data: LearningData) -> None:
+    run = run_of(dataset, model)
+    first = execute(run, data, "key")
+    tests = np.flatnonzero(np.isin(data.ids, first.ids))
+    order = np.arange(len(data))
+    order[tests] = np.random.default_rng(1).permutation(tests)
+    permuted = execute(run, replace(data, places=data.places[order]), "key")
+    assert permuted.ids.tolist() == first.ids.tolist()
+    assert not np.array_equal(permuted.truth.xy, first.truth.xy)
+    np.testing.assert_array_equal(permuted.found.xy, first.found.xy)
+    np.testing.assert_array_equal(permuted.found.radius_95_m, first.found.radius_95_m)
+    assert permuted.record.score != first.record.score
+
+
+def test_readings_of_the_test_part_are_no_vocabulary(dataset: Dataset, data: LearningData) -> None:
+    first = execute(run_of(dataset), data, "key")
+    tests = np.isin(data.ids, first.ids)
+    louder = np.where(tests[data.scans.row], data.scans.rssi_dbm - 3.0, data.scans.rssi_dbm)
+    heard = np.unique(data.scans[~tests].column)
+    assert first.record.access_points == len(heard)
+    again = execute(run_of(dataset), replace(data, scans=replace(data.scans, rssi_dbm=louder)), "key")
+    np.testing.assert_array_equal(again.found.xy, first.found.xy)
+
+
+def test_a_seed_repeats_a_run(dataset: Dataset, data: LearningData) -> None:
+    outcomes = [execute(run_of(dataset, "test-drawn", seed), data, "key") for seed in (1, 1, 2)]
+    np.testing.assert_array_equal(outcomes[0].found.xy, outcomes[1].found.xy)
+    assert outcomes[0].record.score == outcomes[1].record.score
+    assert outcomes[0].record.score != outcomes[2].record.score
+
+
+def test_keys_follow_from_everything(dataset: Dataset) -> None:
+    table = dataset.info.tables["readings"].model_copy(update={"sha256": "0"})
+    changed = replace(
+        dataset, info=dataset.info.model_copy(update={"tables": {**dataset.info.tables, "readings": table}})
+    )
+    keys = [
+        run_of(dataset).key(dataset),
+        run_of(dataset).key(changed),
+        run_of(dataset, radius_m=2.0).key(dataset),
+        run_of(dataset, "test-drawn", 0).key(dataset),
+        run_of(dataset, "test-drawn", 1).key(dataset),
+        replace(run_of(dataset), fold="Pixel").key(dataset),
+        replace(run_of(dataset), split=dataset.splits["random"], fold="test").key(dataset),
+    ]
+    assert len(set(keys)) == len(keys)
+    assert run_of(dataset).key(dataset) == run_of(dataset, radius_m=10.0).key(dataset) == keys[0]
+
+
+def test_an_empty_part_is_told(dataset: Dataset, data: LearningData) -> None:
+    pixel = data[data.scans.device == "Pixel"]
+    with pytest.raises(DatasetError, match="split device, fold Galaxy: no labelled fingerprint tests"):
+        execute(run_of(dataset), pixel, "key")
+
+
+def test_unknown_parameters_are_told_before_any_run(dataset: Dataset) -> None:
+    with pytest.raises(UsageError, match="test-loudest has no parameter 'k'"):
+        list(planned([ModelChoice("test-loudest", {"k": 3})], [dataset.splits["device"]], 1))
+
+
+def test_progress_reaches_the_model(dataset: Dataset, data: LearningData) -> None:
+    told: list[float] = []
+    execute(run_of(dataset, "test-slow", 0), data, "key", told.append)
+    assert told == [0.5]

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.report.factory import make_results, make_survey
+from vislam2tag.labeling.results import SessionResult, Summary
+from vislam2tag.report.run_page.summary import labelled_share, summarise
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> list[SessionResult]:
+    return make_results(make_survey(tmp_path, plan=False))
+
+
+def test_share_leaves_repeated_rows_out() -> None:
+    assert labelled_share({"ok": 3, "gap": 1, "duplicate": 100}) == 0.75
+    assert labelled_share({"gap": 2}) == 0.0
+    assert labelled_share({"duplicate": 2}) is None
+    assert labelled_share({}) is None
+
+
+def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None:
+    summary = summarise(iter(results), "local", "1.2.3")
+    assert (summary.version, summary.strategy, summary.sessions, summary.failed) == ("1.2.3", "local", 8, 1)
+    assert summary.duration_s == pytest.approx(sum(result.duration_s for result in results), abs=1e-3)
+    assert summary.distance_m == pytest.approx(sum(result.distance_m for result in results), abs=1e-3)
+    for status, count in summary.frames.items():
+        assert count == sum(result.frames.get(status, 0) for result in results)
+    assert sum(summary.frame_seconds.values()) == pytest.approx(summary.duration_s, abs=1e-2)
+    assert summary.readings["wifi"]["ok"] == 7 * 1_800
+    assert summary.findings["stale_scan_rows"] == 8 * 140
+    assert summary.failures == {results[-2].slug: results[-2].error}
+
+
+def test_groups_add_up_to_the_whole(results: list[SessionResult]) -> None:
+    summary = summarise(results, "local", "1")
+    for groups in (summary.per_floor, summary.per_device):
+        for name in ("sessions", "failed", "duration_s", "distance_m", "frames", "frames_ok"):
+            whole = sum(group[name] for group in groups.values())
+            expected = {"frames": sum(summary.frames.values()), "frames_ok": summary.frames["ok"]}
+            assert whole == pytest.approx(expected.get(name, getattr(summary, name, None)), abs=0.01)
+    assert set(summary.per_floor) == {"1", "2"}
+
+
+def test_results_are_taken_one_at_a_time(results: list[SessionResult]) -> None:
+    alive: list[SessionResult] = []
+
+    def one_by_one() -> Iterator[SessionResult]:
+        for result in results:
+            alive.append(result)
+            yield result
+            alive.remove(result)
+            assert not alive
+
+    assert summarise(one_by_one(), "local", "1").sessions == len(results)
+
+
+def test_empty_run_has_a_summary_that_survives_json() -> None:
+    summary = summarise([], "global", "1")
+    assert summary.sessions == 0
+    assert Summary.model_validate_json(summary.model_dump_json()) == summary

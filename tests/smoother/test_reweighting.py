@@ -1,0 +1,160 @@
+"""Noise levels and weights: expectation maximisation that climbs, finds the truth and doubts what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.drifting import loops
+from tests.smoother.dense import as_matrix, whitened_rows
+from tests.smoother.test_equations import linearised
+from vislam2tag.smoother import reweighting
+from vislam2tag.smoother.chain import solve
+from vislam2tag.smoother.equations import Weights, normal_equations
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.model import LEAST_DRIFT, Model
+from vislam2tag.smoother.noise import (
+    ESTIMATED,
+    LANDMARK_TAIL,
+    PRIOR_WEIGHT,
+    SHEET_TAIL,
+    SIGHTING_TAIL,
+    TAIL,
+    USUAL,
+    Noise,
+    Source,
+)
+from vislam2tag.smoother.reweighting import Square, Squares, equivalent_variances, expected_squares, reweighted
+from vislam2tag.smoother.smoothing import smooth
+
+CALM = Noise(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
+TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+ROUGH = Noise(position_m=0.04, heading_rad=0.008, scale=0.005, sighting_m=0.2, sheet_rad=0.08)
+
+
+def one_round(model: Model, known: KnownLandmarks, weights: Weights) -> Weights:
+    solution = solve(normal_equations(model, known, weights, pinned=False))
+    return reweighted(model, weights, expected_squares(model, known, weights, solution))
+
+
+def log_posterior(model: Model, known: KnownLandmarks, weights: Weights) -> float:
+    """Log-likelihood of all observations, states and landmarks integrated out, plus the prior of the noise levels."""
+    noise = weights.noise
+    matrix, right = as_matrix(normal_equations(model, known, weights, pinned=False))
+    _, values = whitened_rows(model, known, weights)
+    drift = sum(noise.level(source) ** 2 * unit for source, unit in model.stretches.items()) + LEAST_DRIFT
+    passes = model.walked.passes
+    sighting = noise.sighting_m**2 * (1 + passes.distance_m**2) / 2
+    deviance = (
+        np.linalg.slogdet(drift)[1].sum()
+        + 2 * np.log(sighting).sum()
+        + model.headed.sum() * np.log(noise.sheet_rad**2)
+        + np.linalg.slogdet(matrix)[1]
+        + values @ values
+        - right @ np.linalg.solve(matrix, right)
+    )
+    for name in ("position_m", "heading_rad", "scale", "sighting_m", "sheet_rad"):
+        level, usual = getattr(noise, name), getattr(USUAL, name)
+        deviance += PRIOR_WEIGHT * (np.log(level**2) + usual**2 / level**2)
+    return -0.5 * float(deviance)
+
+
+@pytest.mark.parametrize("truth", [CALM, TYPICAL, ROUGH])
+def test_without_tails_no_round_makes_the_observations_less_likely(
+    truth: Noise, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reweighting, "TAIL", dict.fromkeys(Source, 1e12))
+    for name in ("SIGHTING_TAIL", "SHEET_TAIL", "LANDMARK_TAIL"):
+        monkeypatch.setattr(reweighting, name, 1e12)
+    walk = loops(1, truth, marks=8, laps=2, survey_m=0.02)
+    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    model = linearised(walk)
+    weights = Weights.even(USUAL, len(model.walked.passes.at), 8)
+    likelihood = [log_posterior(model, known, weights)]
+    for _ in range(12):
+        weights = one_round(model, known, weights)
+        likelihood.append(log_posterior(model, known, weights))
+    assert np.diff(likelihood).min() > -1e-4
+    assert likelihood[-1] >= likelihood[0]
+
+
+def estimated(truth: Noise, seed: int) -> tuple[float, ...]:
+    """Noise levels of a walk of 300 m past 64 landmarks, after many rounds about the tracker's own path."""
+    walk = loops(seed, truth, marks=16, laps=4, survey_m=0.02)
+    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    model = linearised(walk)
+    weights = Weights.even(USUAL, len(model.walked.passes.at), 16)
+    for _ in range(20):
+        weights = one_round(model, known, weights)
+    noise = weights.noise
+    return noise.position_m, noise.heading_rad, noise.scale, noise.sighting_m, noise.sheet_rad
+
+
+def test_noise_levels_of_a_session_are_found() -> None:
+    true = np.array([(t.position_m, t.heading_rad, t.scale, t.sighting_m, t.sheet_rad) for t in (CALM, TYPICAL, ROUGH)])
+    found = np.array([np.median([estimated(t, seed) for seed in range(6)], axis=0) for t in (CALM, TYPICAL, ROUGH)])
+    assert np.all(np.diff(found, axis=0) > 0)
+    octaves = np.log2(found / true)
+    np.testing.assert_allclose(octaves[:, [3, 4]], 0, atol=0.8)  # sightings, sheets
+    np.testing.assert_allclose(octaves[:, 0], 0, atol=1.5)  # of the drift, heavy tails and the heading take a part
+    np.testing.assert_allclose(octaves[:, 1], 0, atol=1.5)
+    np.testing.assert_allclose(octaves[:, 2], 0, atol=2.0)  # hardly seen beside the scale that the walk starts with
+
+
+def test_weights_never_trust_more_than_the_tails_allow() -> None:
+    walk = loops(2, CALM, marks=8, laps=2)
+    known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 1, 2, 5]))
+    model = linearised(walk)
+    weights = one_round(model, known, Weights.even(ROUGH, len(model.walked.passes.at), 8))
+    for source, factor in weights.stretch.items():
+        assert np.all(factor >= TAIL[source] / (TAIL[source] + model.ranks[source]) - 1e-12)
+    assert weights.sighting.min() >= SIGHTING_TAIL / (SIGHTING_TAIL + 2)
+    assert weights.sheet.min() >= SHEET_TAIL / (SHEET_TAIL + 1)
+    assert weights.landmark.min() >= LANDMARK_TAIL / (LANDMARK_TAIL + 2)
+    none_of = [Square(np.zeros_like(part), np.zeros_like(part)) for part in (weights.sighting, weights.sheet)]
+    drift = {source: Square(np.zeros_like(factor), np.zeros_like(factor)) for source, factor in weights.stretch.items()}
+    nothing = Squares(drift, none_of[0], none_of[1], np.zeros_like(weights.landmark))
+    least = reweighted(model, weights, nothing)
+    np.testing.assert_allclose(least.sighting, SIGHTING_TAIL / (SIGHTING_TAIL + 2))
+
+
+def test_levels_without_observations_stay_usual_and_never_vanish() -> None:
+    model = linearised(loops(3, marks=4, laps=1))
+    known = KnownLandmarks.nothing(4)
+    weights = Weights.even(USUAL, 4, 4)
+    for _ in range(30):
+        weights = one_round(model, known, weights)
+    for source in ESTIMATED:
+        assert weights.noise.level(source) > 0.2 * USUAL.level(source)
+    assert weights.noise.sighting_m > 0.2 * USUAL.sighting_m
+
+
+def test_a_bad_sighting_a_bad_sheet_and_a_bad_landmark_are_doubted() -> None:
+    walk = loops(4, TYPICAL, marks=8, laps=3)
+    walked = walk.walked()
+    offset, heading = walked.passes.offset.copy(), walked.passes.heading.copy()
+    offset[9] += 3.0
+    heading[12] *= np.exp(0.8j)
+    walked = replace(walked, passes=replace(walked.passes, offset=offset, heading=heading))
+    survey = walk.landmarks()
+    survey.position_bcs[5] += (2.0, -1.0)
+    smoothed = smooth(walked, KnownLandmarks.of(walk.ids, survey))
+    assert smoothed is not None
+    weights = smoothed.weights
+    passes = walked.passes.landmark
+    assert weights.sighting[9] > 10 * np.median(weights.sighting)
+    assert weights.sheet[12] > 10 * np.median(weights.sheet)
+    doubt = weights.landmark * np.array([weights.sighting[passes == j].min() for j in range(8)])
+    assert doubt[5] > 10 * np.median(doubt)
+
+
+def test_variances_for_covariances_are_greater_than_those_for_weights() -> None:
+    model = linearised(loops(5, USUAL, marks=6, laps=1))
+    weights = Weights.even(USUAL, 6, 6)
+    stated = equivalent_variances(model, weights)
+    assert np.all(stated.sighting >= weights.sighting)
+    assert np.all(stated.sheet >= weights.sheet)
+    for source in Source:
+        assert np.all(stated.stretch[source] >= weights.stretch[source])

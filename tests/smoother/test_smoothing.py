@@ -1,0 +1,203 @@
+"""A whole walk solved: exact without noise, equivariant, robust, with covariances that hold what they say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.drifting import Drifting, loops
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.similarity import as_points
+from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.noise import Noise
+from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.passes import Passes
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
+
+TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+
+
+def solved(
+    walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None, walked: Walked | None = None
+) -> Smoothed:
+    known = KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed))
+    smoothed = smooth(walk.walked() if walked is None else walked, known)
+    assert smoothed is not None
+    return smoothed
+
+
+def errors(walk: Drifting, smoothed: Smoothed) -> FloatArray:
+    """(n, 2) metres."""
+    position, _, _ = mapped_path(smoothed)
+    return np.asarray(position - as_points(walk.truth))
+
+
+def lengths(error: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(error, axis=1))
+
+
+@pytest.mark.parametrize(("surveyed", "headed"), [(None, []), ([0, 4], []), ([1, 2, 6], []), ([3], [3])])
+def test_a_perfect_tracker_is_mapped_exactly(surveyed: list[int] | None, headed: list[int]) -> None:
+    walk = loops(1, marks=8, laps=2, drifted=False)
+    smoothed = solved(walk, surveyed, headed)
+    np.testing.assert_allclose(errors(walk, smoothed), 0, atol=1e-3)
+    np.testing.assert_allclose(smoothed.landmark_position, walk.place, atol=1e-3)
+    _, covariance, rotation = mapped_path(smoothed)
+    np.testing.assert_allclose(np.angle(np.exp(1j * rotation)), 0, atol=1e-4)
+    assert np.linalg.eigvalsh(covariance).min() > 0
+
+
+def test_any_start_heading_and_scale_of_the_tracker_is_found() -> None:
+    for seed in range(5):
+        walk = loops(seed, marks=6, laps=1)
+        smoothed = solved(walk)
+        assert lengths(errors(walk, smoothed)).max() < 0.05
+        np.testing.assert_allclose(np.exp(1j * mapped_path(smoothed)[2]), walk.factor / np.abs(walk.factor), atol=0.01)
+
+
+@pytest.mark.parametrize(("turn_rad", "shift"), [(0.4, 3 - 2j), (-2.9, 1000 + 500j), (1.6, 0j)])
+def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: float, shift: complex) -> None:
+    walk = loops(7, TYPICAL, marks=7, laps=1.5, survey_m=0.02)
+    surveyed, headed = [0, 2, 3, 5], [2]
+    walked = walk.walked()
+    doubt = np.where(np.arange(len(walked.odometry.path) - 1) % 50, 0, 0.2 + 0.1j)
+    walked = replace(walked, odometry=replace(walked.odometry, doubt=doubt))
+    plain = mapped_path(solved(walk, surveyed, headed, walked))
+    turn = np.exp(1j * turn_rad)
+    elsewhere = replace(walk, surveyed_at=walk.surveyed_at * turn + shift, heading_rad=walk.heading_rad + turn_rad)
+    position, covariance, rotation = mapped_path(solved(elsewhere, surveyed, headed, walked))
+    back = as_points((position @ [1, 1j] - shift) / turn)
+    np.testing.assert_allclose(back, plain[0], atol=1e-6)
+    axes = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+    np.testing.assert_allclose(covariance, axes @ plain[1] @ axes.T, rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(np.exp(1j * rotation), turn * np.exp(1j * plain[2]), atol=1e-6)
+
+
+def test_nothing_ties_the_walk_to_the_building() -> None:
+    walk = loops(8, TYPICAL, marks=4, laps=1)
+    for surveyed in ([], [1]):
+        assert smooth(walk.walked(), KnownLandmarks.of(walk.ids, walk.landmarks(surveyed))) is None
+
+
+def test_one_landmark_with_a_heading_is_enough_and_says_how_sure_it_is() -> None:
+    walk = loops(9, TYPICAL, marks=1, laps=2)
+    smoothed = solved(walk, [0], [0])
+    _, covariance, _ = mapped_path(smoothed)
+    sigma = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    error = lengths(errors(walk, smoothed))
+    assert error.mean() < 1.5
+    assert np.mean(error < 3 * sigma) > 0.9
+    at = smoothed.model.walked.passes.at
+    assert sigma[at].max() < 0.5 * sigma.max()
+
+
+def test_sigma_grows_before_the_first_and_after_the_last_landmark() -> None:
+    walk = loops(10, TYPICAL, marks=10, laps=0.9)
+    smoothed = solved(walk, [3, 4, 5])
+    passes = smoothed.model.walked.passes
+    surveyed = passes.at[np.isin(passes.landmark, [3, 4, 5])]
+    _, covariance, _ = mapped_path(smoothed)
+    sigma = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    before, after = sigma[: surveyed[0] : 20], sigma[surveyed[-1] :: 20]
+    assert before[0] > 2 * before[-1]
+    assert after[-1] > 2 * after[0]
+    assert np.all(np.diff(after) > -0.01)
+
+
+def test_unsurveyed_landmarks_help_where_they_are_passed_again() -> None:
+    gain = []
+    for seed in range(5):
+        walk = loops(seed, TYPICAL, marks=10, laps=3)
+        walked = walk.walked()
+        few = np.isin(walked.passes.landmark, [0, 5])
+        with_all, without = (
+            lengths(errors(walk, solved(walk, [0, 5], walked=one))).mean()
+            for one in (
+                walked,
+                replace(walked, passes=Passes(**{name: part[few] for name, part in vars(walked.passes).items()})),
+            )
+        )
+        gain.append(without / with_all)
+    assert np.median(gain) > 1.05
+
+
+def test_unsurveyed_landmarks_get_a_position_within_its_sigma() -> None:
+    squared = []
+    for seed in range(8):
+        walk = loops(seed, TYPICAL, marks=10, laps=2)
+        smoothed = solved(walk, [0, 3, 6])
+        miss = as_points(smoothed.landmark_position - walk.place)[[1, 2, 4, 5, 7, 8, 9]]
+        covariance = smoothed.landmark_covariance()[[1, 2, 4, 5, 7, 8, 9]]
+        squared += np.einsum("mi,mij,mj->m", miss, np.linalg.inv(covariance), miss).tolist()
+    assert np.mean(np.array(squared) < 9.2) > 0.9  # 99 % of a chi-squared with 2 degrees of freedom
+    assert np.median(squared) > 0.2
+
+
+def test_bad_sightings_do_not_bend_the_walk() -> None:
+    walk = loops(11, TYPICAL, marks=8, laps=2)
+    walked = walk.walked()
+    clean = lengths(errors(walk, solved(walk, walked=walked))).mean()
+    offset = walked.passes.offset.copy()
+    offset[[3, 9]] += (4.0 - 2.0j, -5.0j)
+    bad = replace(walked, passes=replace(walked.passes, offset=offset))
+    assert lengths(errors(walk, solved(walk, walked=bad))).max() < 3 * clean + 0.3
+
+
+def test_a_jump_in_an_unknown_direction_bends_only_its_own_stretch() -> None:
+    walk = loops(12, TYPICAL, marks=8, laps=1)
+    walked = walk.walked()
+    clean = lengths(errors(walk, solved(walk, walked=walked)))
+    step = int(walked.nodes[3:5].mean())
+    path = walked.odometry.path.copy()
+    path[step + 1 :] += 3.0 + 2.0j
+    freedom = np.zeros(len(path) - 1)
+    freedom[step] = 1.0
+    jumped = replace(walked, odometry=replace(walked.odometry, path=path, jump_m2=freedom))
+    smoothed = solved(walk, walked=jumped)
+    error = lengths(errors(walk, smoothed))
+    outside = np.ones(len(path), dtype=bool)
+    outside[walked.nodes[3] : walked.nodes[4]] = False
+    assert error[outside].max() < 2 * clean.max() + 0.1
+
+
+@pytest.mark.parametrize("along", [True, False])
+def test_a_slip_is_put_at_the_doubtful_step_that_it_fits(*, along: bool) -> None:
+    walk = loops(12, TYPICAL, marks=8, laps=1)
+    walked = walk.walked()
+    first, last = walked.nodes[3], walked.nodes[4]
+    early, late = int(0.2 * last + 0.8 * first), int(0.8 * last + 0.2 * first)
+    slip = 1.2 * np.exp(0.7j)
+    path = walked.odometry.path.copy()
+    path[late + 1 :] += slip
+    doubt = np.zeros(len(path) - 1, dtype=np.complex128)
+    doubt[early], doubt[late] = 0.3j * slip, (0.3 if along else 0.3j) * slip
+    walked = replace(walked, odometry=replace(walked.odometry, path=path, doubt=doubt))
+    middle = slice(early + 1, late + 1)
+    error = lengths(errors(walk, solved(walk, walked=walked)))[middle].mean()
+    assert error < 0.15 if along else error > 0.3
+
+
+def test_covariances_hold_what_they_say_on_walks_of_the_model() -> None:
+    inside = []
+    for seed in range(10):
+        walk = loops(seed, TYPICAL, marks=10, laps=1.5, survey_m=0.02)
+        smoothed = solved(walk, [0, 2, 5, 7])
+        _, covariance, _ = mapped_path(smoothed)
+        inside.append(region_probability(errors(walk, smoothed), covariance))
+    probability = np.concatenate(inside)
+    assert 0.5 < np.mean(probability < 0.68) < 0.88
+    assert 0.82 < np.mean(probability < 0.95) <= 1.0
+
+
+def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> None:
+    walk = loops(13, marks=6, laps=2, drifted=False)
+    smoothed = smooth_in_own_frame(walk.walked())
+    position, _, _ = mapped_path(smoothed)
+    np.testing.assert_allclose(position, as_points(walk.truth), atol=1e-3)
+    np.testing.assert_allclose(smoothed.landmark_position, walk.place, atol=1e-3)
+    sigma = np.sqrt(np.trace(smoothed.landmark_covariance(), axis1=1, axis2=2) / 2)
+    assert np.argmin(sigma) == smoothed.model.walked.passes.landmark[0]
+    assert np.all(np.isfinite(smoothed.landmark_heading_rad))
