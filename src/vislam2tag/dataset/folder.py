@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
@@ -75,7 +76,8 @@ class FolderWriter:
     def add_tables(self, tables: Mapping[str, pl.LazyFrame]) -> None:
         """Stream each table to its Parquet file; rows keep their order."""
         for name, table in tables.items():
-            table.sink_parquet(
+            write_parquet(
+                table,
                 self.root / f"{name}.parquet",
                 compression="zstd",
                 row_group_size=_WINDOWS_A_GROUP if name == IMU_WINDOWS else _ROWS_A_GROUP,
@@ -86,7 +88,7 @@ class FolderWriter:
         """Write each split as ``splits/NAME.parquet`` (id, group) and ``splits/NAME.json`` (how, and its folds)."""
         (self.root / SPLITS).mkdir(exist_ok=True)
         for name, split in splits.items():
-            split.groups.write_parquet(self.root / SPLITS / f"{name}.parquet", compression="zstd")
+            write_parquet(split.groups, self.root / SPLITS / f"{name}.parquet", compression="zstd")
             (self.root / SPLITS / f"{name}.json").write_text(_json(split.info), encoding="utf-8")
 
     def add_files(self, files: Mapping[str, Path]) -> None:
@@ -116,7 +118,7 @@ class FolderWriter:
 
     def _account(self, relative: str) -> TableAccount:
         path = self.root / relative
-        rows = int(pl.scan_parquet(path).select(pl.len()).collect().item())
+        rows = int(scan_parquet(path).select(pl.len()).collect().item())
         return TableAccount(file=relative, rows=rows, size_bytes=path.stat().st_size, sha256=sha256_of(path))
 
 
@@ -167,7 +169,7 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     if expected is None:
         raise DatasetError(f"{folder / MANIFEST}: names an unknown table {name}; update this program")
     try:
-        table = pl.scan_parquet(path)
+        table = scan_parquet(path)
         found = table.collect_schema()
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
@@ -181,7 +183,7 @@ def _split(folder: Path, name: str) -> Split:
     path = folder / SPLITS / f"{name}.json"
     try:
         info = SplitInfo.model_validate_json(path.read_bytes())
-        groups = pl.read_parquet(path.with_suffix(".parquet"))
+        groups = read_parquet(path.with_suffix(".parquet"))
     except (OSError, ValidationError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the split again") from error
     return Split(info, groups)

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import has_position
@@ -29,7 +30,7 @@ def read_truth(path: Path) -> Truth:
     """Read ``truth.csv`` (header ``time_ns,x,y``, further columns are ignored); raises SessionError if it is none."""
     schema = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
     try:
-        table = pl.read_csv(path, columns=list(schema), schema_overrides=schema).unique("time_ns").sort("time_ns")
+        table = read_csv(path, columns=list(schema), schema_overrides=schema).unique("time_ns").sort("time_ns")
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{path}: expected a table with the columns time_ns, x and y ({error})") from error
     return Truth(table["time_ns"].to_numpy(), table.select("x", "y").to_numpy())

@@ -11,6 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.table_files import read_parquet, write_csv
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
@@ -40,7 +41,7 @@ def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], No
         scores[strategy] = score(out / SURVEY, out / strategy)
     rows = [{"strategy": strategy} | asdict(errors) for strategy, errors in scores.items()]
     table = pl.DataFrame(rows).fill_nan(None)
-    table.write_csv(out / "scores.csv", float_precision=4)
+    write_csv(table, out / "scores.csv", float_precision=4)
     (out / "scores.json").write_text(json.dumps(table.to_dicts(), indent=1) + "\n", encoding="utf-8")
     return scores
 
@@ -66,5 +67,5 @@ def score(survey: Path, out: Path) -> ErrorSummary:
 
 def _walk_errors(survey: Path, out: Path, result: SessionResult) -> FloatArray:
     truth = read_truth(survey / f"floor_{result.floor}" / result.device / result.session / "truth.csv")
-    table = pl.read_parquet(out / TRAJECTORY / f"{result.slug}.parquet")
+    table = read_parquet(out / TRAJECTORY / f"{result.slug}.parquet")
     return errors_at_frames(trajectory_of(table), truth)

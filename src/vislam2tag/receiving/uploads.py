@@ -133,9 +133,9 @@ class Uploads:
         return filed
 
     def _part(self, name: str) -> tuple[Path, int] | None:
-        for path in sorted(self._folder.glob(f"{name}.*.part")):
+        for path in sorted(self._folder.glob("*.part")):
             match = _PART.fullmatch(path.name)
-            if match:
+            if match and match.group(1) == name:
                 return path, int(match.group(2))
         return None
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.model import Dataset
@@ -108,10 +109,12 @@ def _is_output(folder: Path) -> bool:
 def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], Part]]:
     """Tables of the sessions that are done; readings are known by their line in the raw file, frames by their time."""
     for result in sorted((folder / RESULTS).glob("*.json")):
-        for path in sorted(folder.glob(f"*/{result.stem}.parquet")):
+        for path in (table / f"{result.stem}.parquet" for table in sorted(folder.iterdir())):
+            if not path.is_file():
+                continue
             name = path.parent.name
             keys = ("time_ns",) if name == TRAJECTORY else ("row",)
-            yield (result.stem, name), Part(keys, pl.scan_parquet(path).collect)
+            yield (result.stem, name), Part(keys, scan_parquet(path).collect)
 
 
 def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], Part]]:

@@ -11,6 +11,7 @@ import polars as pl
 from pydantic import BaseModel, ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 
@@ -57,7 +58,7 @@ class LabelledSession:
         path = self._path(table)
         wanted = list(columns)
         try:
-            rows = pl.scan_parquet(path)
+            rows = scan_parquet(path)
             found = rows.collect_schema()
             for column in wanted:
                 if found.get(column) != SCHEMAS[table][column]:
@@ -70,7 +71,7 @@ class LabelledSession:
 
     def unknown_columns(self, table: str) -> list[str]:
         """Columns of a table that ``process`` does not write; nobody reads them."""
-        return [name for name in pl.scan_parquet(self._path(table)).collect_schema() if name not in SCHEMAS[table]]
+        return [name for name in scan_parquet(self._path(table)).collect_schema() if name not in SCHEMAS[table]]
 
     def _path(self, table: str) -> Path:
         return self.root / table / f"{self.slug}.parquet"

@@ -14,6 +14,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
@@ -181,7 +182,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _file(path: Path, folder: Path, name: str) -> Path:
-    found = sorted(folder.rglob(name))
+    found = sorted(file for file in folder.rglob("*") if file.name == name)
     if len(found) != 1:
         raise DatasetError(f"{path}: holds {len(found)} files {name}, expected one")
     return found[0]
@@ -190,7 +191,7 @@ def _file(path: Path, folder: Path, name: str) -> Path:
 def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
     """Read a file as text by the positions that the package uses, whatever its header calls the columns."""
     try:
-        table = pl.read_csv(file, separator=";", infer_schema=False, null_values=[UNKNOWN, ""])
+        table = read_csv(file, separator=";", infer_schema=False, null_values=[UNKNOWN, ""])
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{file}: cannot be read ({first_line(error)})") from error
     if table.width < len(columns):

@@ -11,6 +11,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, pooled
+from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.fingerprinting.fingerprints import Walk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.motion import Motion
@@ -70,7 +71,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         for name, table in parts.items():
             folder = context.scratch / name
             folder.mkdir(exist_ok=True)
-            table.write_parquet(folder / f"{number:06d}.parquet")
+            write_parquet(table, folder / f"{number:06d}.parquet")
         context.advance(len(sessions))
     tables = {name: _scanned(context.scratch / name) for name in SCHEMAS if (context.scratch / name).is_dir()}
     names = _scanned(context.scratch / _NAMES).collect(engine="streaming")
@@ -157,7 +158,7 @@ def _session_row(session: _Session, fingerprints: pl.DataFrame) -> pl.DataFrame:
 
 
 def _scanned(folder: Path) -> pl.LazyFrame:
-    table = pl.scan_parquet(sorted(folder.glob("*.parquet")))
+    table = scan_parquet(sorted(folder.glob("*.parquet")))
     return table.select(*SCHEMAS[folder.name]) if folder.name in SCHEMAS else table
 
 

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
@@ -36,11 +37,11 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     for name, table in dataset.tables.items():
         metadata = _metadata(dataset) if name == FINGERPRINTS else {}
         path = folder / f"{name}.parquet"
-        table.sink_parquet(path, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
+        write_parquet(table, path, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
         context.advance(len(dataset.tables))
     if dataset.splits:
-        _splits_table(dataset.splits).write_parquet(folder / SPLITS_FILE, compression="snappy")
-    _columns_table(dataset).write_csv(folder / COLUMNS_FILE)
+        write_parquet(_splits_table(dataset.splits), folder / SPLITS_FILE, compression="snappy")
+    write_csv(_columns_table(dataset), folder / COLUMNS_FILE)
     return ()
 
 
@@ -93,7 +94,7 @@ def _wanted(folder: Path, name: str) -> bool:
 
 def _table(path: Path, name: str) -> pl.LazyFrame:
     try:
-        table = pl.scan_parquet(path)
+        table = scan_parquet(path)
         schema = table.collect_schema()
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); export it again") from error
@@ -104,7 +105,7 @@ def _table(path: Path, name: str) -> pl.LazyFrame:
 
 
 def _manifest(path: Path) -> tuple[DatasetInfo, dict[str, SplitInfo]]:
-    metadata = pl.read_parquet_metadata(path)
+    metadata = parquet_metadata(path)
     try:
         info = DatasetInfo.model_validate_json(metadata[_MANIFEST])
         splits = {name: SplitInfo.model_validate(each) for name, each in json.loads(metadata[_SPLITS]).items()}
@@ -119,7 +120,7 @@ def _splits(path: Path, infos: Mapping[str, SplitInfo]) -> dict[str, Split]:
     if not infos:
         return {}
     try:
-        table = pl.read_parquet(path).select(*SPLITS_COLUMNS).cast(pl.String())
+        table = read_parquet(path).select(*SPLITS_COLUMNS).cast(pl.String())
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); export it again") from error
     return {

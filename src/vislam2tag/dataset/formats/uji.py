@@ -18,6 +18,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.table_files import read_csv, write_csv
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
@@ -93,7 +94,8 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
         .collect()
     )
     columns = wap_columns(transmitters.height)
-    transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String)).write_csv(folder / ACCESS_POINTS_FILE)
+    numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
+    write_csv(numbered, folder / ACCESS_POINTS_FILE)
     numbers = {name: _write_numbers(folder, numbering, fingerprints) for name, numbering in NUMBERINGS.items()}
     whole = _all_whole(dataset)
     extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
@@ -124,7 +126,7 @@ def _write_numbers(folder: Path, numbering: Numbering, fingerprints: pl.LazyFram
     source = pl.col(numbering.name)
     names = fingerprints.select(source).drop_nulls().unique().collect(engine="streaming")[numbering.name].sort()
     table = pl.DataFrame({numbering.name: names}).with_row_index(numbering.column, offset=numbering.first)
-    table.write_csv(folder / numbering.file)
+    write_csv(table, folder / numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
 
 
@@ -268,7 +270,7 @@ def _transmitters(file: Path) -> pl.DataFrame:
 
 def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     try:
-        return pl.read_csv(file, schema_overrides=dict(columns)).select(*columns)
+        return read_csv(file, schema_overrides=dict(columns)).select(*columns)
     except pl.exceptions.PolarsError as error:
         what = first_line(error)
         raise DatasetError(f"{file}: cannot be read ({what}); expected the columns {', '.join(columns)}") from error

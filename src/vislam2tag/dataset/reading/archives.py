@@ -69,7 +69,8 @@ def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
         if is_archive(path):
             yield from (content.read(size) for name, content in _members(path) if content and name.suffix == suffix)
             return
-        files = (file for file in path.rglob(f"*{suffix}") if file.is_file()) if path.is_dir() else (path,)
+        inside = (file for file in path.rglob("*") if file.suffix == suffix and file.is_file())
+        files = inside if path.is_dir() else (path,)
         for each in files:
             with each.open("rb") as file:
                 yield file.read(size)

@@ -15,6 +15,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.reading.logs import once
 from vislam2tag.dataset.reading.wide import GREATEST_DBM, LEAST_DBM
@@ -119,7 +120,7 @@ def parse_log(data: bytes, file: str) -> Log:
 
 def _lines(data: bytes) -> pl.DataFrame:
     """One row a line: ``row`` (from 1), ``line``, ``kind`` (its first four letters), ``app`` (seconds; null: none)."""
-    lines = pl.read_csv(
+    lines = read_csv(
         b"line\n" + data.replace(b"\r", b""),
         separator="\x1f",
         quote_char=None,

@@ -11,6 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.survey.model import SessionKey
 
@@ -46,7 +47,7 @@ def sensor_rows(file: Path, key: SessionKey) -> pl.DataFrame:
     """Read an annotated table of sensor readings; raises DatasetError where it has other columns or no numbers."""
     kinds = {"time": pl.Int64(), "type": pl.String(), **dict.fromkeys((*_VALUES, "x_coord", "y_coord"), pl.Float64())}
     try:
-        table = pl.read_csv(file, schema_overrides=kinds)
+        table = read_csv(file, schema_overrides=kinds)
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{file}: cannot be read ({first_line(error)})") from error
     missing = [name for name in SENSOR_COLUMNS if name not in table.columns]

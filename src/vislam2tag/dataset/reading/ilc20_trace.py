@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.dataset.reading.logs import once
 from vislam2tag.dataset.reading.waypoints import Waypoints
 from vislam2tag.dataset.reading.wide import GREATEST_DBM, LEAST_DBM
@@ -120,7 +121,7 @@ def _lines(data: bytes) -> pl.DataFrame:
     """One row a line: ``row`` (from 1), the fields ``f0`` ... as text, ``time_ms``."""
     names = [f"f{number}" for number in range(_WIDTH)]
     header = "\t".join(names).encode() + b"\n"
-    table = pl.read_csv(
+    table = read_csv(
         header + data,
         separator="\t",
         quote_char=None,

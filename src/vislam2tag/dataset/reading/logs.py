@@ -18,6 +18,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.fingerprints import Walk, fingerprints_of
@@ -132,14 +133,14 @@ class WalkTables:
         folder = self._scratch / table
         folder.mkdir(parents=True, exist_ok=True)
         rows = in_schema(table, rows) if table in SCHEMAS else rows
-        rows.write_parquet(folder / f"{self._walks:06d}.parquet", compression="lz4")
+        write_parquet(rows, folder / f"{self._walks:06d}.parquet", compression="lz4")
 
     def _joined(self, table: str) -> pl.LazyFrame:
         """Stream the walks' files of a table into one, which is read many times."""
         parts, whole = self._scratch / table, self._scratch / f"{table}.parquet"
-        pl.scan_parquet(sorted(parts.glob("*.parquet"))).sink_parquet(whole, row_group_size=_ROWS_A_GROUP)
+        write_parquet(scan_parquet(sorted(parts.glob("*.parquet"))), whole, row_group_size=_ROWS_A_GROUP)
         shutil.rmtree(parts)
-        return pl.scan_parquet(whole)
+        return scan_parquet(whole)
 
     def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
         """Turn indices of places into buildings and floors."""

@@ -11,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.common.table_files import scan_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 NOT_HEARD = 100.0
@@ -126,7 +127,7 @@ def _read(
 
 def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> Iterator[pl.DataFrame]:
     try:
-        yield from pl.scan_csv(path, schema=dict(schema), has_header=has_header).collect_batches(
+        yield from scan_csv(path, schema=dict(schema), has_header=has_header).collect_batches(
             maintain_order=True, chunk_size=_ROWS_AT_ONCE
         )
     except pl.exceptions.PolarsError as error:

@@ -11,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, register_labels_export
@@ -100,12 +101,11 @@ def _write_session(
         *place,
     )
     # An empty name is written as nothing at all, as published, not as a pair of quotes.
-    annotated.with_columns(pl.col("ssid").replace("", None)).write_csv(folder / WIFI_FILE)
+    write_csv(annotated.with_columns(pl.col("ssid").replace("", None)), folder / WIFI_FILE)
     if sensors.height:
         values = (f"v{number}" for number in range(1, 7))
-        sensors.select(pl.col("time_ns").alias("time"), pl.col("sensor").alias("type"), *values, *place).write_csv(
-            folder / SENSORS_FILE
-        )
+        rows = sensors.select(pl.col("time_ns").alias("time"), pl.col("sensor").alias("type"), *values, *place)
+        write_csv(rows, folder / SENSORS_FILE)
     return True
 
 

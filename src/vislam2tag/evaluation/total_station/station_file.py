@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 TRACK_FILE = "tachy.csv"
@@ -76,9 +77,9 @@ def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
     """Read a table with at least these columns; X and Y are numbers, all else text."""
     numbers = {"X": pl.Float64, "Y": pl.Float64}
     try:
-        header = pl.read_csv(path, separator=";", n_rows=0).columns
+        header = read_csv(path, separator=";", n_rows=0).columns
         schema = {name: numbers.get(name, pl.String) for name in header}
-        return pl.read_csv(path, separator=";", schema=schema).select(*columns, pl.exclude(columns))
+        return read_csv(path, separator=";", schema=schema).select(*columns, pl.exclude(columns))
     except (OSError, pl.exceptions.PolarsError) as error:
         wanted = f"{', '.join(columns[:-1])} and {columns[-1]}"
         raise SurveyError(f"{path}: expected columns {wanted} separated by ';' ({error})") from error

@@ -10,6 +10,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.description import Description, described
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
@@ -172,13 +173,13 @@ def _join_parts(folder: FolderWriter, parts: Path) -> None:
     tables = [name for name in SCHEMAS if (parts / name).is_dir()]
     folder.add_tables({name: _parts_of(parts, name) for name in tables})
     names = _parts_of(parts, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
-    fingerprints, readings = (pl.scan_parquet(folder.root / f"{name}.parquet") for name in (FINGERPRINTS, READINGS))
+    fingerprints, readings = (scan_parquet(folder.root / f"{name}.parquet") for name in (FINGERPRINTS, READINGS))
     counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
     folder.add_tables({ACCESS_POINTS: access_point_table(fingerprints, readings, counted).lazy()})
 
 
 def _parts_of(parts: Path, name: str) -> pl.LazyFrame:
-    return pl.scan_parquet(sorted((parts / name).glob("*.parquet")))
+    return scan_parquet(sorted((parts / name).glob("*.parquet")))
 
 
 def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:

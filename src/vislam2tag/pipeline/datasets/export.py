@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
@@ -164,7 +165,7 @@ def _opted_out(before: Dataset, after: Dataset) -> tuple[Finding, ...]:
 def _labels(source: Path) -> dict[str, pl.LazyFrame]:
     """All sessions' tables of each kind; what is not there is not left out either."""
     found = {name: sorted((source / name).glob("*.parquet")) for name in SCHEMAS}
-    return {name: pl.scan_parquet(files) for name, files in found.items() if files}
+    return {name: scan_parquet(files) for name, files in found.items() if files}
 
 
 def _finish(

@@ -9,6 +9,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, pooled
+from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, Walk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
@@ -147,7 +148,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: Walk, fingerprint
 def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
     folder = job.parts / table
     folder.mkdir(parents=True, exist_ok=True)
-    rows.write_parquet(folder / f"{job.number:06d}.parquet", compression="lz4")
+    write_parquet(rows, folder / f"{job.number:06d}.parquet", compression="lz4")
 
 
 FAILED = "session_without_label"

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings, status_text
@@ -61,7 +62,7 @@ def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> No
         "version": __version__,
     }
     text = json.dumps(metadata, sort_keys=True)
-    table.write_parquet(path, compression="snappy", metadata={"vislam2tag": text})
+    write_parquet(table, path, compression="snappy", metadata={"vislam2tag": text})
 
 
 def _keyed(key: SessionKey, name: str, frame: pl.DataFrame) -> pl.DataFrame:

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import polars as pl
-
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.measures.statistics import dataset_statistics
@@ -102,7 +101,10 @@ def _dataset(sessions: list[tuple[LabelledSession, float]], parts: Path) -> Data
     """Make fingerprints of the sessions; the tables lie below ``parts``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
         build_session(SessionJob(session, f"{number:06d}", "", number, parts, DatasetSettings(), max_sigma_m))
-    tables = {name: pl.scan_parquet(parts / name / "*.parquet") for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)}
+    tables = {
+        name: scan_parquet(sorted((parts / name).glob("*.parquet")))
+        for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)
+    }
     names = tables.pop(NAMES).collect()
     access_points = access_point_table(tables[FINGERPRINTS], tables[READINGS], names).lazy()
     return Dataset(DatasetInfo(name="giaIndoorLoc", floors=()), tables | {ACCESS_POINTS: access_points})

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
@@ -159,7 +160,7 @@ def _made(
         return stem, kept
     outcome = execute(run, data, key, progress)
     table = predictions_table(outcome.ids, outcome.truth, outcome.found)
-    folder.write(f"{stem}.parquet", lambda path: table.write_parquet(path, compression="zstd"))
+    folder.write(f"{stem}.parquet", lambda path: write_parquet(table, path, compression="zstd"))
     folder.write_text(f"{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
     return stem, outcome.record
 
@@ -167,7 +168,7 @@ def _made(
 def _kept(path: Path, key: str) -> RunRecord | None:
     try:
         record = RunRecord.model_validate_json(path.read_bytes())
-        pl.read_parquet_schema(path.with_suffix(".parquet"))
+        scan_parquet(path.with_suffix(".parquet")).collect_schema()
     except (OSError, ValidationError, pl.exceptions.PolarsError):
         return None
     return record if record.key == key else None

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
+from vislam2tag.common.table_files import read_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.measures.floor_plan import floor_of
 from vislam2tag.dataset.model import Dataset
@@ -61,7 +62,7 @@ def _read(runs: Predictions, model: str, *, first_seed: bool = False) -> pl.Data
     own = {path: run for path, run in runs.items() if run.model == model}
     first = next(iter(own.values())).seed
     paths = [path for path, run in own.items() if not first_seed or run.seed == first]
-    return with_errors(pl.concat([pl.read_parquet(path) for path in paths]))
+    return with_errors(pl.concat([read_parquet(path) for path in paths]))
 
 
 def _part(stem: str, title: str, about: str, figure: Figure) -> Drawn:

@@ -6,9 +6,8 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-import polars as pl
-
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
@@ -113,7 +112,7 @@ def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: M
         path = labelled.root / name / f"{slug}.parquet"
         if path.is_file():
             (folder / name).mkdir(exist_ok=True)
-            table = changed_table(pl.scan_parquet(path), changes).collect()
+            table = changed_table(scan_parquet(path), changes).collect()
             write_table(table, name, strategy, folder / name / path.name)
     result = next(session for session in labelled.sessions if session.slug == slug).result()
     (folder / RESULTS).mkdir(exist_ok=True)

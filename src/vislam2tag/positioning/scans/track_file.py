@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.table_files import read_csv, scan_parquet
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -29,7 +30,7 @@ class Tracks:
         if path.is_dir():
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
             self._tables: Mapping[str, pl.LazyFrame] = {
-                file.stem: pl.scan_parquet(file) for file in folder.glob("*.parquet")
+                file.stem: scan_parquet(file) for file in folder.glob("*.parquet")
             }
             if not self._tables:
                 raise DatasetError(f"{path}: holds no trajectory/*.parquet; give what process wrote, or a CSV")
@@ -77,7 +78,7 @@ class Tracks:
 
 def _csv(path: Path) -> pl.DataFrame:
     try:
-        table = pl.read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
+        table = read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
     except (pl.exceptions.PolarsError, OSError) as error:
         reason = str(error).splitlines()[0]
         raise DatasetError(f"{path}: is no track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error

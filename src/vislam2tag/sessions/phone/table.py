@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.sessions.tables.raw_table import RawTable, separate
 
 _END, _SURPLUS = "_end", "_surplus"
@@ -93,7 +94,7 @@ def _read(
     data: bytes, types: Mapping[str, pl.DataType | type[pl.DataType]], schema: PhoneSchema, *, ignore_errors: bool
 ) -> pl.DataFrame:
     header = ",".join((*list(types), _SURPLUS)).encode() + b"\n"
-    return pl.read_csv(
+    return read_csv(
         header + data,
         quote_char='"' if schema.quoted else None,
         schema={**types, _SURPLUS: pl.String},

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import polars as pl
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.table_files import read_csv
 
 SEPARATOR = ";"
 
@@ -42,7 +43,7 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
     # lines into empty rows, which keeps line numbers exact.
     header = SEPARATOR.join((*schema, _EXTRA)).encode() + b"\n"
     data = data.removeprefix(codecs.BOM_UTF8)
-    table = pl.read_csv(
+    table = read_csv(
         header + data,
         separator=SEPARATOR,
         quote_char=None,

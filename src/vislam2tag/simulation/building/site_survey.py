@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks
@@ -80,7 +81,7 @@ def _column(ids: Sequence[str], widths: Mapping[str, float]) -> FloatArray:
 
 def _widths(landmark_file: Path) -> dict[str, float]:
     """Width of the image of each landmark by its id, metres, where the file has a column ``width_m``."""
-    table = pl.read_csv(landmark_file, infer_schema=False, truncate_ragged_lines=True)
+    table = read_csv(landmark_file, infer_schema=False, truncate_ragged_lines=True)
     if "width_m" not in table.columns:
         return {}
     widths = table.select(table.columns[0], pl.col("width_m").cast(pl.Float64, strict=False)).drop_nulls()

@@ -1,0 +1,74 @@
+"""Opens and writes tables: here only, so that no path is ever a pattern or an address.
+
+Polars reads ``[``, ``*`` and ``?`` in a path as a pattern, ``name=value`` in a folder's name as a column, and a
+relative path that begins with ``file:`` as an address. Paths here name one file each, as the system spells them.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+
+def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
+    """Scan a Parquet file, or several with the same columns one after the other.
+
+    Raises OSError where one cannot be opened or is no plain file.
+    """
+    files = [paths] if isinstance(paths, Path) else paths
+    return pl.scan_parquet([_to_read(path) for path in files], glob=False, hive_partitioning=False)
+
+
+def read_parquet(path: Path) -> pl.DataFrame:
+    """Read a Parquet file; raises OSError as :func:`scan_parquet`, PolarsError where it is damaged."""
+    return pl.read_parquet(_to_read(path), glob=False, hive_partitioning=False)
+
+
+def parquet_metadata(path: Path) -> dict[str, str]:
+    """What a Parquet file's writer noted beside the columns; raises as :func:`read_parquet`."""
+    return pl.read_parquet_metadata(_to_read(path))
+
+
+def read_csv(source: Path | bytes, **options: Any) -> pl.DataFrame:
+    """Read a CSV file, or its content, with :func:`polars.read_csv`'s options; raises as :func:`read_parquet`."""
+    if isinstance(source, bytes):
+        return pl.read_csv(source, **options)
+    return pl.read_csv(_to_read(source), glob=False, **options)
+
+
+def scan_csv(path: Path, **options: Any) -> pl.LazyFrame:
+    """Scan a CSV file with :func:`polars.scan_csv`'s options; raises OSError as :func:`scan_parquet`."""
+    return pl.scan_csv(_to_read(path), glob=False, **options)
+
+
+def write_parquet(table: pl.DataFrame | pl.LazyFrame, path: Path, **options: Any) -> None:
+    """Write a Parquet file; a lazy table is streamed. Raises OSError or PolarsError where it cannot be written."""
+    if isinstance(table, pl.LazyFrame):
+        table.sink_parquet(_absolute(path), **options)
+    else:
+        table.write_parquet(_absolute(path), **options)
+
+
+def write_csv(table: pl.DataFrame, path: Path, **options: Any) -> None:
+    """Write a CSV file with :meth:`polars.DataFrame.write_csv`'s options; raises as :func:`write_parquet`."""
+    table.write_csv(_absolute(path), **options)
+
+
+def _to_read(path: Path) -> Path:
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(errno.EINVAL, "not a plain file", str(path))
+    return _absolute(path)
+
+
+def _absolute(path: Path) -> Path:
+    try:
+        os.fspath(path).encode()
+    except UnicodeEncodeError as error:
+        raise OSError(errno.EILSEQ, "its path is not UTF-8; rename it", ascii(str(path))) from error
+    return path.absolute()
