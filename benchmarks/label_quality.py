@@ -25,6 +25,8 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.evaluation.truth import read_truth
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.session import code_of
+from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.positioning.metrics import plane_error_m
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
@@ -101,7 +103,7 @@ def _options() -> argparse.Namespace:
 def _labelled_surveys(severity: str, seed: int, cache: Path | None) -> Iterator[tuple[Labels, LearningData]]:
     """Yield the labels of each strategy and the truth, each with the truth of all scans."""
     with tempfile.TemporaryDirectory() as scratch:
-        root = (cache or Path(scratch)) / f"{severity}_{seed}"
+        root = (cache or Path(scratch)) / f"{severity}_{seed}_{_code()[:12]}"
         survey = root / "survey"
         if not survey.exists():
             simulate(regular_survey(seed, severity, sessions=WALKS, duration_s=180.0), survey)
@@ -112,6 +114,12 @@ def _labelled_surveys(severity: str, seed: int, cache: Path | None) -> Iterator[
             data = learning_data(sure)
             yield Labels(name, data, len(data) / len(truth)), truth
         yield Labels(TRUTH, truth, 1.0), truth
+
+
+def _code() -> str:
+    """Key of the source that makes the surveys' data sets: a kept folder of another source is not taken."""
+    strategies = [code_of("published", Settings(strategy=name)) for name in STRATEGIES]
+    return key_of(strategies, code_key(simulate.__module__, regular_survey.__module__, build_dataset.__module__))
 
 
 def _dataset(root: Path, survey: Path, strategy: str) -> Dataset:

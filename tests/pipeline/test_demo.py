@@ -10,8 +10,10 @@ import pytest
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
 from vislam2tag.mapping import strategy_names
+from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.demo import run_demo
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.scenario import regular_survey
 
 
 def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
@@ -33,6 +35,21 @@ def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
     run_demo(out, say=said.append)
     assert bytes_of(out) == before
     assert any("earlier demonstration" in line for line in said)
+
+
+@pytest.mark.parametrize(("seed", "kept"), [(1, True), (2, False)])
+def test_a_survey_of_another_seed_is_simulated_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int, kept: bool
+) -> None:
+    monkeypatch.setattr(demo, "strategy_names", lambda: ())
+    monkeypatch.setattr(demo, "regular_survey", lambda seed, **_: regular_survey(seed, sessions=1, duration_s=5.0))
+    said: list[str] = []
+    run_demo(tmp_path / "demo", say=said.append)
+    (tmp_path / "demo" / ".survey.left-by-a-kill").mkdir()
+    before = bytes_of(tmp_path / "demo" / "survey")
+    run_demo(tmp_path / "demo", seed=seed, say=said.append)
+    assert (bytes_of(tmp_path / "demo" / "survey") == before) is kept
+    assert any("earlier demonstration" in line for line in said) is kept
 
 
 def test_a_foreign_folder_is_refused(tmp_path: Path) -> None:

@@ -196,7 +196,7 @@ class SessionResult(_Model):
     slug: str
     """File-name stem of the session's outputs."""
     fingerprint: str
-    """SHA-256 over input files, landmarks, corrections, settings and version: unchanged means done."""
+    """SHA-256 over input files, landmarks, corrections, settings and the source that computes: unchanged means done."""
     floor: int
     device: str
     session: str

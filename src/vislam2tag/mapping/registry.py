@@ -53,7 +53,7 @@ def strategy_names() -> tuple[str, ...]:
     return tuple(sorted(_FACTORIES))
 
 
-def strategy_named(name: str, settings: Settings) -> MappingStrategy:
+def strategy_named(name: str, settings: Settings) -> InParts:
     """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name.
 
     It maps sessions in several parts part by part.
@@ -62,6 +62,12 @@ def strategy_named(name: str, settings: Settings) -> MappingStrategy:
     if name not in _FACTORIES:
         raise UsageError(f"no mapping strategy is called '{name}'; there are: {', '.join(strategy_names())}")
     return InParts(_FACTORIES[name](settings))
+
+
+def strategy_modules(name: str, settings: Settings) -> tuple[str, str]:
+    """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
+    strategy = strategy_named(name, settings).strategy
+    return _FACTORIES[name].__module__, type(strategy).__module__
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.table_files import read_parquet, write_csv
+from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
@@ -20,18 +20,19 @@ from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.trajectory_table import trajectory_of
 from vislam2tag.mapping import strategy_names
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
 
-SURVEY = "survey"
+SURVEY, KEY_FILE = "survey", "demo.json"
 
 
 def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print) -> dict[str, ErrorSummary]:
     """Make ``out/survey``, ``out/STRATEGY`` for each strategy, and ``out/scores.csv`` and ``.json``.
 
-    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration left in ``out`` is
-    used again. Raises OutputError where ``out`` holds something else or cannot be written.
+    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration of this seed left
+    in ``out`` is used again. Raises OutputError where ``out`` holds something else or cannot be written.
     """
     _make_survey(out, seed, say)
     scores = {}
@@ -47,16 +48,34 @@ def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], No
 
 
 def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
-    if (out / SURVEY / "simulation.json").is_file():
+    """Simulate the survey where ``out`` has none of this seed and of the simulator as it is."""
+    key = key_of(seed, code_key(simulate.__module__, regular_survey.__module__))
+    if _key_of_survey(out) == key:
         say(f"using the survey of an earlier demonstration in {out / SURVEY}")
         return
-    partial = out / f"{SURVEY}.partial"
-    if out.exists() and (not out.is_dir() or {path.name for path in out.iterdir()} - {partial.name}):
+    if out.exists() and not _holds_demonstration(out) and not _is_empty(out):
         raise OutputError(f"{out}: is not empty and holds no demonstration; name a new folder")
     say("simulating a survey: 2 floors, 2 phones, 8 walks of 2 minutes")
-    shutil.rmtree(partial, ignore_errors=True)
-    simulate(regular_survey(seed, floors=(0, 1), sessions=2, duration_s=120.0), partial)
-    partial.rename(out / SURVEY)
+    with whole_folder(out / SURVEY, lambda _: _holds_demonstration(out)) as survey:
+        simulate(regular_survey(seed, floors=(0, 1), sessions=2, duration_s=120.0), survey)
+    (out / KEY_FILE).write_text(json.dumps({"survey": key}) + "\n", encoding="utf-8")
+
+
+def _is_empty(out: Path) -> bool:
+    """Whether this is a folder with nothing in it but a survey that was never finished."""
+    return out.is_dir() and all(path.name.startswith(f".{SURVEY}.") for path in out.iterdir())
+
+
+def _holds_demonstration(out: Path) -> bool:
+    return (out / SURVEY / "simulation.json").is_file()
+
+
+def _key_of_survey(out: Path) -> str | None:
+    """What the survey in ``out`` was made of; None where there is none."""
+    try:
+        return str(json.loads((out / KEY_FILE).read_bytes())["survey"]) if _holds_demonstration(out) else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def score(survey: Path, out: Path) -> ErrorSummary:

@@ -125,6 +125,12 @@ def model_named(name: str, **parameters: Any) -> Positioner:
     return models()[name](**parameters)
 
 
+def model_modules(name: str) -> tuple[str, str]:
+    """Names of the modules that a model is made in and is written in."""
+    factory = models()[name]
+    return factory.__module__, type(factory()).__module__
+
+
 def _alike(value: Any, default: Any) -> bool:
     """Whether a value is of its default's kind; a whole number will do for any number."""
     if default is None:

@@ -72,6 +72,12 @@ def format_of(folder: Path) -> str | None:
         return UNKNOWN_FORMAT
 
 
+def format_module(name: str) -> str:
+    """Name of the module that a session format is written in; this one for a format that is none."""
+    _load_all()
+    return type(_FORMATS[name]).__module__ if name in _FORMATS else __name__
+
+
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
     """SHA-256 of each input file of a session by name; raises SessionError where one cannot be read."""
     try:

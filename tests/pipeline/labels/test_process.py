@@ -75,6 +75,16 @@ def test_what_is_done_and_unchanged_is_not_repeated(survey: Path, tmp_path: Path
     assert len(other.repeated) == 2
 
 
+def test_a_changed_source_makes_all_sessions_again(
+    survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    process(survey, tmp_path / "out")
+    monkeypatch.setattr(session, "code_key", lambda *modules: "+".join(modules))
+    again = Recorder()
+    process(survey, tmp_path / "out", progress=again)
+    assert len(again.repeated) == 2
+
+
 def test_a_session_whose_files_cannot_be_hashed_is_repeated(
     survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

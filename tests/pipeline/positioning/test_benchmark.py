@@ -121,6 +121,16 @@ def test_the_same_again_makes_no_run_twice(
     assert bytes_of(out) == before
 
 
+def test_a_changed_source_makes_all_runs_again(
+    dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan = plan_of("test-loudest", splits=["random"])
+    benchmark(dataset, tmp_path / "out", plan)
+    monkeypatch.setattr("vislam2tag.pipeline.positioning.benchmark.code_key", lambda *modules: "+".join(modules))
+    benchmark(dataset, tmp_path / "out", plan)
+    assert len(list((tmp_path / "out" / "runs").glob("*.json"))) == 2
+
+
 def test_a_damaged_record_is_made_again(dataset: Dataset, tmp_path: Path) -> None:
     benchmark(dataset, tmp_path / "out", plan_of("test-loudest", splits=["random"]))
     before = untimed(tmp_path / "out")

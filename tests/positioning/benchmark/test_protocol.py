@@ -92,16 +92,17 @@ def test_keys_follow_from_everything(dataset: Dataset) -> None:
         dataset, info=dataset.info.model_copy(update={"tables": {**dataset.info.tables, "readings": table}})
     )
     keys = [
-        run_of(dataset).key(dataset),
-        run_of(dataset).key(changed),
-        run_of(dataset, radius_m=2.0).key(dataset),
-        run_of(dataset, "test-drawn", 0).key(dataset),
-        run_of(dataset, "test-drawn", 1).key(dataset),
-        replace(run_of(dataset), fold="Pixel").key(dataset),
-        replace(run_of(dataset), split=dataset.splits["random"], fold="test").key(dataset),
+        run_of(dataset).key(dataset, "source"),
+        run_of(dataset).key(changed, "source"),
+        run_of(dataset, radius_m=2.0).key(dataset, "source"),
+        run_of(dataset, "test-drawn", 0).key(dataset, "source"),
+        run_of(dataset, "test-drawn", 1).key(dataset, "source"),
+        run_of(dataset).key(dataset, "changed source"),
+        replace(run_of(dataset), fold="Pixel").key(dataset, "source"),
+        replace(run_of(dataset), split=dataset.splits["random"], fold="test").key(dataset, "source"),
     ]
     assert len(set(keys)) == len(keys)
-    assert run_of(dataset).key(dataset) == run_of(dataset, radius_m=10.0).key(dataset) == keys[0]
+    assert run_of(dataset).key(dataset, "source") == run_of(dataset, radius_m=10.0).key(dataset, "source") == keys[0]
 
 
 def test_an_empty_part_is_told(dataset: Dataset, data: LearningData) -> None:

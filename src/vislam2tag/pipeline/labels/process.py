@@ -16,7 +16,7 @@ from vislam2tag import __version__
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.labels.session import Job, Outcome, process_session
+from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
@@ -61,7 +61,8 @@ def process(
     refuse_among_sessions(survey, out)
     with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
         folder.keep_only({ref.slug for ref in refs})
-        todo = [Job(ref, survey.site, corrections, settings, folder) for ref in refs]
+        code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
+        todo = [Job(ref, survey.site, corrections, settings, folder, code[ref.format]) for ref in refs]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
 

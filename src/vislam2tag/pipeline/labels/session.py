@@ -19,17 +19,18 @@ from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.labeling.results import RESULTS, FileAccount, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping import strategy_modules, strategy_named
 from vislam2tag.pipeline.labels import statistics
 from vislam2tag.pipeline.labels.accuracy import error_record, truth_mark
 from vislam2tag.pipeline.labels.drawing import draw
 from vislam2tag.pipeline.labels.faults import contradiction_findings, contradiction_marks, event_marks
 from vislam2tag.pipeline.labels.landmark_findings import landmark_findings
 from vislam2tag.pipeline.labels.tables import reading_tables, trajectory_table, write_table
+from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.pipeline.site.rebase_results import turned_result
 from vislam2tag.pipeline.site.rebase_tables import changed_table
-from vislam2tag.sessions import corrected_session, hash_inputs, read_session
+from vislam2tag.sessions import corrected_session, format_module, hash_inputs, read_session
 from vislam2tag.sessions.floors_walked import (
     ambiguous_floor,
     ambiguous_landmarks,
@@ -53,6 +54,8 @@ class Job:
     corrections: Corrections
     settings: Settings
     out: OutputFolder
+    code: str
+    """Key of the source that processes it (:func:`code_of`)."""
 
     @property
     def floor(self) -> Floor:
@@ -90,6 +93,11 @@ class Outcome:
     repeated: bool
     """False where an earlier run's result still holds."""
     rows: int
+
+
+def code_of(format_name: str, settings: Settings) -> str:
+    """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import."""
+    return code_key(__name__, format_module(format_name), *strategy_modules(settings.strategy, settings))
 
 
 def process_session(job: Job) -> Outcome:
@@ -142,7 +150,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
     storeys = marks.storeys
     ambiguous = ambiguous_landmarks(job.landmarks_of_all_floors(), job.ref.key.floor, logged)
     parts = {
-        "version": __version__,
+        "code": job.code,
         "key": str(job.ref.key),
         "format": job.ref.format,
         "files": hashes,

@@ -20,6 +20,7 @@ from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
+from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark.predictions import predictions_table
 from vislam2tag.positioning.benchmark.protocol import ModelChoice, Run, execute, planned
@@ -27,6 +28,7 @@ from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRec
 from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
 from vislam2tag.positioning.benchmark.table_4 import Table4, table_4
 from vislam2tag.positioning.benchmark.text import latex_text, rows_csv, times_csv
+from vislam2tag.positioning.registry import model_modules
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
 from vislam2tag.survey.names import unique_slugs
@@ -151,7 +153,7 @@ def _made(
     folder: OutputFolder, dataset: Dataset, data: LearningData, run: Run, progress: Callable[[float], None]
 ) -> tuple[str, RunRecord]:
     """Return a run's stem and record: as it was kept, else made now and kept, the record last."""
-    key = run.key(dataset)
+    key = run.key(dataset, code_key(Run.__module__, predictions_table.__module__, *model_modules(run.model.name)))
     seed = "once" if run.seed is None else f"seed_{run.seed}"
     name = ".".join((run.model.name, run.split.info.name, run.fold, seed, key[:_KEY_LETTERS]))
     stem = f"{RUNS}/{unique_slugs([name])[0]}"

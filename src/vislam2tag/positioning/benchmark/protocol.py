@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
@@ -64,8 +63,11 @@ class Run:
         seed = "" if self.seed is None else f", seed {self.seed}"
         return f"{self.model.name}: {self.split.info.name} / {self.fold}{seed}"
 
-    def key(self, dataset: Dataset) -> str:
-        """SHA-256 of all that the run follows from: data (on disk), split, model, parameters, seed, version."""
+    def key(self, dataset: Dataset, code: str) -> str:
+        """SHA-256 of all that the run follows from: data (on disk), split, model, parameters, seed.
+
+        ``code`` is the key of the source that makes it (:func:`~vislam2tag.pipeline.run.keys.code_key`).
+        """
         name = self.split.info.name
         follows = {
             "data": [dataset.info.tables[table].sha256 for table in (FINGERPRINTS, READINGS)],
@@ -73,7 +75,7 @@ class Run:
             "fold": self.fold,
             "model": self.model.name,
             "parameters": self.parameters,
-            "version": __version__,
+            "code": code,
         }
         return hashlib.sha256(json.dumps(follows, sort_keys=True).encode()).hexdigest()
 

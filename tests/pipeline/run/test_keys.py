@@ -1,0 +1,123 @@
+"""A key changes with the source that results follow from and with its libraries, and with nothing else."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from vislam2tag.pipeline.run import keys
+from vislam2tag.pipeline.run.keys import code_key
+
+PROCESS = ("vislam2tag.pipeline.labels.session", "vislam2tag.mapping.strategies.smoother")
+
+
+@pytest.fixture(autouse=True)
+def _read_anew() -> Iterator[None]:
+    """Modules are read once a process; these tests change them."""
+    keys._module.cache_clear()
+    yield
+    keys._module.cache_clear()
+
+
+def change(monkeypatch: pytest.MonkeyPatch, module: str) -> None:
+    """Let a module of ours read as if a comment stood at its end."""
+    spec = importlib.util.find_spec(module)
+    assert spec is not None
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"# changed\n" * (str(path) == spec.origin))
+    keys._module.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("module", "counts"),
+    [
+        ("vislam2tag.core.similarity", True),
+        ("vislam2tag.smoother.drift", True),
+        ("vislam2tag.sessions.registry", True),
+        ("vislam2tag.sessions", True),
+        ("vislam2tag.settings", True),
+        ("vislam2tag.mapping.strategies.local", False),
+        ("vislam2tag.pipeline.labels.evaluate", False),
+        ("vislam2tag.report.page", False),
+        ("vislam2tag.figures.style", False),
+        ("vislam2tag.cli.app", False),
+    ],
+)
+def test_what_process_can_import_counts(monkeypatch: pytest.MonkeyPatch, module: str, counts: bool) -> None:
+    before = code_key(*PROCESS)
+    change(monkeypatch, module)
+    assert (code_key(*PROCESS) != before) is counts
+
+
+def test_modules_that_are_imported_by_name_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = "vislam2tag.positioning.models.regression_net"
+    before = code_key(entry)
+    change(monkeypatch, "vislam2tag.positioning.networks.regression")
+    assert code_key(entry) != before
+
+
+def test_libraries_count_with_their_versions(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = code_key(*PROCESS)
+    monkeypatch.setattr(keys, "_version", lambda library: "0.1" if library == "scipy" else None)
+    with_old_scipy = code_key(*PROCESS)
+    monkeypatch.setattr(keys, "_version", lambda library: "0.2" if library == "scipy" else None)
+    assert len({before, with_old_scipy, code_key(*PROCESS)}) == 3
+    monkeypatch.setattr(keys, "_version", lambda library: "0.3" if library == "torch" else None)
+    without = code_key(*PROCESS)
+    monkeypatch.setattr(keys, "_version", lambda library: "0.4" if library == "torch" else None)
+    assert code_key(*PROCESS) == without, "the smoother uses no PyTorch"
+
+
+@pytest.fixture
+def plug_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package of somebody else; ``plug.strategy`` uses ``plug.inner.drift``, and nothing uses ``plug.other``."""
+    files = {
+        "__init__.py": "",
+        "strategy.py": "def map():\n    from .inner import drift\n    import vislam2tag.core.similarity\n",
+        "inner/__init__.py": "",
+        "inner/drift.py": "from .. import strategy\n",
+        "other.py": "",
+    }
+    for name, text in files.items():
+        path = tmp_path / "plug" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    keys._spec.cache_clear()
+    return tmp_path / "plug"
+
+
+@pytest.mark.parametrize(
+    ("changed", "counts"), [("strategy.py", True), ("inner/drift.py", True), ("__init__.py", True), ("other.py", False)]
+)
+def test_a_plug_in_counts_with_its_own_package(plug_in: Path, changed: str, counts: bool) -> None:
+    entries = (*PROCESS, "plug.strategy")
+    before = code_key(*entries)
+    (plug_in / changed).write_text(f"{(plug_in / changed).read_text()}# changed\n")
+    assert code_key(*entries) == before, "modules are read once a process"
+    keys._module.cache_clear()
+    assert (code_key(*entries) != before) is counts
+    assert "plug" not in sys.modules
+
+
+def test_what_is_typed_at_a_prompt_has_a_key_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "__main__", ModuleType("__main__"))
+    assert code_key("__main__") != code_key("__main__")
+    assert code_key(*PROCESS) == code_key(*PROCESS)
+
+
+def test_a_script_counts_with_its_source(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    script = ModuleType("__main__")
+    script.__file__ = str(tmp_path / "script.py")
+    monkeypatch.setitem(sys.modules, "__main__", script)
+    (tmp_path / "script.py").write_text("import numpy\n")
+    before = code_key("__main__")
+    (tmp_path / "script.py").write_text("import numpy as np\n")
+    assert code_key("__main__") == before, "modules are read once a process"
+    keys._module.cache_clear()
+    assert code_key("__main__") != before
