@@ -1,4 +1,8 @@
-"""Fixtures shared by all tests: the real and published data beside the checkout, where it is."""
+"""What all tests share: how Hypothesis draws, and the real and published data beside the checkout, where it is.
+
+Examples are the same in each run and take as long as they take, so that no result depends on luck or on how busy the
+machine is; ``--hypothesis-profile=explore`` draws many new ones.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +10,15 @@ import tarfile
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+settings.register_profile(
+    "repeatable", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True
+)
+settings.register_profile("explore", settings.get_profile("repeatable"), derandomize=False, max_examples=1000)
+settings.load_profile("repeatable")
 
 
 def shared_folder(name: str) -> Path:

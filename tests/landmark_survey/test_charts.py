@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.landmark_survey.local_maps import building, seen_from, surveyed
@@ -15,7 +15,6 @@ FAR = st.floats(-500, 500)
 NONE = np.full(12, np.nan)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 1000), ANGLE, ANGLE, FAR, FAR)
 def test_maps_tied_over_others_lie_where_they_were_walked(seed: int, a: float, b: float, x: float, y: float) -> None:
     place, _ = building(12, seed)
@@ -56,7 +55,6 @@ def test_walks_without_a_tie_stay_out() -> None:
     assert np.isnan(chart.position[[5, 6]]).all()
 
 
-@settings(deadline=None)
 @given(st.integers(0, 200), ANGLE)
 def test_a_moved_sheet_does_not_turn_the_others(seed: int, turn: float) -> None:
     place, _ = building(12, seed)

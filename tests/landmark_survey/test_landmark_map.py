@@ -30,7 +30,7 @@ def walks(seed: int, turns: list[float], noise_m: float = 0.0) -> tuple[ComplexA
     return place, noisy
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 1000), ANGLE, ANGLE, ANGLE)
 def test_without_noise_all_is_recovered_whatever_the_frames(seed: int, a: float, b: float, c: float) -> None:
     place, maps = walks(seed, [a, b, c])

@@ -38,7 +38,7 @@ def fewest(rows: list[Row], held: frozenset[int] = frozenset()) -> int:
     raise AssertionError
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(ROWS)
 def test_the_bound_is_the_number_that_trying_all_sets_finds(rows: list[Row]) -> None:
     found = solved(rows)
@@ -47,7 +47,7 @@ def test_the_bound_is_the_number_that_trying_all_sets_finds(rows: list[Row]) -> 
     assert not found.cut_short
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ROWS, ROWS)
 def test_rows_that_are_told_later_are_met_too(rows: list[Row], later: list[Row]) -> None:
     found = solved(rows, later=later)
@@ -55,7 +55,7 @@ def test_rows_that_are_told_later_are_met_too(rows: list[Row], later: list[Row])
     assert found.bound <= found.number == fewest([*rows, *later])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(ROWS, st.frozensets(st.integers(0, COUNT - 1), max_size=3))
 def test_fixed_stations_are_chosen_and_counted(rows: list[Row], held: frozenset[int]) -> None:
     fixed = np.isin(np.arange(COUNT), sorted(held))

@@ -63,7 +63,7 @@ def longest_walk_m(ways: Ways, chosen: BoolArray) -> float:
     return max(longest(cell) for cell in cells) + 1.0
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(floor_ways(), st.integers(3, 8), st.integers(0, 2**32 - 1), st.floats(0.1, 0.9))
 def test_a_walk_is_found_broken_exactly_where_it_is_too_long(ways: Ways, spacing: int, seed: int, share: float) -> None:
     stations = stations_each_metre(ways)
@@ -72,7 +72,7 @@ def test_a_walk_is_found_broken_exactly_where_it_is_too_long(ways: Ways, spacing
     assert bool(broken(ways, stations, everywhere, chosen, float(spacing))) == (longest_walk_m(ways, chosen) > spacing)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(floor_ways(), st.integers(3, 9))
 def test_every_cover_is_a_cover_and_the_bound_holds(ways: Ways, spacing: int) -> None:
     stations = stations_each_metre(ways)

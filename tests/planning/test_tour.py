@@ -16,7 +16,7 @@ def ways_walked(ways: Ways, line: np.ndarray) -> float:
     return float(along(line)[-1])
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(floor_ways())
 def test_a_tour_walks_every_way_and_meets_every_landmark(ways: Ways) -> None:
     middle = ways.length_m / 2

@@ -36,7 +36,7 @@ def test_a_station_is_passed_where_a_walk_is_nearest_to_it() -> None:
     assert PASSES.length_m == pytest.approx((60.0, 60.0, 29.9))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.sets(st.integers(0, 59), min_size=1, max_size=8), st.integers(0, 59))
 def test_a_move_costs_what_the_new_set_costs(chosen: set[int], new: int) -> None:
     if new in chosen:

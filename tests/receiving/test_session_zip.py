@@ -175,7 +175,7 @@ def test_record_that_is_no_json_is_refused(tmp_path: Path) -> None:
         unpacked(tmp_path, session_zip({"session.json": record()[:-5]}))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150)
 @given(at=st.integers(0, len(session_zip()) - 1), value=st.integers(0, 255))
 def test_any_changed_byte_is_refused_or_harmless(tmp_path: Path, at: int, value: int) -> None:
     data = bytearray(session_zip())

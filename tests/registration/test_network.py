@@ -17,7 +17,7 @@ from vislam2tag.registration.settings import RegistrationSettings
 SETTINGS = RegistrationSettings()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10**6))
 def test_without_noise_every_point_is_where_it_is(seed: int) -> None:
     exact = survey(seed, landmarks=5, noise=0.0)

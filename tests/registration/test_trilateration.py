@@ -39,7 +39,7 @@ def taped(place: complex, to: str, rng: np.random.Generator | None = None, name:
     return Distance(name, to, max(true_m + (rng.normal(0, 0.02) if rng else 0.0), 0.0), 0.02)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(INSIDE, st.sampled_from([("c1", "c2", "c3"), ("west", "south"), ("c1", "south", "c3"), ("c1", "c3", "west")]))
 def test_exact_distances_give_the_exact_place(place: tuple[float, float], to: tuple[str, ...]) -> None:
     where = complex(*place)

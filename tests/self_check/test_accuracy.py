@@ -35,7 +35,7 @@ def estimate(left_out: list[LeftOut], labels: int = 100) -> Estimate:
     return found
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(SIGMAS, SIGMAS, st.floats(0, np.pi))
 def test_expected_error_is_the_mean_length_of_drawn_errors(long_m: float, short_m: float, angle: float) -> None:
     stated = covariance(long_m, short_m, angle)

@@ -17,7 +17,7 @@ def test_the_picture_is_the_one_that_was_printed_before() -> None:
     assert digest == "3d75f8fa17b6f7ce199446f72c0897b10118e575d0e5f10e03590620777f2285"
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(seed=st.integers(), landmark=st.text(max_size=20), attempt=st.integers(0, 20))
 def test_a_picture_follows_from_seed_id_and_attempt(seed: int, landmark: str, attempt: int) -> None:
     image = picture(seed, landmark, attempt)

@@ -67,7 +67,7 @@ def test_a_walk_without_faults_is_left_as_it_is(rate_hz: float) -> None:
     np.testing.assert_allclose(odometry.turn, 1, atol=1e-9)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     rate_hz=st.sampled_from([10.0, 30.0, 60.0]),
     time_s=st.floats(25, 65),
@@ -177,7 +177,7 @@ def test_standing_still_is_no_loss() -> None:
     assert continuous_odometry(camera_track(path.astype(np.complex128), time_s), nothing_logged()).events == ()
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(turn_rad=st.floats(-3.1, 3.1), x=st.floats(-100, 100), y=st.floats(-100, 100))
 def test_the_continuous_path_moves_rigidly_with_the_whole_log(turn_rad: float, x: float, y: float) -> None:
     _, session = logged(8)

@@ -14,7 +14,7 @@ GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)
 NUMBER = st.floats(-4, 20, allow_nan=False).map(lambda value: round(value, 3))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.lists(st.tuples(NUMBER, NUMBER, st.floats(0.5, 6)), min_size=1, max_size=4))
 def test_cells_in_polygons_are_those_whose_centre_is(discs: list[tuple[float, float, float]]) -> None:
     rings = [shapely.Point(x, y).buffer(r).difference(shapely.Point(x, y).buffer(r / 2)) for x, y, r in discs]

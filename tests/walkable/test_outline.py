@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from tests.walkable.hand_made import space_of
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_walls_enclose_the_area_on_their_left(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -13,7 +13,7 @@ BEND = WalkingDistances(rectangles(20, 20, (1, 1, 3, 19), (1, 17, 19, 19)))
 INSIDE = st.tuples(st.floats(1.5, 14.5), st.floats(1.5, 14.5))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(INSIDE, INSIDE)
 def test_ways_over_open_floor_are_straight(start: tuple[float, float], stop: tuple[float, float]) -> None:
     straight = float(np.hypot(start[0] - stop[0], start[1] - stop[1]))

@@ -4,7 +4,7 @@ import math
 
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.dataset.comparing.table_comparison import ROWS_NAMED, TableDifferences, compare_tables
@@ -119,13 +119,11 @@ def as_table(rows: list[tuple[str, float | None, float | None, str | None]]) -> 
     return pl.DataFrame(rows, schema=schema, orient="row")
 
 
-@settings(deadline=None)
 @given(ROWS)
 def test_comparison_is_reflexive(rows: list[tuple[str, float | None, float | None, str | None]]) -> None:
     assert compared(as_table(rows), as_table(rows), 0.0).same
 
 
-@settings(deadline=None)
 @given(ROWS, ROWS, st.floats(0, 10))
 def test_comparison_is_symmetric(
     one: list[tuple[str, float | None, float | None, str | None]],

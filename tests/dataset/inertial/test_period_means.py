@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.dataset.inertial.sensor_series import period_means
@@ -16,7 +16,6 @@ def test_the_mean_of_a_line_is_its_middle() -> None:
 
 
 @given(st.lists(st.floats(-9, 9), min_size=12, max_size=12), st.sampled_from((3.0, 10.0, 47.0)))
-@settings(deadline=None)
 def test_what_is_integrated_stays_the_same_at_any_rate(values: list[float], rate_hz: float) -> None:
     time_ns = np.cumsum(np.arange(1, 13)) * 50_000_000
     signal = np.array(values)[:, None]

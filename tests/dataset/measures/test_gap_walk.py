@@ -76,7 +76,7 @@ def best_length(length_m: FloatArray) -> float:
     return float(length_m[orders[:, :-1], orders[:, 1:]].sum(axis=1).min())
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000))
 def test_every_gap_is_reached_over_walkable_cells_on_nearly_the_shortest_way(seed: int) -> None:
     rng = np.random.default_rng(seed)

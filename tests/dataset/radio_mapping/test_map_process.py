@@ -24,7 +24,7 @@ def readings(count: int, seed: int) -> tuple[FloatArray, FloatArray, IntArray]:
 
 
 @given(seed=st.integers(0, 1000), count=st.integers(10, 40))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_left_out_readings_are_predicted_as_without_them(seed: int, count: int) -> None:
     position, rssi, fold = readings(count, seed)
     process = fit_process(points_of(position, rssi, fold, 1000), rssi, KERNEL, FAR_M)

@@ -67,7 +67,7 @@ def test_of_two_taps_at_one_time_the_first_counts() -> None:
     assert both.position.tolist() == [[0, 0], [7, 7]]
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(st.integers(0, 10**12), st.integers(-50, 50), st.sampled_from([0, 1])), max_size=6))
 def test_every_tap_is_a_frame_and_times_grow(rows: list[tuple[int, int, int]]) -> None:
     found = Waypoints.of(

@@ -71,7 +71,7 @@ def test_a_column_that_may_lack_is_null(tmp_path: Path) -> None:
     assert wide(tmp_path, "WAP001,x\n-50,1\n").rows["phone"].to_list() == [None]
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(arrays(np.int16, st.tuples(st.integers(1, 5), st.integers(1, 6)), elements=st.sampled_from([100, -30, -95, 0])))
 def test_a_matrix_comes_back(tmp_path_factory: pytest.TempPathFactory, levels: np.ndarray) -> None:
     path = tmp_path_factory.mktemp("m") / "rss.csv"

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.dataset.splitting.splits import block_of, near_blocks
@@ -18,7 +18,6 @@ def items_of(points: list[tuple[int, float, float]]) -> pl.DataFrame:
 
 
 @given(st.lists(st.tuples(st.integers(0, 1), METRES, METRES), max_size=30), st.floats(1, 15))
-@settings(deadline=None)
 def test_each_point_lies_in_its_block(points: list[tuple[int, float, float]], side_m: float) -> None:
     found = block_of(items_of(points), side_m)
     for axis, index in (("x", "column"), ("y", "line")):

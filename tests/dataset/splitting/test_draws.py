@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import polars as pl
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.dataset.splitting.splits import dealt, draw_order, drawn
@@ -20,7 +20,6 @@ def test_the_order_is_sha_256_of_seed_and_name() -> None:
 
 
 @given(NAMES, st.sampled_from((0.1, 0.3, 0.5, 0.77)), st.integers(0, 5))
-@settings(deadline=None)
 def test_shares_are_exact_in_each_stratum(names: list[str], share: float, seed: int) -> None:
     table = table_of(names)
     found = table.with_columns(drawn(table, "id", ("stratum",), share, seed))
@@ -29,7 +28,6 @@ def test_shares_are_exact_in_each_stratum(names: list[str], share: float, seed: 
 
 
 @given(NAMES, st.integers(0, 5))
-@settings(deadline=None)
 def test_the_order_of_rows_does_not_matter(names: list[str], seed: int) -> None:
     table = table_of(names)
     turned = table.reverse()
@@ -41,7 +39,6 @@ def test_the_order_of_rows_does_not_matter(names: list[str], seed: int) -> None:
 
 
 @given(NAMES.filter(bool), st.integers(0, 5))
-@settings(deadline=None)
 def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], seed: int) -> None:
     *before, added = names
     table, longer = table_of(before), table_of(names)
@@ -53,7 +50,6 @@ def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], see
 
 
 @given(NAMES, st.integers(1, 6), st.integers(0, 5))
-@settings(deadline=None)
 def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[str], hands: int, seed: int) -> None:
     table = table_of(names)
     found = table.with_columns(hand=dealt(table, "id", ("stratum",), hands, seed))

@@ -36,7 +36,7 @@ GROUPS = st.lists(st.sampled_from(["test", "train", None]), min_size=48, max_siz
 
 
 @given(GROUPS, st.booleans())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_against_brute_force(groups: list[str | None], unix: bool) -> None:
     dataset = replace(SMALL, info=SMALL.info.model_copy(update={"clock": "unix" if unix else "boot"}))
     rows = dataset.fingerprints.collect().with_columns(group=pl.Series(groups, dtype=pl.String))

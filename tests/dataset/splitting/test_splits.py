@@ -158,7 +158,7 @@ def test_the_order_of_rows_does_not_matter(kind: SplitKind) -> None:
 
 
 @given(st.sets(st.integers(0, LABELLED - 1), max_size=6), st.integers(0, 3))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_further_fingerprints_move_no_walk_and_at_most_one_other_each(added: set[int], seed: int) -> None:
     known = SMALL.fingerprints.filter(pl.col("x").is_not_null()).collect()
     names = known["scan_id"].gather(sorted(added))
@@ -244,7 +244,7 @@ def any_dataset(draw: st.DrawFn) -> Dataset:
 
 
 @given(any_dataset(), st.integers(0, 3), st.sampled_from((0.2, 0.3, 0.6)))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed: int, share: float) -> None:
     rows = dataset.fingerprints.collect()
     sure = rows.filter(pl.col("status") == "ok", pl.all_horizontal(pl.col("x", "floor").is_not_null()))

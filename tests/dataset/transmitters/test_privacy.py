@@ -49,7 +49,7 @@ def test_nothing_to_hide_changes_nothing() -> None:
     assert shown.info == dataset.info
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.sets(st.sampled_from(ALL)))
 def test_no_reading_of_a_network_that_opted_out_stays(unwanted: set[str]) -> None:
     before = with_nomap(*unwanted)

@@ -70,7 +70,7 @@ def test_an_uncertain_label_is_clear_no_longer() -> None:
     assert 0.5 < unsure.probability[0] < sure.probability[0] <= 1
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32 - 1), st.floats(-np.pi, np.pi), st.floats(-1e4, 1e4))
 def test_identity_does_not_depend_on_the_frame(seed: int, turn: float, shift: float) -> None:
     rng = np.random.default_rng(seed)

@@ -2,13 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.evaluation.control_points.press_lead import MIN_PRESSES, estimate_lead
 
 
-@settings(deadline=None)
 @given(st.floats(-2, 2), st.lists(st.floats(0.4, 2.5), min_size=MIN_PRESSES + 1, max_size=30))
 def test_a_constant_lead_is_found_at_any_speed(lead_s: float, speeds: list[float]) -> None:
     speed = np.array(speeds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import DatasetError
@@ -30,7 +30,6 @@ def every_cell(lattice: CellLattice, storey: int, xy: np.ndarray) -> tuple[int, 
     return own[np.hypot(*away.T).argmin()], set(own[(away < lattice.reach_m).all(axis=1)])
 
 
-@settings(deadline=None)
 @given(SPOTS, SIDES, OVERLAPS)
 def test_every_code_of_a_place_decodes_to_it(
     spots: list[tuple[int, float, float]], side: float, overlap: float
@@ -46,7 +45,6 @@ def test_every_code_of_a_place_decodes_to_it(
     assert (storey == places.storey[:, None]).all()
 
 
-@settings(deadline=None)
 @given(SPOTS, SIDES, OVERLAPS)
 def test_the_nearest_cell_comes_first_and_no_cell_in_reach_lacks(
     spots: list[tuple[int, float, float]], side: float, overlap: float

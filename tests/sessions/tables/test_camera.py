@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import polars as pl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.sessions.raw import FRAME_NS, START_NS
@@ -98,7 +98,6 @@ def test_usable_frames_have_strictly_increasing_times_and_lose_no_new_maximum(ti
     assert usable.tolist() == records
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-4e5, 4e5), min_size=4, max_size=4).filter(lambda q: max(map(abs, q)) > 1e-6))
 def test_quaternions_come_out_with_norm_one_and_the_same_direction(quaternion: list[float]) -> None:
     track, _ = track_of([1], {0: (0.0, 0.0, 0.0, *quaternion)})

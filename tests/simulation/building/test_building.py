@@ -35,7 +35,7 @@ def distance_to_walls(points: FloatArray, walls: FloatArray) -> FloatArray:
     return distance
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(options=buildings, seed=st.integers(0, 1000))
 def test_floors_hold_together(options: BuildingSettings, seed: int) -> None:
     floor = make_building(options, seed).floors[0]
