@@ -13,8 +13,8 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping import registry as base
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import STRATEGIES
 from vislam2tag.settings import Settings
 
 SURE_M, UNSURE_M = 0.1, 0.9
@@ -51,6 +51,6 @@ def _covariance(mapped: Trajectory) -> FloatArray:
 @contextmanager
 def unsure_registered() -> Iterator[None]:
     """Make the strategy known as ``unsure`` (in this process only: one job)."""
-    strategy_names()
-    with mock.patch.dict(base._FACTORIES, {"unsure": Unsure}):
+    STRATEGIES.all()  # what is loaded meanwhile would be forgotten
+    with mock.patch.dict(STRATEGIES._items, {"unsure": Unsure}):
         yield

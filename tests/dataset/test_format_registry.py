@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from tests.dataset.factory import small_dataset
+from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset import format_registry as registry
-from vislam2tag.dataset.format_registry import ExportContext, ImportContext
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat
 from vislam2tag.dataset.model import Dataset
 
 
@@ -28,13 +29,14 @@ def write_labels(labels: Path, folder: Path, context: ExportContext) -> tuple[Fi
 
 @pytest.fixture
 def formats(monkeypatch: pytest.MonkeyPatch) -> None:
-    registry.import_formats()  # the real ones are loaded before they are replaced
-    monkeypatch.setattr(registry, "_IMPORTS", {})
-    monkeypatch.setattr(registry, "_EXPORTS", {})
-    registry.register_import("b", read, "reads b", lambda path: "b" in path.stem)
-    registry.register_import("a", read, "reads a", lambda path: "a" in path.stem)
-    registry.register_export("a", write, "writes a", {"fingerprints": ["x"]}, takes=["split"])
-    registry.register_labels_export("c", write_labels, "writes c", {"wifi": ["x"]})
+    monkeypatch.setattr(registry.FORMATS, "_items", {})
+    monkeypatch.setitem(vars(plugins.DATASET_FORMATS), "built_in", {})
+    registry.register(ImportFormat("b", read, "reads b", lambda path: "b" in path.stem))
+    registry.register(
+        ImportFormat("a", read, "reads a", lambda path: "a" in path.stem),
+        ExportFormat("a", "writes a", {"fingerprints": {"x"}}, takes={"split"}, write=write),
+    )
+    registry.register(writes=ExportFormat("c", "writes c", {"wifi": {"x"}}, write_labels=write_labels))
 
 
 @pytest.mark.usefixtures("formats")

@@ -18,7 +18,7 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.registry import Arrays, Positioner, models, register
+from vislam2tag.positioning.registry import Arrays, Positioner, register
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 SLOW_S = 0.15
@@ -108,6 +108,5 @@ def register_all() -> None:
 
 @pytest.fixture
 def known_models(monkeypatch: pytest.MonkeyPatch) -> None:
-    models()
     for name, model in MODELS.items():
-        monkeypatch.setitem(base._FACTORIES, name, model)
+        monkeypatch.setitem(base.MODELS._items, name, model)

@@ -17,8 +17,8 @@ from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import ModelError, OutputError, UsageError
 from vislam2tag.positioning import registry as base
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load, save
-from vislam2tag.positioning.models.nearest_neighbours import NearestNeighbours
-from vislam2tag.positioning.registry import Positioner, model_named, models
+from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
+from vislam2tag.positioning.registry import Positioner, model_named, model_names
 
 ORIGIN = ModelOrigin(dataset="small", part="random, fold random", scans=36, bssid_key="0123456789abcdef")
 KEY = "vislam2tag_model"
@@ -47,7 +47,7 @@ def saved(path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", models())
+@pytest.mark.parametrize("name", model_names())
 def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if name == "cell-density-networks":
         network = pytest.importorskip("vislam2tag.positioning.cell_density.network", reason="PyTorch is absent")
@@ -144,7 +144,7 @@ def test_models_of_another_version_are_told(tmp_path: Path, monkeypatch: pytest.
     save(SavedModel("knn", model, ORIGIN), path)
     with pytest.raises(ModelError, match="which has no parameter hue of knn"):
         load(path)
-    monkeypatch.setitem(base._FACTORIES, "renamed", Renamed)
+    monkeypatch.setitem(base.MODELS._items, "renamed", Renamed)
     save(SavedModel("renamed", model, ORIGIN), path)
     with pytest.raises(ModelError, match="cannot use"):
         load(path)
@@ -155,7 +155,7 @@ def test_what_is_not_installed_is_told_as_that(tmp_path: Path, monkeypatch: pyte
         raise UsageError("torch is not installed")
 
     path = saved(tmp_path / "model.v2t")
-    monkeypatch.setitem(base._FACTORIES, "weighted-knn", lacking)
+    monkeypatch.setitem(base.MODELS._items, "weighted-knn", lacking)
     with pytest.raises(UsageError, match="torch is not installed"):
         load(path)
 

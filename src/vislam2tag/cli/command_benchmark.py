@@ -25,7 +25,7 @@ from vislam2tag.positioning.benchmark.published import published_choices
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
 from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
-from vislam2tag.positioning.registry import models
+from vislam2tag.positioning.registry import model_names
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""
@@ -36,7 +36,7 @@ from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.
 and runs/ with the record and the predictions of every run. docs/positioning.md tells what each figure is. Stop it at
 any moment and give the same command again: runs that are done are not repeated.
 
-Models: {", ".join(models())}.
+Models: {", ".join(model_names())}.
 
 Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set, or
 OUT cannot be written, 130 interrupted.
@@ -90,7 +90,7 @@ def _benchmark(
     chosen = list(published_choices(dataset)) if paper else []
     chosen = with_parameters(_with_models(chosen, model or ()), set_ or ())
     if not chosen:
-        raise UsageError(f"--model: name at least one; there are: {', '.join(models())}")
+        raise UsageError(f"--model: name at least one; there are: {', '.join(model_names())}")
     table_wanted = paper and dataset is None
     plan = BenchmarkPlan(chosen, split or (SPLITS if table_wanted else ()), seeds, technology, table_wanted)
     try:

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.pipeline.positioning.train import Tested, Trained, TrainPlan, train
-from vislam2tag.positioning.registry import models
+from vislam2tag.positioning.registry import model_names
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
@@ -24,7 +24,7 @@ Learns from all labelled fingerprints, or with --split from the training part of
 on the test part (`vislam2tag benchmark` compares models). The file holds numbers and text only, a checksum, and what
 the model needs to know: access points, floors, how sure it is. docs/positioning.md tells what each model is.
 
-Models: {", ".join(models())}.
+Models: {", ".join(model_names())}.
 
 Exit code: 0 trained, 2 wrong usage, no data set, nothing to learn from, or the model cannot be written, 130
 interrupted.

@@ -1,21 +1,19 @@
 """What a format of the field must offer, and their registry; adding one touches one module of this package.
 
-A module ends with ``register_import(name, read, help, recognises)``, ``register_export(name, write, help)`` or both.
+A module ends with ``register(ImportFormat(...), ExportFormat(...))``, or names one of them: ``register(reads=...)``.
 """
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Literal, Protocol, TypeVar
 
+from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.plugins import Registry
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy
 
@@ -94,7 +92,7 @@ class ImportFormat:
     """One line for ``import --help``: what the path is, and what of it is taken."""
     recognises: Callable[[Path], bool]
     """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
-    takes: frozenset[str] = frozenset()
+    takes: Collection[str] = ()
     """The options of :class:`ImportContext` that mean something here: ``origin``."""
 
 
@@ -105,9 +103,9 @@ class ExportFormat:
     name: str
     help: str
     """One line for ``export --help``: what is written."""
-    holds: Mapping[str, frozenset[str]]
+    holds: Mapping[str, Collection[str]]
     """By table, the columns that survive; of labels the tables are those that ``process`` wrote."""
-    takes: frozenset[str] = frozenset()
+    takes: Collection[str] = ()
     """The options of :class:`ExportContext` that mean something here: ``split``, ``survey``."""
     write: Writer | None = None
     write_labels: LabelsWriter | None = None
@@ -118,59 +116,31 @@ class ExportFormat:
         return "dataset" if self.write else "labels"
 
 
-_IMPORTS: dict[str, ImportFormat] = {}
-_EXPORTS: dict[str, ExportFormat] = {}
+@dataclass(frozen=True)
+class DatasetFormat:
+    """A format of the field by its name: how it is read, written, or both."""
+
+    reads: ImportFormat | None
+    writes: ExportFormat | None
 
 
-def register_import(
-    name: str, read: Reader, help: str, recognises: Callable[[Path], bool], takes: Iterable[str] = ()
-) -> None:
-    """Make a format readable; called once at the end of the format's own module."""
-    _IMPORTS[name] = ImportFormat(name, read, help, recognises, frozenset(takes))
+FORMATS: Registry[DatasetFormat] = Registry(plugins.DATASET_FORMATS)
 
 
-def register_export(
-    name: str,
-    write: Writer,
-    help: str,
-    holds: Mapping[str, Iterable[str]],
-    takes: Iterable[str] = (),
-) -> None:
-    """Make a format writable from a data set; called once at the end of the format's own module."""
-    _EXPORTS[name] = ExportFormat(name, help, _frozen(holds), frozenset(takes), write=write)
+def register(reads: ImportFormat | None = None, writes: ExportFormat | None = None) -> None:
+    """Make a format known by its name; called once at the end of the format's own module."""
+    (name,) = {way.name for way in (reads, writes) if way}
+    FORMATS.add(name, DatasetFormat(reads, writes))
 
 
-def register_labels_export(
-    name: str,
-    write: LabelsWriter,
-    help: str,
-    holds: Mapping[str, Iterable[str]],
-    takes: Iterable[str] = (),
-) -> None:
-    """Make a format writable from the output of ``process``; called once at the end of the format's own module."""
-    _EXPORTS[name] = ExportFormat(name, help, _frozen(holds), frozenset(takes), write_labels=write)
-
-
-def _frozen(holds: Mapping[str, Iterable[str]]) -> Mapping[str, frozenset[str]]:
-    return MappingProxyType({table: frozenset(columns) for table, columns in holds.items()})
-
-
-@cache
-def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent / "formats")]):
-        importlib.import_module(f"{__package__}.formats.{module.name}")
-
-
-def import_formats() -> Mapping[str, ImportFormat]:
+def import_formats() -> dict[str, ImportFormat]:
     """All formats that can be read, by name in order."""
-    _load_all()
-    return MappingProxyType(dict(sorted(_IMPORTS.items())))
+    return {name: known.reads for name, known in FORMATS.all().items() if known.reads}
 
 
-def export_formats() -> Mapping[str, ExportFormat]:
+def export_formats() -> dict[str, ExportFormat]:
     """All formats that can be written, by name in order."""
-    _load_all()
-    return MappingProxyType(dict(sorted(_EXPORTS.items())))
+    return {name: known.writes for name, known in FORMATS.all().items() if known.writes}
 
 
 def import_named(name: str) -> ImportFormat:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
-from vislam2tag.common.errors import UsageError
+from vislam2tag.common import plugins
+from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracker_sections import one_part, parts_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -33,24 +30,9 @@ class MappingStrategy(Protocol):
 
 
 Factory = Callable[[Settings], MappingStrategy]
-_FACTORIES: dict[str, Factory] = {}
-
-
-def register(name: str, factory: Factory) -> None:
-    """Make a strategy known by name; called once at the end of the strategy's own module."""
-    _FACTORIES[name] = factory
-
-
-@cache
-def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent / "strategies")]):
-        importlib.import_module(f"{__package__}.strategies.{module.name}")
-
-
-def strategy_names() -> tuple[str, ...]:
-    """Names of all registered strategies, sorted."""
-    _load_all()
-    return tuple(sorted(_FACTORIES))
+STRATEGIES: Registry[Factory] = Registry(plugins.STRATEGIES)
+register = STRATEGIES.add
+strategy_names = STRATEGIES.names
 
 
 def strategy_named(name: str, settings: Settings) -> InParts:
@@ -58,10 +40,7 @@ def strategy_named(name: str, settings: Settings) -> InParts:
 
     It maps sessions in several parts part by part.
     """
-    _load_all()
-    if name not in _FACTORIES:
-        raise UsageError(f"no mapping strategy is called '{name}'; there are: {', '.join(strategy_names())}")
-    return InParts(_FACTORIES[name](settings))
+    return InParts(STRATEGIES.named(name)(settings))
 
 
 def strategy_modules(name: str, settings: Settings) -> tuple[str, str]:

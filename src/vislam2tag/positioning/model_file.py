@@ -23,7 +23,7 @@ from vislam2tag.common.errors import ModelError
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.positioning.places import Storey
-from vislam2tag.positioning.registry import Positioner, model_named, models
+from vislam2tag.positioning.registry import Positioner, model_named, model_names
 
 FORMAT_VERSION = 1
 SUFFIX = ".v2t"
@@ -141,7 +141,7 @@ def _header(path: Path, text: str) -> ModelHeader:
 def _made(path: Path, header: ModelHeader) -> Positioner:
     """Make the model, not fitted; where the program has none such, the file is of another version."""
     stranger = f"{path}: was made by version {header.program_version}, this is {__version__}, which has no"
-    if header.model not in models():
+    if header.model not in model_names():
         raise ModelError(f"{stranger} model '{header.model}'; update")
     model = model_named(header.model)
     unknown = sorted(header.parameters.keys() - model.get_params().keys())

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import pkgutil
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 from sklearn.base import BaseEstimator
 
+from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.positioning.places import Places, Positions, Storey
 from vislam2tag.positioning.scans.radio_scans import RadioScans
@@ -92,37 +89,21 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
 
 
 Factory = Callable[..., Positioner]
-_FACTORIES: dict[str, Factory] = {}
-
-
-def register(name: str, factory: Factory) -> None:
-    """Make a model known by name; called once at the end of the model's own module."""
-    _FACTORIES[name] = factory
-
-
-@cache
-def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent / "models")]):
-        importlib.import_module(f"{__package__}.models.{module.name}")
-
-
-def models() -> Mapping[str, Factory]:
-    """All models by name, in order."""
-    _load_all()
-    return MappingProxyType(dict(sorted(_FACTORIES.items())))
+MODELS: Registry[Factory] = Registry(plugins.MODELS)
+register = MODELS.add
+model_names = MODELS.names
 
 
 def model_named(name: str, **parameters: Any) -> Positioner:
     """Make a model of this name, not fitted; raises UsageError for an unknown name or parameter."""
-    if name not in models():
-        raise UsageError(f"no positioning model is called '{name}'; there are: {', '.join(models())}")
-    own = models()[name]().get_params(deep=False)
+    factory = MODELS.named(name)
+    own = factory().get_params(deep=False)
     for parameter, value in parameters.items():
         if parameter not in own:
             raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
         if not _alike(value, own[parameter]):
             raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
-    return models()[name](**parameters)
+    return factory(**parameters)
 
 
 def model_modules(name: str) -> tuple[str, str]:

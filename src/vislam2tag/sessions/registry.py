@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-import importlib
 import os
-import pkgutil
-from functools import cache
 from pathlib import Path
 from typing import Protocol
 
 import polars as pl
 
+from vislam2tag.common import plugins
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import FindingSettings, Settings
 from vislam2tag.survey.corrections import read_corrections, unused_corrections
@@ -46,18 +45,12 @@ class SessionFormat(Protocol):
         ...
 
 
-_FORMATS: dict[str, SessionFormat] = {}
+FORMATS: Registry[SessionFormat] = Registry(plugins.SESSION_FORMATS)
 
 
 def register(session_format: SessionFormat) -> None:
     """Make a format known by its name; called once at the end of the format's own module."""
-    _FORMATS[session_format.name] = session_format
-
-
-@cache
-def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent / "formats")]):
-        importlib.import_module(f"{__package__}.formats.{module.name}")
+    FORMATS.add(session_format.name, session_format)
 
 
 def format_of(folder: Path) -> str | None:
@@ -65,9 +58,8 @@ def format_of(folder: Path) -> str | None:
 
     :data:`UNKNOWN_FORMAT` where the folder cannot be looked into.
     """
-    _load_all()
     try:
-        return next((name for name in sorted(_FORMATS) if _FORMATS[name].recognises(folder)), None)
+        return next((name for name, known in FORMATS.all().items() if known.recognises(folder)), None)
     except OSError:
         return UNKNOWN_FORMAT
 
@@ -96,14 +88,13 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 
 
 def _format_named(ref: SessionRef) -> SessionFormat:
-    _load_all()
     if ref.format == UNKNOWN_FORMAT:
         raise SessionError(f"{ref.folder}: cannot be looked into; check its permissions")
-    if ref.format not in _FORMATS:
+    if ref.format not in FORMATS.names():
         raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
     if not ref.folder.is_dir():
         raise SessionError(f"{ref.folder}: no such session folder")
-    return _FORMATS[ref.format]
+    return FORMATS.named(ref.format)
 
 
 def open_survey(

@@ -16,8 +16,8 @@ import pytest
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.mapping import registry as base
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import STRATEGIES
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
@@ -45,8 +45,8 @@ class High:
 @contextmanager
 def high_registered() -> Iterator[None]:
     """Make the strategy known as ``high`` (in this process only: one job)."""
-    strategy_names()
-    with mock.patch.dict(base._FACTORIES, {"high": High}):
+    STRATEGIES.all()  # what is loaded meanwhile would be forgotten
+    with mock.patch.dict(STRATEGIES._items, {"high": High}):
         yield
 
 

@@ -23,6 +23,7 @@ from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, 
 from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
 from vislam2tag.positioning.benchmark.protocol import ModelChoice
 from vislam2tag.positioning.benchmark.record import Benchmark
+from vislam2tag.positioning.registry import MODELS as REGISTRY
 
 __all__ = ["known_models"]
 pytestmark = pytest.mark.usefixtures("known_models")
@@ -58,8 +59,7 @@ def is_record(name: str) -> bool:
 def whole(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Benchmark]:
     out = tmp_path_factory.mktemp("whole") / "out"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vislam2tag.positioning.registry._FACTORIES", dict(MODELS))
-        patch.setattr("vislam2tag.positioning.registry._load_all", lambda: None)
+        patch.setattr(REGISTRY, "_items", dict(MODELS))
         patch.setattr("vislam2tag.pipeline.positioning.benchmark.benchmark_figures", lambda *_: iter(()))
         found = benchmark(dataset, out, plan_of("test-loudest", "test-drawn", beside_paper=True))
     return out, found

@@ -16,7 +16,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.table_files import read_csv
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.points import Points, floor_infos, point_dataset
@@ -264,5 +264,7 @@ def _orphans(count: int) -> tuple[Finding, ...]:
     return (Finding(kind="unknown_samples", file="RSSI.csv", count=count, message=message),)
 
 
-register_import("comford", read, IMPORT_HELP, recognises)
-register_export("comford", write, EXPORT_HELP, HOLDS, takes=("split",))
+register(
+    ImportFormat("comford", read, IMPORT_HELP, recognises),
+    ExportFormat("comford", EXPORT_HELP, HOLDS, takes=("split",), write=write),
+)

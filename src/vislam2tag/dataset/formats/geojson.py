@@ -15,7 +15,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.by_session import SessionTables
-from vislam2tag.dataset.format_registry import ExportContext, register_export
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
 from vislam2tag.dataset.writing.samples import each_labelled, labelled
@@ -98,4 +98,4 @@ def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
     return (Finding(kind="no_georeference", file=FILE, count=len(floors), message=message, severity=Severity.INFO),)
 
 
-register_export("geojson", write, EXPORT_HELP, HOLDS)
+register(writes=ExportFormat("geojson", EXPORT_HELP, HOLDS, write=write))

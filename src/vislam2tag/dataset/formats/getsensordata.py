@@ -13,7 +13,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.format_registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, heads_in
 from vislam2tag.dataset.reading.getsensordata_log import Taps, looks_like_a_log, parse_log, parse_taps
@@ -164,4 +164,4 @@ def _walk(
     return walk, tuple(findings)
 
 
-register_import("getsensordata", read, HELP, recognises, takes=("origin",))
+register(ImportFormat("getsensordata", read, HELP, recognises, takes=("origin",)))

@@ -16,13 +16,13 @@ from vislam2tag.dataset.fingerprinting.fingerprints import Walk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.motion import Motion
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.gia_tables import sensor_rows, wifi_rows
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.dataset.transmitters.access_points import access_point_table
-from vislam2tag.dataset.writing.gia_export import SENSORS_FILE, WIFI_FILE
+from vislam2tag.dataset.writing.gia_export import SENSORS_FILE, WIFI_FILE, WRITES
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.settings import DatasetSettings
@@ -186,4 +186,4 @@ def _site(root: Path, scratch: Path) -> tuple[tuple[FloorInfo, ...], dict[str, P
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
 
 
-register_import("gia", read, IMPORT_HELP, recognises)
+register(ImportFormat("gia", read, IMPORT_HELP, recognises), WRITES)

@@ -13,7 +13,7 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.format_registry import ExportContext, register_export
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
 from vislam2tag.dataset.writing.hdf5_columns import (
@@ -110,4 +110,4 @@ def _technology(
     return losses.findings
 
 
-register_export("hdf5", write, EXPORT_HELP, HOLDS)
+register(writes=ExportFormat("hdf5", EXPORT_HELP, HOLDS, write=write))

@@ -13,7 +13,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.ilc20_site import TraceRef, find_sites, is_trace_path
@@ -113,4 +113,4 @@ def _on_plan(taps: Waypoints, floor: FloorInfo) -> BoolArray:
     return inside
 
 
-register_import("ilc20", read, HELP, recognises)
+register(ImportFormat("ilc20", read, HELP, recognises))

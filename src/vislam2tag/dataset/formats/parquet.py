@@ -17,7 +17,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.dataset.folder import is_dataset
-from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
@@ -128,5 +128,6 @@ def _splits(path: Path, infos: Mapping[str, SplitInfo]) -> dict[str, Split]:
     }
 
 
-register_import("parquet", read, IMPORT_HELP, recognises)
-register_export("parquet", write, EXPORT_HELP, HOLDS)
+register(
+    ImportFormat("parquet", read, IMPORT_HELP, recognises), ExportFormat("parquet", EXPORT_HELP, HOLDS, write=write)
+)

@@ -16,7 +16,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Person, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
@@ -151,4 +151,4 @@ def _refuse_other_count(file: Path, found: int, expected: int) -> None:
         raise DatasetError(f"{file}: has {found} lines, expected {expected}, one for each line of levels")
 
 
-register_import("tampere", read, HELP, recognises)
+register(ImportFormat("tampere", read, HELP, recognises))

@@ -8,7 +8,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import has_position
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.dataset.format_registry import ExportContext, register_labels_export
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.evaluation.trajectory_files import tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.trajectory_table import trajectory_of
@@ -47,4 +47,4 @@ def _findings(unmapped: int) -> tuple[Finding, ...]:
     return (Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO),)
 
 
-register_labels_export("tum", write, EXPORT_HELP, HOLDS)
+register(writes=ExportFormat("tum", EXPORT_HELP, HOLDS, write_labels=write))

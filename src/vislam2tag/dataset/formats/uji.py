@@ -20,7 +20,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.table_files import read_csv, write_csv
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ExportContext, ImportContext, register_export, register_import
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.points import Points, floor_infos, point_dataset
@@ -292,5 +292,7 @@ def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
     return named.select("bssid", pl.lit(TECHNOLOGY).alias("technology"), "ssid", "count")
 
 
-register_import("uji", read, IMPORT_HELP, recognises)
-register_export("uji", write, EXPORT_HELP, HOLDS, takes=("split",))
+register(
+    ImportFormat("uji", read, IMPORT_HELP, recognises),
+    ExportFormat("uji", EXPORT_HELP, HOLDS, takes=("split",), write=write),
+)

@@ -15,7 +15,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ImportContext, register_import
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
@@ -96,4 +96,4 @@ def _described(file: Path, table: WideTable) -> pl.DataFrame:
     )
 
 
-register_import("uts", read, HELP, recognises)
+register(ImportFormat("uts", read, HELP, recognises))

@@ -14,7 +14,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.format_registry import ExportContext, register_labels_export
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.writing.private_labels import PrivateLabels, hidden_wifi_file
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
@@ -179,4 +179,4 @@ def _copy_site(survey: Path, folder: Path) -> None:
             shutil.copyfile(file, target)
 
 
-register_labels_export("gia", write, EXPORT_HELP, HOLDS, takes=("survey",))
+WRITES = ExportFormat("gia", EXPORT_HELP, HOLDS, takes=("survey",), write_labels=write)

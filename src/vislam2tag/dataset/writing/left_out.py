@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import polars as pl
 
@@ -31,26 +31,26 @@ DERIVED: Mapping[str, frozenset[str]] = {
     "sessions": frozenset({"fingerprints"}),
 }
 """Columns that follow from the others: reading back makes them anew, so that nothing is lost."""
-Holds = Mapping[str, frozenset[str]]
+Holds = Mapping[str, Collection[str]]
 
 
 def left_out_of_dataset(dataset: Dataset, holds: Holds) -> tuple[Finding, ...]:
     """Name what a format does not hold of a data set: by table, its columns with values; then of the whole."""
-    return (*left_out(dataset.tables, holds), *_of_set(dataset, holds.get(SET, frozenset())))
+    return (*left_out(dataset.tables, holds), *_of_set(dataset, holds.get(SET, ())))
 
 
 def left_out(tables: Mapping[str, pl.LazyFrame], holds: Holds) -> tuple[Finding, ...]:
     """Name, table by table, the columns with values that a format does not hold; ``count`` is the rows concerned."""
-    found = (_of_table(name, table, holds.get(name, frozenset())) for name, table in tables.items())
+    found = (_of_table(name, table, holds.get(name, ())) for name, table in tables.items())
     return tuple(finding for finding in found if finding)
 
 
-def _of_table(name: str, table: pl.LazyFrame, held: frozenset[str]) -> Finding | None:
+def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding | None:
     schema = table.collect_schema()
     if not held:
         rows = int(table.select(pl.len()).collect(engine="streaming").item())
         return _finding(name, rows, f"the table {name} is left out: the format has no place for it") if rows else None
-    missing = [column for column in schema if column not in held | DERIVED.get(name, frozenset())]
+    missing = [column for column in schema if column not in held and column not in DERIVED.get(name, ())]
     if not missing:
         return None
     # An empty text, such as the name of the only building, says nothing that could be lost.
@@ -68,7 +68,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: frozenset[str]) -> Finding |
     return _finding(name, found["_rows"], f"left out of {name}: {', '.join(lost)}") if lost else None
 
 
-def _of_set(dataset: Dataset, held: frozenset[str]) -> list[Finding]:
+def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
     info = dataset.info
     told = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
     findings = []

@@ -106,6 +106,3 @@ def _longest_step(sheet: Sheet, camera: CameraTrack, start: int, stop: int) -> f
 
 
 register("local", lambda settings: LocalMapping(settings.visits.radius_m, math.inf, discards=False))
-register(
-    "local-corrected", lambda settings: LocalMapping(settings.visits.radius_m, settings.local.max_step_m, discards=True)
-)

@@ -252,10 +252,4 @@ def _mean_error_m(tried: Sequence[Tried], half: float) -> float:
     return float(np.concatenate([one.error_m(half) for one in tried]).mean())
 
 
-def with_networks(**parameters: Any) -> CellDensity:
-    """Make the model with two networks, which see levels differently."""
-    return CellDensity(**{"networks": (1.7, 1.0)} | parameters)
-
-
 register("cell-density", CellDensity)
-register("cell-density-networks", with_networks)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
-from functools import cache
 from pathlib import Path
 from typing import Protocol
 
+from vislam2tag.common import plugins
+from vislam2tag.common.plugins import Registry
 from vislam2tag.survey.plans.drawing import Drawing
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -28,28 +27,20 @@ class PlanFormat(Protocol):
         ...
 
 
-_FORMATS: dict[str, PlanFormat] = {}
+FORMATS: Registry[PlanFormat] = Registry(plugins.PLAN_FORMATS)
 
 
 def register(plan_format: PlanFormat) -> None:
     """Make a format known by its name; called once at the end of the format's own module."""
-    _FORMATS[plan_format.name] = plan_format
-
-
-@cache
-def _load_all() -> None:
-    for module in pkgutil.iter_modules([str(Path(__file__).parent / "formats")]):
-        importlib.import_module(f"{__package__}.formats.{module.name}")
+    FORMATS.add(plan_format.name, plan_format)
 
 
 def read_drawing(path: Path, source: PlanSource) -> Drawing:
     """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
-    _load_all()
     if not path.exists():
         raise OSError("is not there: correct its name or add it")
     suffix = "" if path.is_dir() else path.suffix.lower()
-    for name in sorted(_FORMATS):
-        known = _FORMATS[name]
+    for known in FORMATS.all().values():
         if suffix in known.suffixes and known.recognises(path):
             return known.read(path, source)
     if suffix == ".dwg":
@@ -59,5 +50,4 @@ def read_drawing(path: Path, source: PlanSource) -> Drawing:
 
 def plan_suffixes() -> tuple[str, ...]:
     """Endings of all plan files, sorted."""
-    _load_all()
-    return tuple(sorted({suffix for known in _FORMATS.values() for suffix in known.suffixes if suffix}))
+    return tuple(sorted({suffix for known in FORMATS.all().values() for suffix in known.suffixes if suffix}))

@@ -53,9 +53,3 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
 
 
 register("global", lambda settings: GlobalMapping(Similarity2, settings.visits.radius_m))
-register(
-    "global-affine",
-    lambda settings: GlobalMapping(
-        Affine2, settings.visits.radius_m, "three surveyed landmarks seen that are not on one line"
-    ),
-)

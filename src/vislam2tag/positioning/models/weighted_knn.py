@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -122,10 +121,4 @@ class NearestNeighbours(Positioner):
         self.radii_ = SpreadRadii.restored(arrays, "radii")
 
 
-def plain(**parameters: Any) -> NearestNeighbours:
-    """Make the model in which all neighbours count alike."""
-    return NearestNeighbours(**{"k": 3, "exponent": 0.0} | parameters)
-
-
-register("knn", plain)
 register("weighted-knn", NearestNeighbours)

@@ -15,7 +15,7 @@ from vislam2tag.dataset.formats import ImportContext
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.reading.points import OFFICIAL
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.models.nearest_neighbours import Distance, NearestNeighbours
+from vislam2tag.positioning.models.weighted_knn import Distance, NearestNeighbours
 from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.learning_data import learning_data
@@ -111,7 +111,7 @@ def test_blocks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     model = NearestNeighbours().fit(*radio_world(seed=1))
     scans, _ = radio_world(seed=3)
     whole = model.predict(scans)
-    monkeypatch.setattr("vislam2tag.positioning.models.nearest_neighbours._DISTANCES_AT_ONCE", 1000)
+    monkeypatch.setattr("vislam2tag.positioning.models.weighted_knn._DISTANCES_AT_ONCE", 1000)
     np.testing.assert_array_equal(model.predict(scans).xy, whole.xy)
 
 

@@ -1,0 +1,30 @@
+"""A format to export a data set in: where each fingerprint was taken, as one CSV file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
+from vislam2tag.dataset.model import Dataset
+
+COLUMNS = ("building", "floor", "x", "y")
+
+
+def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    """Write ``points.csv``; fingerprints without a position are left out, as a finding says."""
+    points = dataset.fingerprints.select(COLUMNS).collect()
+    placed = points.drop_nulls(["x", "y"])
+    placed.write_csv(folder / "points.csv")
+    context.advance(1)
+    left_out = len(points) - len(placed)
+    if not left_out:
+        return ()
+    return (Finding(kind="unlabelled", file="", count=left_out, message="fingerprints without a position"),)
+
+
+register(
+    writes=ExportFormat(
+        "points-csv", "points.csv: where fingerprints were taken", {"fingerprints": COLUMNS}, write=write
+    )
+)

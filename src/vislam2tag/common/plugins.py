@@ -1,0 +1,152 @@
+"""What is found by name: built-in modules of one folder, and modules of other installed packages (entry points).
+
+Either kind of module ends with a call that adds what it holds to its :class:`Registry`. A built-in module is called
+like what it adds, ``local_corrected.py`` for ``local-corrected`` (and ``global_.py``, since ``global`` is a word of
+Python); an entry point has the name of what its module adds. So names are known before anything is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import multiprocessing
+import pkgutil
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Generic, TypeVar
+
+from vislam2tag.common.errors import UsageError, first_line
+
+Item = TypeVar("Item")
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of things that can be added, and where its modules are."""
+
+    words: str
+    """To end a sentence: "mapping strategy"."""
+    group: str
+    """Of entry points."""
+    package: str
+    """That the built-in modules lie in, by its full name."""
+
+    @cached_property
+    def built_in(self) -> dict[str, str]:
+        """Full names of the built-in modules by what they add."""
+        top, *below = self.package.split(".")
+        spec = find_spec(top)  # the packages below would be imported to be found
+        folders = [str(Path(folder, *below)) for folder in (spec and spec.submodule_search_locations) or ()]
+        modules = [module.name for module in pkgutil.iter_modules(folders)]
+        return {module.rstrip("_").replace("_", "-"): f"{self.package}.{module}" for module in modules}
+
+    @cached_property
+    def installed(self) -> dict[str, EntryPoint]:
+        """Entry points by name; of one name the first counts, in the order of the packages' names."""
+        found: dict[str, EntryPoint] = {}
+        for entry in sorted(entry_points(group=self.group), key=_package_of):
+            if entry.name in self.built_in or entry.name in found:
+                owner = f"the package {_package_of(found[entry.name])}" if entry.name in found else "vislam2tag itself"
+                _warn(
+                    f"the {self.words} '{entry.name}' of the package {_package_of(entry)} is left out: "
+                    f"{owner} has one of this name"
+                )
+            else:
+                found[entry.name] = entry
+        return found
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all there are, sorted; nothing is imported for it."""
+        return tuple(sorted({*self.built_in, *self.installed}))
+
+
+STRATEGIES = Kind("mapping strategy", "vislam2tag.strategies", "vislam2tag.mapping.strategies")
+SESSION_FORMATS = Kind("session format", "vislam2tag.session_formats", "vislam2tag.sessions.formats")
+PLAN_FORMATS = Kind("plan format", "vislam2tag.plan_formats", "vislam2tag.survey.plans.formats")
+DATASET_FORMATS = Kind("data set format", "vislam2tag.dataset_formats", "vislam2tag.dataset.formats")
+MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
+
+
+class _UnusablePluginError(UsageError):
+    """What an installed package offers cannot be used."""
+
+
+class Registry(Generic[Item]):
+    """What there is of one kind, by name; only what is asked for is imported."""
+
+    def __init__(self, kind: Kind) -> None:
+        """Take what it holds; its items come when their modules are imported."""
+        self._kind = kind
+        self._items: dict[str, Item] = {}
+        self._unusable: dict[str, _UnusablePluginError] = {}
+
+    def add(self, name: str, item: Item) -> None:
+        """Make something known by name; called at the end of its module. Raises UsageError for a name that is taken."""
+        built_in = self._kind.built_in.get(name)
+        if name in self._items or (built_in is not None and built_in not in sys.modules):
+            raise UsageError(f"there is a {self._kind.words} called '{name}' already; choose another name")
+        self._items[name] = item
+
+    def names(self) -> tuple[str, ...]:
+        """Names of all there are, sorted; nothing is imported for it."""
+        return tuple(sorted({*self._items, *self._kind.names()}))
+
+    def named(self, name: str) -> Item:
+        """Return what has this name.
+
+        Raises UsageError where nothing has, and where an installed package that offers it cannot be loaded.
+        """
+        if name not in self._items:
+            if name in self._kind.built_in:
+                importlib.import_module(self._kind.built_in[name])
+            elif name in self._kind.installed:
+                self._load(self._kind.installed[name])
+            else:
+                raise UsageError(f"no {self._kind.words} is called '{name}'; there are: {', '.join(self.names())}")
+        return self._items[name]
+
+    def all(self) -> Mapping[str, Item]:
+        """Everything by name, in order; what cannot be loaded of other packages is left out with one warning."""
+        usable = {}
+        for name in self.names():
+            told = name in self._unusable
+            try:
+                usable[name] = self.named(name)
+            except _UnusablePluginError as error:
+                if not told:
+                    _warn(str(error))
+        return MappingProxyType(usable)
+
+    def _load(self, entry: EntryPoint) -> None:
+        """Import an installed module, which adds its item; raises _UnusablePluginError, the same each time."""
+        if entry.name not in self._unusable:
+            try:
+                entry.load()
+                if entry.name in self._items:
+                    return
+                said = f"{entry.value} does not register it"
+            except Exception as error:  # whatever another's module raises must not end what does not need it
+                said = f"{type(error).__name__}: {first_line(error)}"
+            self._unusable[entry.name] = _UnusablePluginError(
+                f"the {self._kind.words} '{entry.name}' of the package {_package_of(entry)} cannot be loaded "
+                f"({said}); update or uninstall that package"
+            )
+        raise self._unusable[entry.name]
+
+
+def _package_of(entry: EntryPoint) -> str:
+    """Name of the installed distribution that an entry point is of."""
+    return entry.dist.name if entry.dist else entry.module
+
+
+def _warn(message: str) -> None:
+    """Tell it once: worker processes find the same."""
+    if multiprocessing.parent_process() is None:
+        _log.warning("%s", message)
