@@ -46,7 +46,7 @@ def strategy_named(name: str, settings: Settings) -> InParts:
 def strategy_modules(name: str, settings: Settings) -> tuple[str, str]:
     """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
     strategy = strategy_named(name, settings).strategy
-    return _FACTORIES[name].__module__, type(strategy).__module__
+    return STRATEGIES.named(name).__module__, type(strategy).__module__
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def model_named(name: str, **parameters: Any) -> Positioner:
 
 def model_modules(name: str) -> tuple[str, str]:
     """Names of the modules that a model is made in and is written in."""
-    factory = models()[name]
+    factory = MODELS.named(name)
     return factory.__module__, type(factory()).__module__
 
 

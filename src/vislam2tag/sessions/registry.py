@@ -66,8 +66,7 @@ def format_of(folder: Path) -> str | None:
 
 def format_module(name: str) -> str:
     """Name of the module that a session format is written in; this one for a format that is none."""
-    _load_all()
-    return type(_FORMATS[name]).__module__ if name in _FORMATS else __name__
+    return type(FORMATS.named(name)).__module__ if name in FORMATS.names() else __name__
 
 
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
