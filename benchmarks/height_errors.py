@@ -20,12 +20,14 @@ import polars as pl
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.sessions import open_survey, read_session
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.walking.tour import Climb
 from vislam2tag.simulation.writing.site_files import SiteColumn
+from vislam2tag.survey.corrections import Corrections
 
 COLUMNS = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})
 GIVEN = {
@@ -66,9 +68,8 @@ def _errors(
         simulate(scenario, Path(folder), WritingOptions(columns=COLUMNS))
         survey = open_survey(Path(folder))
         for ref in survey.sessions:
-            session = read_session(ref)
-            considered = considered_landmarks(survey.site, ref.key.floor, session.landmarks.ids)
-            mine = landmarks_of_session(considered, ref.key, session.camera, session.landmarks).landmarks
+            prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), Settings()))
+            session, mine = prepared.session, prepared.landmarks
             truth = pl.read_csv(ref.folder / "truth.csv")
             for name, given in GIVEN.items():
                 camera, landmarks = _given(session.camera, mine, *given)

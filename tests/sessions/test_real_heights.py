@@ -12,9 +12,11 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
-from vislam2tag.sessions import open_survey, read_session
-from vislam2tag.sessions.floors_walked import considered_landmarks, landmarks_of_session
+from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import Corrections
 
 UPSTAIRS = ("303", "306")
 """Landmarks of the upper storey on the walk that takes the stairs; all its others hang on the lower one."""
@@ -22,9 +24,9 @@ UPSTAIRS = ("303", "306")
 
 def session_named(real_walks: Path, name: str) -> tuple[Session, Landmarks]:
     survey = open_survey(real_walks)
-    session = read_session(next(ref for ref in survey.sessions if ref.key.session == name))
-    considered = considered_landmarks(survey.site, session.key.floor, session.landmarks.ids)
-    return session, landmarks_of_session(considered, session.key, session.camera, session.landmarks).landmarks
+    ref = next(ref for ref in survey.sessions if ref.key.session == name)
+    prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), Settings()))
+    return prepared.session, prepared.landmarks
 
 
 @pytest.fixture

@@ -10,14 +10,12 @@ from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, read_corrections
-from vislam2tag.survey.frame_change import in_frame_of
 from vislam2tag.survey.model import SessionRef, Survey
 
 
@@ -132,23 +130,16 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
     if excluded:
         return blank
     try:
-        session = read_session(ref, settings.findings)
-        considered = considered_landmarks(survey.site, key.floor, session.landmarks.ids)
-        considered = in_frame_of(considered, survey.site, key.floor)
-        mine = landmarks_of_session(considered, key, session.camera, session.landmarks)
+        prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), settings))
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
+    session, landmarks = prepared.session, prepared.landmarks
     return blank.model_copy(
         update={
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
-            "landmarks_surveyed": len(mine.landmarks.surveyed_ids.intersection(session.landmarks.ids)),
-            "findings": (
-                *session.findings,
-                *landmarks_without_position(session.landmarks, mine.landmarks, mine.elsewhere),
-                *ambiguous_floor(survey.site.landmarks, key, session.camera, session.landmarks),
-                *press_findings(session, survey.site.floor(key.floor)),
-            ),
+            "landmarks_surveyed": len(landmarks.surveyed_ids.intersection(session.landmarks.ids)),
+            "findings": tuple(prepared.findings()),
         }
     )
 

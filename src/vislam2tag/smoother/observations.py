@@ -17,6 +17,8 @@ METRES_PER_RAD = 4.0
 """Turning by a radian lets the heading drift as much as walking this far: images blur, and what was in view leaves."""
 METRES_PER_S = 0.02
 """Standing lets everything drift as much as walking this fast."""
+FEWEST_FRAMES = 2
+"""A walk has a step at least."""
 GREATEST_TURN_RAD = 0.3
 """Turns count up to this in a step: beyond, the logged orientation is not to be believed."""
 

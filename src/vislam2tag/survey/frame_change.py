@@ -189,6 +189,8 @@ def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
     position, covariance = landmarks.position_bcs.copy(), landmarks.covariance_bcs.copy()
     heading = landmarks.heading_rad.copy()
     for number, change in changes.items():
+        if number == own:
+            continue
         own_T_other = change.new_T_old.inverse
         rows = np.flatnonzero(landmarks.floor == number)
         surveyed = rows[landmarks.surveyed[rows]]

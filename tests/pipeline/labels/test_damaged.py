@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 from tests.mutations import exaggerate, mutate
-from tests.pipeline.labels.test_tables import RAW, SCHEMAS, results
+from tests.pipeline.labels.test_process_tables import RAW, SCHEMAS, results
 from tests.sessions.raw import count_lines
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import Vislam2tagError

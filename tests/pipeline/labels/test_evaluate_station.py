@@ -10,6 +10,7 @@ from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, Found
 from vislam2tag.pipeline.labels.evaluate_station import AT_PRISM, evaluate_station, station_jobs
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
 from vislam2tag.simulation.sensors.devices import Locale, make_device
@@ -45,7 +46,8 @@ def shown(root: Path) -> list[Found]:
     opened = open_survey(root)
     corrections, out = read_corrections(root), OutputFolder(root.with_name("out"))
     jobs = [
-        EvaluationJob(ref, opened.site, corrections, Settings(), ("smoother",), None, out) for ref in opened.sessions
+        EvaluationJob(SessionTask(ref, opened.site, corrections, Settings()), ("smoother",), None, out)
+        for ref in opened.sessions
     ]
     (device,) = station_jobs(jobs)
     found = evaluate_station(device).found

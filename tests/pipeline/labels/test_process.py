@@ -217,8 +217,8 @@ def test_a_session_that_becomes_unreadable_keeps_no_old_labels(
     def refuse(*_: object) -> None:
         raise SessionError("the disk is broken")
 
-    for name in ("read_session", "hash_inputs"):
-        monkeypatch.setattr(f"vislam2tag.pipeline.labels.session.{name}", refuse)
+    monkeypatch.setattr("vislam2tag.sessions.prepared.read_session", refuse)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.session.hash_inputs", refuse)
     summary = process(survey, tmp_path / "out")
     assert summary.failed == 2
     for table, schema in ((name, SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL):

@@ -11,7 +11,7 @@ from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_lab
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.evaluation.trajectory_files import tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.labeling.trajectory_table import trajectory_of
+from vislam2tag.labeling.tables import trajectory_of
 
 HOLDS = {TRAJECTORY: ("time_ns", "x", "y", "z", "qx", "qy", "qz", "qw", "session", "device", "floor")}
 EXPORT_HELP = "a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and metres in the BCS; evo reads it"

@@ -15,11 +15,9 @@ from vislam2tag.mapping.trajectory_builder import Sheet
 from vislam2tag.smoother.contradictions import contradictions
 from vislam2tag.smoother.exposure import AtStamps
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.observations import FEWEST_FRAMES, Walked
 from vislam2tag.smoother.slips import slips
 from vislam2tag.smoother.smoothing import mapped_path, smooth
-
-FEWEST_FRAMES = 2
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.whole_file import whole_file
-from vislam2tag.pipeline.labels.check_session import CheckedSession, CheckJob, check_session
+from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.check_page import write_check_page
@@ -18,6 +18,7 @@ from vislam2tag.self_check.bad_landmarks import bad_landmarks
 from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
 from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 
@@ -78,7 +79,7 @@ def check(
         if progress is not None:
             progress(checked.record, len(refs))
 
-    process_all(check_session, [CheckJob(ref, survey.site, corrections, settings) for ref in refs], jobs, report)
+    process_all(check_session, [SessionTask(ref, survey.site, corrections, settings) for ref in refs], jobs, report)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],

@@ -2,40 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.tracker_sections import longest_part
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.mapping.strategies.smoother import FEWEST_FRAMES, Smoother
-from vislam2tag.pipeline.labels.prepared import mappable_session
+from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
 from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
-from vislam2tag.sessions.model import Session
-from vislam2tag.settings import Settings
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
-from vislam2tag.survey.corrections import Corrections
-from vislam2tag.survey.model import SessionRef, Site
-
-
-@dataclass(frozen=True)
-class CheckJob:
-    """All that a worker needs to check one session."""
-
-    ref: SessionRef
-    site: Site
-    corrections: Corrections
-    settings: Settings
 
 
 @dataclass(frozen=True)
@@ -46,61 +31,58 @@ class CheckedSession:
     gains: SessionGains | None = None
 
 
-def check_session(job: CheckJob) -> CheckedSession:
+def check_session(task: SessionTask) -> CheckedSession:
     """Read, map and check one session; one that cannot be read or mapped becomes a record with an error."""
     try:
-        return _check(job)
+        return _check(task)
     except SessionError as error:
-        return CheckedSession(_record(job, error=str(error)))
+        return CheckedSession(_record(task, error=str(error)))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
-        fault = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        return CheckedSession(_record(job, error=fault))
+        fault = f"{task.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
+        return CheckedSession(_record(task, error=fault))
 
 
-def _check(job: CheckJob) -> CheckedSession:
-    session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
-    camera, log = longest_part(session.camera, session.landmarks)
-    session = replace(session, camera=camera, landmarks=log)
-    smoothed = _smoothed(job, session, landmarks)
+def _check(task: SessionTask) -> CheckedSession:
+    prepared = prepared_session(task).longest_section()
+    smoothed = _smoothed(prepared)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
-    floor = _floors(job, session, landmarks)[smoothed.model.walked.odometry.frame]
+    floor = _floors(prepared)[smoothed.model.walked.odometry.frame]
     metres = walked_metre_by_metre(smoothed)
     found = session_gains(
         gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
-    return CheckedSession(_record(job, **_accuracy(job, smoothed, landmarks, covariance, left_out)), found)
+    return CheckedSession(_record(task, **_accuracy(prepared, smoothed, covariance, left_out)), found)
 
 
-def _smoothed(job: CheckJob, session: Session, landmarks: Landmarks) -> Smoothed:
-    if session.camera.usable.sum() < FEWEST_FRAMES:
-        raise SessionError(f"{job.ref.key}: no usable camera frames; vislam2tag inspect says why")
-    range_m = job.settings.smoother.sighting_range_m
+def _smoothed(prepared: PreparedSession) -> Smoothed:
+    session, range_m = prepared.session, prepared.task.settings.smoother.sighting_range_m
     walked = Walked.of(session.camera, session.landmarks, range_m)
-    smoothed = smooth(walked, KnownLandmarks.of(walked.ids, landmarks))
+    smoothed = smooth(walked, KnownLandmarks.of(walked.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs
-        raise SessionError(f"{job.ref.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
+        raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
     return smoothed
 
 
-def _floors(job: CheckJob, session: Session, landmarks: Landmarks) -> IntArray:
+def _floors(prepared: PreparedSession) -> IntArray:
     """Floor (n,) of each camera frame."""
-    floor = estimate_heights(session.camera, session.landmarks, landmarks).floor
-    return floor if len(floor) else np.full(len(session.camera.time_ns), job.ref.key.floor)
+    session = prepared.session
+    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks).floor
+    return floor if len(floor) else np.full(len(session.camera.time_ns), session.key.floor)
 
 
 def _accuracy(
-    job: CheckJob, smoothed: Smoothed, landmarks: Landmarks, covariance: FloatArray, left_out: tuple[LeftOut, ...]
+    prepared: PreparedSession, smoothed: Smoothed, covariance: FloatArray, left_out: tuple[LeftOut, ...]
 ) -> dict[str, Any]:
-    """The session's numbers under their names in its record."""
+    """The session's numbers under their names in its record; ``covariance`` (n, 2, 2) of its frames, m^2."""
     walked, known = smoothed.model.walked, smoothed.known
     sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
-    labelled = sigma_m <= job.settings.labels.max_sigma_m
+    labelled = sigma_m <= prepared.task.settings.labels.max_sigma_m
     estimate = estimate_accuracy(covariance[labelled], left_out)
     details: dict[str, Any] = {
         "landmarks": int(known.surveyed[np.unique(walked.passes.landmark)].sum()),
-        "left_out": [_mark(error, landmarks) for error in left_out],
+        "left_out": [_mark(error, prepared.landmarks) for error in left_out],
         "frames": len(sigma_m),
         "labelled": int(labelled.sum()),
     }
@@ -129,7 +111,7 @@ def _entries(covariance: FloatArray) -> tuple[float, float, float]:
     return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
 
-def _record(job: CheckJob, **details: Any) -> SessionCheck:
+def _record(task: SessionTask, **details: Any) -> SessionCheck:
     """Fill in who the session is."""
-    key = job.ref.key
-    return SessionCheck(slug=job.ref.slug, floor=key.floor, device=key.device, session=key.session, **details)
+    key = task.ref.key
+    return SessionCheck(slug=task.ref.slug, floor=key.floor, device=key.device, session=key.session, **details)

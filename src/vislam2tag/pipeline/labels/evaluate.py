@@ -23,6 +23,7 @@ from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 
@@ -67,7 +68,9 @@ def evaluate(
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
     todo = [
-        EvaluationJob(ref, survey.site, corrections, settings, names, truth, OutputFolder(out), clock_drift)
+        EvaluationJob(
+            SessionTask(ref, survey.site, corrections, settings), names, truth, OutputFolder(out), clock_drift
+        )
         for ref in refs
     ]
     _refuse_without_truth(survey_root, todo)
@@ -115,7 +118,7 @@ def _may_have_truth(job: EvaluationJob) -> bool:
     folder, stem = job.truth_place
     if any((folder / f"{stem}{suffix}").is_file() for suffix in READERS) or station_jobs([job]):
         return True
-    return len(job.site.floor(job.ref.key.floor).control_points.ids) > 0
+    return len(job.task.floor.control_points.ids) > 0
 
 
 def _clear(root: Path) -> None:

@@ -31,12 +31,11 @@ from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.labels.prepared import mappable_session
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.settings import Settings
-from vislam2tag.survey.corrections import Corrections
-from vislam2tag.survey.model import SessionRef, Site
+from vislam2tag.survey.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
 """The ways to tell at which control point a press was made."""
@@ -52,16 +51,23 @@ TRUTH = "truth"
 class EvaluationJob:
     """All that a worker needs to evaluate one session."""
 
-    ref: SessionRef
-    site: Site
-    corrections: Corrections
-    settings: Settings
+    task: SessionTask
     strategies: tuple[str, ...]
     truth: Path | None
     """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""
     out: OutputFolder
     clock_drift: bool = False
     """Whether a station's clock may run at another rate than the phone's."""
+
+    @property
+    def ref(self) -> SessionRef:
+        """Where the session lies."""
+        return self.task.ref
+
+    @property
+    def settings(self) -> Settings:
+        """The run's settings."""
+        return self.task.settings
 
     @property
     def truth_place(self) -> tuple[Path, str]:
@@ -106,9 +112,9 @@ def map_with(
 
 
 def _evaluate(job: EvaluationJob) -> SessionEvaluation:
-    session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
-    if not session.camera.usable.any():
-        raise SessionError(f"{job.ref.key}: no usable camera frame; vislam2tag inspect says why")
+    prepared = prepared_session(job.task)
+    prepared.refuse_without_frames()
+    session, landmarks = prepared.session, prepared.landmarks
     needed = ("local", "local-corrected", REFERENCE)
     everything = map_with((*job.strategies, *needed), session, landmarks, job.settings)
     chosen = {name: everything[name] for name in job.strategies}
@@ -168,7 +174,7 @@ def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | 
 def _at_control_points(
     job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: Found
 ) -> None:
-    floor = job.site.floor(job.ref.key.floor)
+    floor = job.task.floor
     tracked = (job.ref.folder / TRACK_FILE).is_file()
     if not len(session.presses_ns) and (found.measured or tracked or not len(floor.control_points.ids)):
         return

@@ -24,8 +24,8 @@ from vislam2tag.evaluation.total_station.presses import pressed_points
 from vislam2tag.evaluation.total_station.station_errors import station_findings, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
-from vislam2tag.pipeline.labels.prepared import mappable_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.prepared import prepared_session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
 """What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
@@ -112,23 +112,24 @@ def _track_file(job: EvaluationJob) -> Path:
 def _walk(job: EvaluationJob, found: Found) -> _Walk | None:
     """Read and map a session; None where that cannot be, which the session's own record tells."""
     try:
-        session, landmarks = mappable_session(job.ref, job.site, job.corrections, job.settings)
+        prepared = prepared_session(job.task)
+        prepared.refuse_without_frames()
         track = read_station_track(_track_file(job))
     except SurveyError as error:
         found.missing.append(str(error))
         return None
     except SessionError:
         return None
-    if not session.camera.usable.any():
-        return None
-    return _Walk(job, session, map_with((*job.strategies, REFERENCE), session, landmarks, job.settings), track)
+    session = prepared.session
+    mapped = map_with((*job.strategies, REFERENCE), session, prepared.landmarks, job.settings)
+    return _Walk(job, session, mapped, track)
 
 
 def _frame(walks: Sequence[_Walk]) -> StationFrame:
     """Find the station's frame by its shots of fixed points, else also by presses in its view."""
     job = walks[0].job
-    floor = job.site.floor(job.ref.key.floor)
-    common = shot_points(job.ref.folder.parents[1], floor.number, job.site.landmarks, floor.control_points)
+    floor = job.task.floor
+    common = shot_points(job.ref.folder.parents[1], floor.number, job.task.site.landmarks, floor.control_points)
     if len(common.names) < FEWEST_COMMON:
         common = CommonPoints.joined([common, *(points for walk in walks if (points := _pressed(walk)) is not None)])
     return fit_frame(common)
@@ -136,7 +137,7 @@ def _frame(walks: Sequence[_Walk]) -> StationFrame:
 
 def _pressed(walk: _Walk) -> CommonPoints | None:
     """Control points that the session pressed at; None where it did at none, or they cannot be used."""
-    folder, floor = walk.job.ref.folder, walk.job.site.floor(walk.job.ref.key.floor)
+    folder, floor = walk.job.ref.folder, walk.job.task.floor
     try:
         route = read_route(folder.parents[2], folder, floor.control_points.ids)
         presses = press_truth(walk.mapped[REFERENCE], walk.session.presses_ns, floor, route)

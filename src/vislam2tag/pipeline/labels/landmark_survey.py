@@ -12,22 +12,20 @@ import numpy as np
 from vislam2tag.common.errors import SessionError, UsageError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
-from vislam2tag.core.tracker_sections import longest_part
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.mapping.strategies.smoother import FEWEST_FRAMES
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.sessions import corrected_session, open_survey, read_session
-from vislam2tag.sessions.floors_walked import CLIMB_M, considered_landmarks, landmarks_of_session
+from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.floors_walked import CLIMB_M
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.settings import Settings
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
-from vislam2tag.survey.corrections import Corrections, corrected_landmarks, read_corrections
-from vislam2tag.survey.frame_change import changes_from
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.model import SessionKey, Site, Survey
 
 
 class Place(NamedTuple):
@@ -55,16 +53,6 @@ class ReducedSession:
 
 
 @dataclass(frozen=True)
-class ReductionJob:
-    """All that a worker needs to reduce one session."""
-
-    ref: SessionRef
-    site: Site
-    corrections: Corrections
-    settings: Settings
-
-
-@dataclass(frozen=True)
 class JointSurvey:
     """The joined map of a survey's landmarks: ``places`` (m,) and ``file`` (m,) belong to the rows of ``joined``.
 
@@ -78,42 +66,37 @@ class JointSurvey:
     joined: LandmarkMap
 
 
-def reduce_session(job: ReductionJob) -> ReducedSession:
+def reduce_session(task: SessionTask) -> ReducedSession:
     """Read a session and map its landmarks in its own frame; what ends it is told in its error."""
-    key = job.ref.key
+    key = task.ref.key
     try:
-        return _reduced(job)
+        return _reduced(task)
     except SessionError as error:
         return ReducedSession(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
         return ReducedSession(key, error=f"{key}: unexpected {type(error).__name__}: {error}; please report this")
 
 
-def _reduced(job: ReductionJob) -> ReducedSession:
-    key = job.ref.key
-    session, _ = corrected_session(read_session(job.ref, job.settings.findings), job.corrections)
-    camera, log = longest_part(session.camera, session.landmarks)
-    considered = considered_landmarks(job.site, key.floor, log.ids)
-    corrected, _ = corrected_landmarks(considered, job.corrections, key, job.settings.default_landmark_sigma_m)
-    mine = landmarks_of_session(corrected, key, camera, log)
-    if changes_from(job.site, key.floor) and (mine.landmarks.floor != key.floor).any():
+def _reduced(task: SessionTask) -> ReducedSession:
+    key, site = task.ref.key, task.site
+    prepared = prepared_session(task).longest_section()
+    camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
+    if task.frames and (landmarks.floor != key.floor).any():
         raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
-    log = log.select([i for i, name in enumerate(log.ids) if name not in mine.elsewhere])
-    if camera.usable.sum() < FEWEST_FRAMES:
-        raise SessionError(f"{key}: no usable camera frames; vislam2tag inspect says why")
-    walked = Walked.of(camera, log, job.settings.smoother.sighting_range_m)
+    log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])
+    walked = Walked.of(camera, log, task.settings.smoother.sighting_range_m)
     if len(walked.passes.at) == 0:
-        return ReducedSession(key, unused=mine.elsewhere)
+        return ReducedSession(key, unused=prepared.unused)
     local = LocalMap.of(smooth_in_own_frame(walked))
     climbed = vertical_span_m(camera, log) >= CLIMB_M
-    heights = estimate_heights(camera, log, _over_all_floors(job.site, mine.landmarks) if climbed else mine.landmarks)
-    floors = [_floor(walked, heights, mine.landmarks, index, key.floor) for index in local.landmark.tolist()]
+    heights = estimate_heights(camera, log, _over_all_floors(site, landmarks) if climbed else landmarks)
+    floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
-        _place(job.site.landmarks, mine.landmarks, log.ids[index], floor)
+        _place(site.landmarks, landmarks, log.ids[index], floor)
         for index, floor in zip(local.landmark.tolist(), floors, strict=True)
     )
-    z_m = _heights_above_floor(job.site, camera, log, walked, heights, floors, local)
-    return ReducedSession(key, places, local, z_m, mine.elsewhere)
+    z_m = _heights_above_floor(site, camera, log, walked, heights, floors, local)
+    return ReducedSession(key, places, local, z_m, prepared.unused)
 
 
 def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:
@@ -195,7 +178,7 @@ def survey_landmarks(
                 f"--floor {floor}: the survey has no session of it; there are: {', '.join(map(str, sorted(there)))}"
             )
     todo = [
-        ReductionJob(ref, survey.site, corrections, settings)
+        SessionTask(ref, survey.site, corrections, settings)
         for ref in survey.sessions
         if (not floors or ref.key.floor in floors) and not corrections.excludes(ref.key)
     ]

@@ -23,6 +23,7 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
@@ -62,7 +63,7 @@ def process(
     with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
         folder.keep_only({ref.slug for ref in refs})
         code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
-        todo = [Job(ref, survey.site, corrections, settings, folder, code[ref.format]) for ref in refs]
+        todo = [Job(SessionTask(ref, survey.site, corrections, settings), folder, code[ref.format]) for ref in refs]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
 

@@ -8,11 +8,10 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common import log_bins
-from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.path_length import step_lengths, walked_steps, way_frames
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
-from vislam2tag.labeling.results import RecordingRecord, ScanStatistics, SigmaStatistics, VisitMark
+from vislam2tag.labeling.results import RecordingRecord, ScanStatistics, SigmaStatistics
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 
@@ -115,28 +114,3 @@ def recording_record(session: Session) -> RecordingRecord | None:
         note=recording.note,
         events=recording.events,
     )
-
-
-def other_floor(trajectory: Trajectory, frame: int, own: int) -> int | None:
-    """Floor of a frame where it is not the session's own."""
-    floor = int(trajectory.floor[frame]) if len(trajectory.floor) else own
-    return None if floor == own else floor
-
-
-def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
-    """Each visit with where the camera was then; ``own`` is the session's floor."""
-    mapped = has_position(trajectory.status)
-    return [
-        VisitMark(
-            landmark=visit.landmark,
-            time_ns=int(trajectory.time_ns[visit.frame]),
-            distance_m=round(visit.distance_m, 3),
-            position=_pair(trajectory.position_bcs[visit.frame]) if mapped[visit.frame] else None,
-            floor=other_floor(trajectory, visit.frame, own),
-        )
-        for visit in trajectory.visits
-    ]
-
-
-def _pair(position: FloatArray) -> tuple[float, float]:
-    return round(float(position[0]), 2), round(float(position[1]), 2)

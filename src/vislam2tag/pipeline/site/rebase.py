@@ -13,12 +13,12 @@ from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.tables import write_table
+from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.labels.process import floor_records, site_hashes
-from vislam2tag.pipeline.labels.tables import write_table
 from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
-from vislam2tag.pipeline.site.rebase_results import changed_result, floors_of_result
-from vislam2tag.pipeline.site.rebase_tables import changed_table
 from vislam2tag.pipeline.site.write import write_changed_site
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise

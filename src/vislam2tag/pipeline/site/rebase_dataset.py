@@ -15,9 +15,9 @@ from vislam2tag.dataset.folder import dataset_folder, open_dataset, sha256_of
 from vislam2tag.dataset.measures.statistics_record import DatasetStatistics, FieldWork
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Source
 from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, finish_dataset
 from vislam2tag.pipeline.datasets.sources import plan_path
-from vislam2tag.pipeline.site.rebase_tables import changed_table
 from vislam2tag.survey.discover import read_site, site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges
 from vislam2tag.survey.model import Floor, Site

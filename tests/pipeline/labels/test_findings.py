@@ -9,7 +9,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.mapping import strategy_named
-from vislam2tag.pipeline.labels.landmark_findings import landmark_findings
+from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.settings import Settings
 
 IN_LINE = {"a": (5.0, 0.5), "b": (15.0, 0.5), "c": (25.0, 0.5)}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 from scipy.spatial.transform import Rotation
 
-from vislam2tag.pipeline.site.rebase_tables import changed_table
+from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.survey.frame_change import FrameChange
 
 

@@ -1,8 +1,10 @@
-"""The Parquet tables of one session: made and written with their metadata."""
+"""The tables of a labelled session: made of its trajectory and readings, written with their metadata, read back."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +12,47 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.table_files import write_parquet
-from vislam2tag.core.status import has_position
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.status import STATUS_LABELS, has_position
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.labeling.readings import label_readings, status_text
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
+from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import LabelSettings
+from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.model import SessionKey
+
+
+@dataclass(frozen=True)
+class LabelledWalk:
+    """A mapped session whose readings have labels; make it by :meth:`of`.
+
+    ``trajectory`` tells which frames are uncertain; ``readings`` holds each time-stamped table with one row for each
+    raw row that parsed, in file order. All are in the frame that the session was mapped in.
+    """
+
+    key: SessionKey
+    trajectory: Trajectory
+    readings: dict[str, pl.DataFrame]
+
+    @classmethod
+    def of(cls, session: Session, mapped: Trajectory, settings: LabelSettings) -> LabelledWalk:
+        """Label the readings of a session by its trajectory."""
+        # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
+        readings = {
+            name: _keyed(session.key, name, label_readings(table, mapped, settings, session.excluded_ns))
+            for name, table in session.tables.items()
+        }
+        return cls(session.key, mark_uncertain(mapped, settings.max_sigma_m), readings)
+
+    def tables(self, frames: Mapping[int, FrameChange]) -> dict[str, pl.DataFrame]:
+        """All tables by name, each row in the frame of its own floor; ``frames`` is empty where all share one."""
+        tables = {TRAJECTORY: trajectory_table(self.key, self.trajectory), **self.readings}
+        if not frames:
+            return tables
+        return {name: changed_table(table.lazy(), frames).collect() for name, table in tables.items()}
 
 
 def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
@@ -45,12 +81,20 @@ def trajectory_table(key: SessionKey, trajectory: Trajectory) -> pl.DataFrame:
     return _keyed(key, TRAJECTORY, frame)
 
 
-def reading_tables(session: Session, trajectory: Trajectory, settings: LabelSettings) -> dict[str, pl.DataFrame]:
-    """Label each time-stamped table of the session; one output row for each raw row that parsed, in file order."""
-    return {
-        name: _keyed(session.key, name, label_readings(table, trajectory, settings, session.excluded_ns))
-        for name, table in session.tables.items()
-    }
+def trajectory_of(table: pl.DataFrame) -> Trajectory:
+    """Turn a written trajectory table back into arrays (segments and visits are not in it)."""
+
+    def columns(*names: str) -> FloatArray:
+        return table.select(names).cast(pl.Float64).fill_null(float("nan")).to_numpy()
+
+    return Trajectory(
+        time_ns=table["time_ns"].to_numpy(),
+        position_bcs=columns("x", "y", "z"),
+        orientation_bcs=columns("qx", "qy", "qz", "qw"),
+        covariance_bcs=columns("cov_xx", "cov_xy", "cov_yy")[:, (0, 1, 1, 2)].reshape(-1, 2, 2),
+        status=table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy(),
+        floor=table["floor"].cast(pl.Int64).to_numpy(),
+    )
 
 
 def write_table(table: pl.DataFrame, name: str, strategy: str, path: Path) -> None:

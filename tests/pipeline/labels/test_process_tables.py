@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.labeling.trajectory_table import trajectory_of
-from vislam2tag.pipeline.labels.tables import trajectory_table
-from vislam2tag.survey.model import SessionKey
 
 KEY = {"floor": pl.Int32(), "device": pl.String(), "session": pl.String()}
 LABEL = {name: pl.Float64() for name in ("x", "y", "z", "sigma")} | {"status": pl.String()}
@@ -113,21 +108,3 @@ def test_camera_orientation_looks_where_the_walk_goes(clean_run: Path) -> None:
     moving = np.linalg.norm(way, axis=0) > 0.015
     cosine = np.sum(forward * way, axis=0)[moving] / np.linalg.norm(way, axis=0)[moving]
     assert np.median(cosine) > 0.5
-
-
-def test_rows_have_their_own_floor_and_come_back_with_it() -> None:
-    unknown = np.full((3, 4), np.nan)
-    covariance = np.full((3, 2, 2), np.nan)
-    position = np.arange(9.0).reshape(3, 3)
-    walk = Trajectory(
-        np.arange(3), position, unknown, covariance, np.zeros(3, dtype=np.int8), floor=np.array([1, 1, 2])
-    )
-    key = SessionKey(1, "LG", "walk")
-    table = trajectory_table(key, walk)
-    assert table["floor"].to_list() == [1, 1, 2]
-    assert list(table.schema.items()) == list(SCHEMAS["trajectory"].items())
-    back = trajectory_of(table)
-    assert back.floor.tolist() == [1, 1, 2]
-    assert back.position_bcs.tolist() == position.tolist()
-    one_floor = trajectory_table(key, replace(walk, floor=np.empty(0, dtype=np.int64)))
-    assert one_floor["floor"].to_list() == [1, 1, 1]

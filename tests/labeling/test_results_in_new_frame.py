@@ -14,7 +14,7 @@ from vislam2tag.labeling.results import (
     Stretch,
     VisitMark,
 )
-from vislam2tag.pipeline.site.rebase_results import changed_result, floors_of_result
+from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.survey.frame_change import FrameChange
 
 RESULT = SessionResult(

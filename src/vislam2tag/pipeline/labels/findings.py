@@ -1,0 +1,98 @@
+"""What is odd about a session once it is mapped: landmarks too high or too few, or wrong, and late pose stamps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.faults import Contradiction
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.mapping.trajectory_builder import surveyed_part
+from vislam2tag.sessions.prepared import PreparedSession
+from vislam2tag.settings import Settings
+
+
+def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, needs: str) -> list[Finding]:
+    """All that mapping shows of a session; ``needs`` is what its strategy says that a walk must have had."""
+    session, landmarks = prepared.session, prepared.landmarks
+    radius_m = prepared.task.settings.visits.radius_m
+    return [
+        *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
+        *(_contradiction(found, landmarks) for found in trajectory.contradictions),
+    ]
+
+
+def landmark_findings(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, radius_m: float, needs: str
+) -> list[Finding]:
+    """Landmarks too high to be visited, or too few for the strategy, which says what it needs."""
+    return [
+        *_too_high(camera, surveyed_part(log, landmarks), trajectory, radius_m),
+        *_too_few(camera, trajectory, needs),
+    ]
+
+
+def _too_high(camera: CameraTrack, log: LandmarkLog, trajectory: Trajectory, radius_m: float) -> list[Finding]:
+    """Surveyed landmarks passed within the radius on the plan, but never in space."""
+    visited = {visit.landmark for visit in trajectory.visits}
+    unvisited = log.select([i for i, name in enumerate(log.ids) if name not in visited])
+    apart = np.linalg.norm(camera.plane_acs[unvisited.frame] - unvisited.plane_acs, axis=1)
+    missed = [unvisited.ids[i] for i in np.unique(unvisited.landmark[(apart < radius_m) & ~unvisited.lost])]
+    if not missed:
+        return []
+    return [
+        Finding(
+            kind="landmark_never_passed",
+            file="",
+            count=len(missed),
+            message=f"landmarks {', '.join(missed)} were passed but never within {radius_m:g} m in space, height "
+            "included, and so not visited: hang them at the phone's height or raise --visit-radius-m",
+        )
+    ]
+
+
+def _too_few(camera: CameraTrack, trajectory: Trajectory, needs: str) -> list[Finding]:
+    """What was missing where no frame at all could be mapped."""
+    usable = trajectory.status[camera.usable]
+    if len(usable) == 0 or (usable != Status.NO_MAPPING).any():
+        return []
+    visited = sorted({visit.landmark for visit in trajectory.visits})
+    message = (
+        f"the walk cannot be mapped: it needs {needs}; visited within the radius: {', '.join(visited) or 'none'}. Pass "
+        "more landmarks, nearer, or survey more of those seen"
+    )
+    return [Finding(kind="too_few_landmarks", file="", count=1, severity=Severity.ERROR, message=message)]
+
+
+def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:
+    """A landmark that contradicts the others, at its row in the file that surveys it."""
+    row = landmarks.index[found.landmark]
+    x, y = landmarks.position_bcs[row]
+    file, _, line = (landmarks.source[row] if landmarks.source else "").rpartition(":")
+    passes = f"{found.passes} pass{'' if found.passes == 1 else 'es'}"
+    message = (
+        f"landmark {found.landmark} contradicts the others by {found.size_m:.2f} m (one standard deviation is "
+        f"{found.sigma_m:.2f} m; {passes}): surveyed at ({x:.2f}, {y:.2f}), the walk puts it at "
+        f"({x + found.offset_bcs_m[0]:.2f}, {y + found.offset_bcs_m[1]:.2f}); measure it again and correct its row, or "
+        "say in corrections.toml where it hung"
+    )
+    lines = (int(line),) if line else ()
+    return Finding(kind="contradicting_landmark", file=file, count=1, message=message, lines=lines)
+
+
+def pose_lag_findings(lag_s: float | None, settings: Settings) -> list[Finding]:
+    """Poses stamped later (seconds) than the settings put up with, where the smoother does not allow for it."""
+    allowed_for = settings.strategy == "smoother" and settings.smoother.allow_for_pose_lag
+    if lag_s is None or abs(lag_s) <= settings.findings.pose_lag_s or allowed_for:
+        return []
+    return [
+        Finding(
+            kind="pose_lag",
+            file="",
+            count=1,
+            message=f"the poses are stamped {lag_s:+.2f} s after the gyroscope felt the same motion: labels are "
+            f"displaced by that much walking; shift the camera clock by {-lag_s:.2f} s in corrections.toml, or let the "
+            "smoother allow for it (--allow-for-pose-lag)",
+        )
+    ]

@@ -1,0 +1,79 @@
+"""The result of a session that was mapped and labelled: all that summary and report read of it but its tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vislam2tag import __version__
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.labeling.results import FileAccount, SessionResult
+from vislam2tag.labeling.results_in_new_frame import turned_result
+from vislam2tag.labeling.tables import LabelledWalk
+from vislam2tag.pipeline.labels import statistics
+from vislam2tag.pipeline.labels.accuracy import error_record
+from vislam2tag.pipeline.labels.drawing import draw
+from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
+from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask
+
+
+def session_result(prepared: PreparedSession, walk: LabelledWalk, needs: str, fingerprint: str) -> SessionResult:
+    """Reduce a session to its result; ``needs`` is what its strategy says that a walk must have had to be mapped."""
+    task, session, trajectory = prepared.task, prepared.session, walk.trajectory
+    settings, own = task.settings, task.floor.number
+    errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor)
+    drawings = draw(own, session.camera, session.landmarks, prepared.landmarks, trajectory, walk.readings["wifi"])
+    result = result_of(
+        task,
+        fingerprint=fingerprint,
+        error=_mapping_error(session, trajectory, needs),
+        files=[FileAccount(**vars(record)) for record in session.files],
+        findings=[
+            *prepared.findings(),
+            *mapping_findings(prepared, trajectory, needs),
+            *truth_findings,
+            *pose_lag_findings(session.camera.pose_lag_s, settings),
+        ],
+        pose_lag_s=session.camera.pose_lag_s,
+        **statistics.walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
+        readings={name: statistics.status_counts(table) for name, table in walk.readings.items()},
+        visits=visit_marks(trajectory, own),
+        landmarks_logged=list(session.landmarks.ids),
+        scans=statistics.scan_statistics(session.tables["wifi"]),
+        recording=statistics.recording_record(session),
+        events=event_marks(trajectory, own),
+        contradictions=contradiction_marks(trajectory, prepared.landmarks),
+        sigma=statistics.sigma_statistics(trajectory),
+        errors=errors,
+        drawing=drawings.pop(own),
+        elsewhere=drawings,
+        corrections=list(prepared.corrections),
+    )
+    return turned_result(result, task.frames) if task.frames else result
+
+
+def result_of(task: SessionTask, **details: Any) -> SessionResult:
+    """Fill in who the session is and what processed it."""
+    key = task.ref.key
+    return SessionResult(
+        slug=task.ref.slug,
+        floor=key.floor,
+        device=key.device,
+        session=key.session,
+        format=task.ref.format,
+        strategy=task.settings.strategy,
+        version=__version__,
+        **details,
+    )
+
+
+def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str | None:
+    """Say why no frame could be mapped at all; None where the session was mapped, be it in parts."""
+    usable = trajectory.status[session.camera.usable]
+    if len(usable) == 0:
+        return f"{session.key}: no usable camera frame; see its findings"
+    if (usable == Status.NO_MAPPING).all():
+        return f"{session.key}: could not be mapped: it needs {needs}; see its findings"
+    return None

@@ -1,0 +1,105 @@
+"""One session as every command sees it: read, corrected, with the landmarks that it may use in its own frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.findings import Finding
+from vislam2tag.core.tracker_sections import longest_part
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.sessions.corrected import corrected_session
+from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
+from vislam2tag.settings import Settings
+from vislam2tag.smoother.observations import FEWEST_FRAMES
+from vislam2tag.survey.corrections import Corrections, corrected_landmarks
+from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
+from vislam2tag.survey.model import Floor, SessionRef, Site
+
+
+@dataclass(frozen=True)
+class SessionTask:
+    """All that a worker needs to prepare one session."""
+
+    ref: SessionRef
+    site: Site
+    corrections: Corrections
+    settings: Settings
+
+    @property
+    def floor(self) -> Floor:
+        """The floor that the session lies under; the session is mapped in its BCS."""
+        return self.site.floor(self.ref.key.floor)
+
+    @property
+    def frames(self) -> dict[int, FrameChange]:
+        """From the BCS that the session is mapped in to that of each floor; none where all share one."""
+        return changes_from(self.site, self.ref.key.floor)
+
+    def considered_landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
+        """All landmarks that matter to the session if it logged these ids, and one sentence for each correction used.
+
+        They are corrected, and in the BCS of the session's floor.
+        """
+        own = self.ref.key.floor
+        considered, uses = self._corrected(considered_landmarks(self.site, own, logged))
+        return in_frame_of(considered, self.site, own), uses
+
+    def landmarks_of_all_floors(self) -> Landmarks:
+        """The site's landmarks, corrected for the session; ids may repeat from floor to floor."""
+        return self._corrected(self.site.landmarks)[0]
+
+    def _corrected(self, landmarks: Landmarks) -> tuple[Landmarks, tuple[str, ...]]:
+        return corrected_landmarks(landmarks, self.corrections, self.ref.key, self.settings.default_landmark_sigma_m)
+
+
+@dataclass(frozen=True)
+class PreparedSession:
+    """A session that was read and corrected, and the landmarks that it may use, ids unique, in its own frame.
+
+    ``unused`` are the logged ids that only other floors know and that nothing else speaks for; ``corrections`` has one
+    sentence for each use of a correction.
+    """
+
+    task: SessionTask
+    session: Session
+    landmarks: Landmarks
+    unused: tuple[str, ...]
+    corrections: tuple[str, ...]
+
+    def findings(self) -> list[Finding]:
+        """What is odd about the session before it is mapped: its files, its presses, its landmarks and floors."""
+        task, session = self.task, self.session
+        return [
+            *session.findings,
+            *press_findings(session, task.floor),
+            *landmarks_without_position(session.landmarks, self.landmarks, self.unused),
+            *ambiguous_floor(task.landmarks_of_all_floors(), session.key, session.camera, session.landmarks),
+        ]
+
+    def longest_section(self) -> PreparedSession:
+        """Keep only the longest stretch in which the tracker kept one frame of reference.
+
+        Raises SessionError where it has too few usable frames.
+        """
+        camera, log = longest_part(self.session.camera, self.session.landmarks)
+        longest = replace(self, session=replace(self.session, camera=camera, landmarks=log))
+        longest.refuse_without_frames()
+        return longest
+
+    def refuse_without_frames(self) -> None:
+        """Raise SessionError where the session has too few usable frames to be mapped at all."""
+        if self.session.camera.usable.sum() < FEWEST_FRAMES:
+            raise SessionError(f"{self.session.key}: no usable camera frames; vislam2tag inspect says why")
+
+
+def prepared_session(task: SessionTask) -> PreparedSession:
+    """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
+    session, session_uses = corrected_session(read_session(task.ref, task.settings.findings), task.corrections)
+    considered, landmark_uses = task.considered_landmarks(session.landmarks.ids)
+    mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
+    return PreparedSession(task, session, mine.landmarks, mine.elsewhere, (*landmark_uses, *session_uses))

@@ -1,0 +1,91 @@
+"""A session as every command sees it: read, corrected, with its landmarks in its own frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.sessions.raw import FRAMES, clean_files, write_session
+from tests.walks import landmarks_at
+from vislam2tag.common.errors import SessionError
+from vislam2tag.core.context import TrackerState
+from vislam2tag.core.similarity import Similarity2
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.model import ControlPoints, Floor, Site
+
+
+def marks() -> Landmarks:
+    """Landmark 10 hangs on floor 1, landmark 7 on floor 2."""
+    return replace(landmarks_at({"10": (1.1, 2.2), "7": (3.3, 4.4)}), floor=np.array([1, 2]))
+
+
+def task(
+    folder: Path, corrections: Corrections | None = None, files: dict[str, list[str]] | None = None
+) -> SessionTask:
+    """The clean session on floor 1 of a site whose floor 2 has a frame of its own."""
+    turned = Similarity2(1j, 5 + 0j)
+    floors = tuple(
+        Floor(number, "", None, None, None, None, ControlPoints((), np.empty((0, 2))), site_T_bcs=frame)
+        for number, frame in ((1, turned), (2, Similarity2.identity()))
+    )
+    ref = write_session(folder / "floor_1" / "LG" / "walk", files or clean_files())
+    return SessionTask(ref, Site(floors, marks()), corrections or Corrections(), Settings())
+
+
+def with_sections(prepared: PreparedSession, later_from: int) -> PreparedSession:
+    """The tracker began anew at a frame."""
+    count = len(prepared.session.camera.time_ns)
+    part = (np.arange(count) >= later_from).astype(np.int64)
+    state = TrackerState(np.ones(count, dtype=bool), part, ("NONE",), np.zeros(count, dtype=np.int64))
+    camera = replace(prepared.session.camera, state=state)
+    return replace(prepared, session=replace(prepared.session, camera=camera))
+
+
+def test_session_and_landmarks_are_corrected_and_each_use_is_told(tmp_path: Path) -> None:
+    corrections = Corrections.model_validate(
+        {
+            "move_landmark": ({"id": "10", "x": 9.0, "y": 8.0},),
+            "exclude_landmark": ({"id": "7"},),
+        }
+    )
+    prepared = prepared_session(task(tmp_path, corrections))
+    assert prepared.session.landmarks.ids == ("10",)
+    assert prepared.landmarks.position_bcs.tolist() == [[9.0, 8.0]]
+    assert [use.split(" is ")[0] for use in prepared.corrections] == ["Landmark 10", "Landmark 7"]
+
+
+def test_landmarks_of_the_own_floor_stay_to_the_last_digit_in_a_site_of_several_frames(tmp_path: Path) -> None:
+    prepared = prepared_session(task(tmp_path))
+    assert prepared.task.frames.keys() == {1, 2}
+    assert prepared.landmarks.position_bcs[prepared.landmarks.index["10"]].tolist() == [1.1, 2.2]
+
+
+def test_a_landmark_that_only_another_floor_has_is_not_used_and_is_a_finding(tmp_path: Path) -> None:
+    prepared = prepared_session(task(tmp_path))
+    assert prepared.unused == ("7",)
+    assert "landmark_of_other_floor" in {finding.kind for finding in prepared.findings()}
+
+
+def test_the_longest_section_is_taken_alone_and_keeps_the_landmarks(tmp_path: Path) -> None:
+    prepared = with_sections(prepared_session(task(tmp_path)), later_from=20)
+    longest = prepared.longest_section()
+    usable = longest.session.camera.usable
+    assert np.flatnonzero(usable).tolist() == list(range(20, FRAMES))
+    assert longest.landmarks is prepared.landmarks
+
+
+def test_a_session_of_one_frame_cannot_be_mapped(tmp_path: Path) -> None:
+    files = clean_files() | {"poses.csv": clean_files()["poses.csv"][:1]}
+    prepared = prepared_session(task(tmp_path, files=files))
+    assert (prepared.session.camera.status == Status.OK).sum() == 1
+    with pytest.raises(SessionError, match="no usable camera frames"):
+        prepared.refuse_without_frames()
+    with pytest.raises(SessionError, match="no usable camera frames"):
+        prepared.longest_section()
