@@ -18,9 +18,9 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.metrics import Score, score
-from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.sessions.registry import open_survey, read_session

@@ -17,7 +17,7 @@ from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.metrics import plane_error_m
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.held_out import folds, walk_of
+from vislam2tag.positioning.scans.held_out import folds, walk_numbers
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 
 FOLDS = 5
@@ -37,7 +37,7 @@ def cross_validated(data: LearningData, choice: str) -> tuple[float, float]:
     name, _, texts = choice.partition(":")
     parameters = parameters_of(re.split(r",(?=\w+=)", texts) if texts else ())
     error_m, right = np.full(len(data), np.nan), np.zeros(len(data), dtype=np.bool_)
-    for learned, left_out in folds(walk_of(data.scans, data.places), FOLDS, SEED):
+    for learned, left_out in folds(walk_numbers(data.scans, data.places), FOLDS, SEED):
         asked = data[left_out]
         model = model_named(name, **parameters)
         model.fit(data[learned].scans, data[learned].places, validation=(asked.scans, asked.places))

@@ -15,9 +15,9 @@ import time
 import numpy as np
 
 from vislam2tag.common.extras import import_extra
-from vislam2tag.positioning.places import Places, Storey
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREYS, ACCESS_POINTS, WALKS = 5, 30, 40
 SIZE_M = np.array([100.0, 60.0])
@@ -25,7 +25,7 @@ FAINTEST_DBM = -92.0
 MODELS = ("multi-cel", "regression-net", "cell-density", "cell-density-networks", "weighted-knn", "probabilistic")
 
 
-def drawn(count: int) -> tuple[RadioScans, Places]:
+def drawn(count: int) -> tuple[RadioScans, ScanPlaces]:
     """Draw fingerprints: exponent 3, 15 dB a storey, shadows and fading of 4 dB."""
     rng = np.random.default_rng(0)
     stands, stands_on = rng.uniform(0, 1, (STOREYS * ACCESS_POINTS, 2)) * SIZE_M, np.arange(STOREYS * ACCESS_POINTS)
@@ -36,9 +36,11 @@ def drawn(count: int) -> tuple[RadioScans, Places]:
     level = -35 - 30 * np.log10(away_m) - 15.0 * between + rng.normal(0, 4, away_m.shape)
     row, column = np.nonzero(level > FAINTEST_DBM)
     session = np.char.add("walk", (np.arange(count) * WALKS // count).astype(np.str_))
-    scans = scans_of(row, np.char.add("ap", column.astype(np.str_)), level[row, column], count, session=session)
+    scans = scans_from_readings(
+        row, np.char.add("ap", column.astype(np.str_)), level[row, column], count, session=session
+    )
     storeys = tuple(Storey("", number) for number in range(STOREYS))
-    return scans, Places(storeys, storey, xy, z, sigma_m)
+    return scans, ScanPlaces(storeys, storey, xy, z, sigma_m)
 
 
 def main() -> None:

@@ -19,47 +19,49 @@ from positioning_settings import training_part
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.positioning.cell_density.contradicted import contradicted
-from vislam2tag.positioning.cell_density.scan_kernel import (
-    DirectionLikeness,
-    Likeness,
-    NormalEquations,
+from vislam2tag.positioning.cell_density.kernel_regression import (
+    KernelNormalEquations,
+    KernelRegression,
+)
+from vislam2tag.positioning.cell_density.mislabelled_storeys import mislabelled
+from vislam2tag.positioning.cell_density.scan_kernels import (
+    DirectionKernel,
     ScanKernel,
+    StoreyKernel,
     directions,
     levels,
 )
-from vislam2tag.positioning.cell_density.storeys import StoreyLikeness
 from vislam2tag.positioning.scans.held_out import folds
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
-from vislam2tag.positioning.scans.representation import altered
+from vislam2tag.positioning.scans.representation import augmented
 
 DRAWS = range(3)
-Around = Callable[[FloatArray], Likeness]
+Around = Callable[[FloatArray], ScanKernel]
 Folds = Callable[[int], Iterator[tuple[BoolArray, BoolArray]]]
 
 
-def by_direction(level: FloatArray) -> Likeness:
+def by_direction(level: FloatArray) -> ScanKernel:
     """Make the kernel that looks at directions of powed levels alone."""
-    return DirectionLikeness(directions(level), 1.0)
+    return DirectionKernel(directions(level), 1.0)
 
 
 CHOICES: dict[str, tuple[Around, int, float, bool]] = {
     "directions": (by_direction, 0, 0.1, False),
-    "directions, four altered copies": (by_direction, 4, 1.0, False),
+    "directions, four augmented copies": (by_direction, 4, 1.0, False),
     "directions, contradicted scans left out": (by_direction, 0, 0.1, True),
-    "directions and steps": (StoreyLikeness.around, 0, 0.1, False),
-    "directions and steps, contradicted scans left out": (StoreyLikeness.around, 0, 0.1, True),
-    "the same, four altered copies": (StoreyLikeness.around, 4, 0.3, True),
+    "directions and steps": (StoreyKernel.around, 0, 0.1, False),
+    "directions and steps, contradicted scans left out": (StoreyKernel.around, 0, 0.1, True),
+    "the same, four augmented copies": (StoreyKernel.around, 4, 0.3, True),
 }
 """Kernel, copies, ridge, and whether contradicted scans are left out."""
 
 
-def learned(data: LearningData, around: Around, copies: int, ridge: float) -> ScanKernel[Likeness]:
+def learned(data: LearningData, around: Around, copies: int, ridge: float) -> KernelRegression[ScanKernel]:
     """Regress onto storeys."""
     rng, level = np.random.default_rng(0), levels(data.scans)
     one_hot = np.eye(len(data.places.storeys))[data.places.storey]
-    equations = NormalEquations.empty(around(level), one_hot.mean(axis=0), len(level))
-    equations.add((altered(level, rng) if copy else level, one_hot) for copy in range(copies + 1))
+    equations = KernelNormalEquations.empty(around(level), one_hot.mean(axis=0), len(level))
+    equations.add((augmented(level, rng) if copy else level, one_hot) for copy in range(copies + 1))
     return equations.solved([ridge])[0]
 
 
@@ -71,7 +73,7 @@ def right_share(data: LearningData, choice: tuple[Around, int, float, bool], dea
         for learn, left in dealt(draw):
             part, asked = data[learn], data[left]
             if doubting:
-                part = part[~contradicted(part.scans, part.places.storey, np.arange(len(part)))]
+                part = part[~mislabelled(part.scans, part.places.storey, np.arange(len(part)))]
             function = learned(part, around, copies, ridge)
             right.append(function(levels(asked.scans)).argmax(axis=1) == asked.places.storey)
     return float(np.concatenate(right).mean())
@@ -83,11 +85,11 @@ def everything(folder: Path) -> None:
     data = data[data.scans.heard > 0]
     one_hot = np.eye(len(data.places.storeys))[data.places.storey]
     level = levels(data.scans)
-    like = StoreyLikeness.around(level).among()
+    like = StoreyKernel.around(level).among_centres()
     inverse = np.linalg.inv(like + 0.1 * np.eye(len(level)))
     told = one_hot - inverse @ (one_hot - one_hot.mean(axis=0)) / np.diag(inverse)[:, None]
     right = told.argmax(axis=1) == data.places.storey
-    doubted = contradicted(data.scans, data.places.storey, np.arange(len(data)))
+    doubted = mislabelled(data.scans, data.places.storey, np.arange(len(data)))
     print(f"{len(data)} fingerprints: {100 * right.mean():.1f} % on the right floor by all others")
     print(f"contradicted by all others: {100 * doubted.mean():.1f} %")
 

@@ -17,8 +17,8 @@ from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.positioning import registry as base
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.registry import Arrays, Positioner, register
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 SLOW_S = 0.15
@@ -38,7 +38,7 @@ class Loudest(Positioner):
     def __init__(self, radius_m: float = 10.0) -> None:
         self.radius_m = radius_m
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         self.nearest_ = np.nanargmax(scans.dense(-200.0), axis=0)
         self.places_ = places
 
@@ -59,7 +59,7 @@ class Loudest(Positioner):
     def offset_m(self) -> float:
         return 0.0
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         return {}
 
     def restore(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -81,7 +81,7 @@ class Drawn(Loudest):
 class Slow(Drawn):
     """The same, in time to be killed."""
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         time.sleep(SLOW_S)
         if self.progress is not None:
             self.progress(0.5)
@@ -91,7 +91,7 @@ class Slow(Drawn):
 class Picky(Loudest):
     """Learns of no phone but one."""
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         if set(scans.device) != {"Pixel"}:
             raise DatasetError("it takes a Pixel")
         super()._fit(scans, places, validation)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREY_HEIGHT_M = 4.0
 TWO_FLOORS = ((Storey("A", 0), (40.0, 20.0)), (Storey("A", 1), (24.0, 12.0)))
@@ -19,7 +19,7 @@ FAINTEST_HEARD_DBM = -90.0
 
 def surveyed(
     n: int, floors: Sequence[tuple[Storey, tuple[float, float]]] = TWO_FLOORS, seed: int = 0, noise_db: float = 2.0
-) -> tuple[RadioScans, Places]:
+) -> tuple[RadioScans, ScanPlaces]:
     """Draw ``n`` scans at random places, equally many a floor; eight access points a floor, always the same ones."""
     rng = np.random.default_rng(seed)
     storeys = tuple(storey for storey, _ in floors)
@@ -30,8 +30,8 @@ def surveyed(
     rows, columns = np.nonzero(level > FAINTEST_HEARD_DBM)
     names = np.array([f"ap{column:02d}" for column in range(level.shape[1])], dtype=np.str_)
     floor = np.array([storey.floor for storey in storeys])
-    places = Places(storeys, storey, xy, STOREY_HEIGHT_M * floor[storey] + 1.0, np.full(n, 0.1))
-    return scans_of(rows, names[columns], level[rows, columns], n).over(tuple(names)), places
+    places = ScanPlaces(storeys, storey, xy, STOREY_HEIGHT_M * floor[storey] + 1.0, np.full(n, 0.1))
+    return scans_from_readings(rows, names[columns], level[rows, columns], n).over(tuple(names)), places
 
 
 def _levels(storeys: Sequence[Storey], size: np.ndarray, storey: np.ndarray, xy: np.ndarray) -> np.ndarray:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREYS = (Storey("east", 0), Storey("east", 1), Storey("west", 0))
 FAINTEST_DBM = -92.0
@@ -14,7 +14,7 @@ SCANS_A_WALK = 12
 
 def radio_world(
     seed: int = 0, walks: int = 4, SCANS_A_WALK: int = 12, offset_db: float = 0.0
-) -> tuple[RadioScans, Places]:
+) -> tuple[RadioScans, ScanPlaces]:
     """Scans of ``walks`` walks on each storey, and where they were taken; access points are the same for all seeds."""
     fixed = np.random.default_rng(99)
     points = fixed.uniform(0, 40, (len(STOREYS), 8, 2))
@@ -31,6 +31,6 @@ def radio_world(
         names += [f"ap-{on}-{point}"] * len(heard)
         levels.append(level[heard])
     session = np.array([f"walk-{index // SCANS_A_WALK}" for index in range(n)])
-    scans = scans_of(np.concatenate(rows), np.array(names), np.concatenate(levels), n, session=session)
-    places = Places(STOREYS, storey, xy, 3.0 * (storey == 1), np.full(n, 0.1))
+    scans = scans_from_readings(np.concatenate(rows), np.array(names), np.concatenate(levels), n, session=session)
+    places = ScanPlaces(STOREYS, storey, xy, 3.0 * (storey == 1), np.full(n, 0.1))
     return scans, places

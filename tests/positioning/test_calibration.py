@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.positioning.radii import radius_scale
+from vislam2tag.positioning.error_radii import radius_scale
 
 
 @pytest.mark.parametrize("heavy", [False, True])

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.places import Places, Positions, Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
 
 STOREYS = (Storey("A", 0), Storey("A", 1), Storey("A", 3), Storey("B", 0))
 
 
-def truth(storey: list[int], xy: list[list[float]]) -> Places:
+def truth(storey: list[int], xy: list[list[float]]) -> ScanPlaces:
     n = len(storey)
-    return Places(STOREYS, np.array(storey), np.array(xy, dtype=float), np.full(n, 1.0), np.full(n, 0.1))
+    return ScanPlaces(STOREYS, np.array(storey), np.array(xy, dtype=float), np.full(n, 1.0), np.full(n, 0.1))
 
 
 def positions(storey: list[int], xy: list[list[float]], radius: float = 2.0, z: float = 1.0) -> Positions:
@@ -54,6 +54,6 @@ def test_nothing_answered_has_no_figures() -> None:
 
 
 def test_other_storeys_are_refused() -> None:
-    other = Places((Storey("A", 0),), np.array([0]), np.zeros((1, 2)), np.zeros(1), np.zeros(1))
+    other = ScanPlaces((Storey("A", 0),), np.array([0]), np.zeros((1, 2)), np.zeros(1), np.zeros(1))
     with pytest.raises(ValueError, match="number their storeys differently"):
         score(positions([0], [[0, 0]]), other)

@@ -50,8 +50,10 @@ def saved(path: Path) -> Path:
 @pytest.mark.parametrize("name", model_names())
 def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if name == "cell-density-networks":
-        network = pytest.importorskip("vislam2tag.positioning.cell_density.network", reason="PyTorch is absent")
-        monkeypatch.setattr(network, "Training", partial(network.Training, steps=20, widths=(16, 8)))
+        network = pytest.importorskip(
+            "vislam2tag.positioning.cell_density.network_training", reason="PyTorch is absent"
+        )
+        monkeypatch.setattr(network, "NetworkSchedule", partial(network.NetworkSchedule, steps=20, widths=(16, 8)))
     first = fitted(name)
     save(first, tmp_path / "model.v2t")
     again = load(tmp_path / "model.v2t")
@@ -131,7 +133,7 @@ class Renamed(NearestNeighbours):
         super().__init__(k=k)
         self.hue = hue
 
-    def arrays(self) -> base.Arrays:
+    def arrays(self) -> base.NamedArrays:
         return {"other": np.zeros(3)}
 
 

@@ -15,7 +15,7 @@ from tests.positioning.test_registry import Mean
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.positioning.onnx_export import INPUT, write_onnx
 from vislam2tag.positioning.registry import Positioner, model_named
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 FAR_M = np.array([-7600.0, 4864900.0])
 """Places as in UJIIndoorLoc, where single precision is half a metre."""
@@ -34,7 +34,7 @@ def fresh_scans() -> RadioScans:
     scans, _ = surveyed(40, TWO_BUILDINGS, seed=4)
     heard = np.array([name not in ("ap03",) for name in scans.access_points])[scans.column] & (scans.row != 5)
     names = np.array(scans.access_points)[scans.column[heard]]
-    return scans_of(scans.row[heard], names, scans.rssi_dbm[heard], 40)
+    return scans_from_readings(scans.row[heard], names, scans.rssi_dbm[heard], 40)
 
 
 @pytest.mark.parametrize(
@@ -49,8 +49,10 @@ def fresh_scans() -> RadioScans:
 def test_onnxruntime_agrees(name: str, widths: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     onnxruntime = pytest.importorskip("onnxruntime", reason="is not installed")
     if name == "cell-density-networks":
-        density_network = pytest.importorskip("vislam2tag.positioning.cell_density.network")
-        monkeypatch.setattr(density_network, "Training", partial(density_network.Training, steps=20, widths=(16, 8)))
+        density_network = pytest.importorskip("vislam2tag.positioning.cell_density.network_training")
+        monkeypatch.setattr(
+            density_network, "NetworkSchedule", partial(density_network.NetworkSchedule, steps=20, widths=(16, 8))
+        )
     model = fitted(name, **widths)
     write_onnx(model, tmp_path / "model.onnx", {"frame": "here"})
     session = onnxruntime.InferenceSession(tmp_path / "model.onnx")

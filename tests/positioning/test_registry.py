@@ -11,17 +11,17 @@ from sklearn.base import clone
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.registry import Arrays, Positioner, model_named
+from vislam2tag.positioning.registry import NamedArrays, Positioner, model_named
 from vislam2tag.positioning.scans.learning_data import learning_data
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 
 class Mean(Positioner):
     def __init__(self, radius_m: float = 10.0) -> None:
         self.radius_m = radius_m
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         assert scans.access_points == self.access_points_
         assert (scans.heard > 0).all()
         self.mean_ = places.xy.mean(axis=0)
@@ -38,7 +38,7 @@ class Mean(Positioner):
             radius_95_m=np.full(n, 2 * self.radius_m),
         )
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         return {"mean": self.mean_}
 
     def restore(self, arrays: Mapping[str, FloatArray]) -> None:
@@ -48,7 +48,9 @@ class Mean(Positioner):
 def test_a_scan_of_unknown_access_points_is_unknown() -> None:
     data = learning_data(small_dataset())
     model = Mean().fit(data.scans, data.places)
-    deaf = scans_of(np.array([0, 1]), np.array(["stranger", data.scans.access_points[0]]), np.array([-50.0, -50.0]), 3)
+    deaf = scans_from_readings(
+        np.array([0, 1]), np.array(["stranger", data.scans.access_points[0]]), np.array([-50.0, -50.0]), 3
+    )
     found = model.predict(deaf)
     assert found.known.tolist() == [False, True, False]
     assert np.isnan(found.xy[[0, 2]]).all()

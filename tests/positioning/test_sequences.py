@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vislam2tag.positioning.places import Positions, Storey
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import Positions, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.sequences import _variance, filtered, smoothed
 
 STOREYS = (Storey("", 0), Storey("", 1))
@@ -22,7 +22,9 @@ def walk(n: int = 60, seed: int = 0) -> tuple[RadioScans, np.ndarray, Positions]
     truth = 12 * np.column_stack([np.cos(angle), np.sin(angle)])
     nothing = np.empty(0, dtype=np.int64)
     session = np.full(n, "walk")
-    scans = scans_of(nothing, nothing.astype(str), np.empty(0), n, session=session, time_ns=np.arange(n) * 2 * 10**9)
+    scans = scans_from_readings(
+        nothing, nothing.astype(str), np.empty(0), n, session=session, time_ns=np.arange(n) * 2 * 10**9
+    )
     found = Positions(
         storeys=STOREYS,
         storey=np.zeros(n, dtype=np.int64),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.positioning.radii import UNKNOWN_M, SpreadRadii, fitted_radii
+from vislam2tag.positioning.error_radii import UNKNOWN_M, SpreadRadii, fitted_radii
 
 
 def test_radii_hold_new_errors_and_are_saved() -> None:

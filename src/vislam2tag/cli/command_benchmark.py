@@ -20,8 +20,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE, PUBLIC, BenchmarkPlan, benchmark, public_dataset
-from vislam2tag.positioning.benchmark.protocol import ModelChoice
-from vislam2tag.positioning.benchmark.published import published_choices
+from vislam2tag.positioning.benchmark.protocol import ModelChoice, published_choices
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
 from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name

@@ -15,10 +15,10 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.dataset.transmitters.privacy import read_key
-from vislam2tag.pipeline.positioning.locate import Located, WalkPlan, locate
+from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan, locate
 from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
 from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import Sequence
+from vislam2tag.positioning.sequences import SequenceMethod
 
 HELP = """
 Say where scans were taken, by a model that `vislam2tag train` saved.
@@ -69,7 +69,7 @@ def _locate(
         typer.Option(metavar="KEYFILE", help="Hash the scans' BSSIDs with this key, as the model's data set was."),
     ] = None,
     sequence: Annotated[
-        Sequence | None, typer.Option(help="Let the scans of a walk help each other; with --track: smoother.")
+        SequenceMethod | None, typer.Option(help="Let the scans of a walk help each other; with --track: smoother.")
     ] = None,
     track: Annotated[
         Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
@@ -80,7 +80,7 @@ def _locate(
         raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
     walks = None
     if sequence is not None or track is not None:
-        walks = WalkPlan(sequence or Sequence.SMOOTHER, None if track is None else Tracks(track))
+        walks = WalkPlan(sequence or SequenceMethod.SMOOTHER, None if track is None else Tracks(track))
     as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
     try:
         with _written(out) as write, Console(stderr=True).status("locating"):
@@ -101,7 +101,7 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
         yield stream.write
 
 
-def _print(found: Located, out: Path | None) -> None:
+def _print(found: LocatedScans, out: Path | None) -> None:
     """Sum up: on standard error where standard output holds the positions."""
     err = out is None
     typer.echo(

@@ -14,7 +14,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.pipeline.positioning.train import Tested, Trained, TrainPlan, train
+from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel, TrainPlan, train
 from vislam2tag.positioning.registry import model_names
 
 HELP = f"""
@@ -83,7 +83,7 @@ def _bar() -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, total=1.0, completed=share)
 
 
-def _print(trained: Trained, seconds: float) -> None:
+def _print(trained: TrainedModel, seconds: float) -> None:
     model, origin = trained.saved.model, trained.saved.origin
     floors = len(model.storeys_)
     typer.echo(
@@ -97,7 +97,7 @@ def _print(trained: Trained, seconds: float) -> None:
         typer.echo(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
 
 
-def _tested(tested: Tested) -> str:
+def _tested(tested: HeldOutResult) -> str:
     result = tested.score
     if result.plane.mean_m is None or result.floor_hit is None:
         return f"tested on {result.scans} fingerprints: none hears an access point that was learned"

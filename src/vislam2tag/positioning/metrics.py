@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
 FLOOR_PENALTY_M = 15.0
 """What a wrong floor costs in the IPIN score, metres a floor."""
@@ -53,12 +53,12 @@ class Score(BaseModel):
     inside_95: float | None
 
 
-def plane_error_m(found: Positions, truth: Places) -> FloatArray:
+def plane_error_m(found: Positions, truth: ScanPlaces) -> FloatArray:
     """(n,) distance in the plane; NaN where the answer is unknown."""
     return truth.distance_m(found.xy)
 
 
-def score(found: Positions, truth: Places) -> Score:
+def score(found: Positions, truth: ScanPlaces) -> Score:
     """Compare positions (n) with the truth (n); the truth's storeys must be the model's.
 
     Raises ValueError where they are not.
@@ -101,7 +101,7 @@ def error_quantiles(error_m: FloatArray) -> ErrorQuantiles:
     )
 
 
-def _penalty_m(found: Positions, truth: Places, same_building: BoolArray) -> FloatArray:
+def _penalty_m(found: Positions, truth: ScanPlaces, same_building: BoolArray) -> FloatArray:
     floors_off = np.abs(found.floor - truth.floor)
     return np.asarray(FLOOR_PENALTY_M * floors_off + np.where(same_building, 0.0, BUILDING_PENALTY_M))
 

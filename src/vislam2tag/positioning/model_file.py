@@ -22,8 +22,8 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.positioning.places import Storey
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
+from vislam2tag.positioning.scans.places import Storey
 
 FORMAT_VERSION = 1
 SUFFIX = ".v2t"

@@ -1,11 +1,11 @@
 """A model as an ONNX file that answers by itself: nothing of this package is needed to use it.
 
 Input ``level_dbm`` (n, a), double: the level of each access point, in the order of the entry ``access_points`` of the
-file's metadata, NaN where it was not heard. Outputs are the fields of
-:class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``; -1:
-unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the answer "unknown"
-are part of the graph; what stays outside is to bring readings into the columns (of several readings of an access
-point the mean in dBm counts; unknown access points are left out).
+file's metadata, NaN where it was not heard. Outputs are fields of
+:class:`~vislam2tag.positioning.scans.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``;
+-1: unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the answer
+"unknown" are part of the graph; what stays outside is to bring readings into the columns (of several readings of an
+access point the mean in dBm counts; unknown access points are left out).
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.positioning.places import Places, Positions, Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
-Arrays = dict[str, AnyArray]
+NamedArrays = dict[str, AnyArray]
 
 
 class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
@@ -33,7 +33,9 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
     progress: Callable[[float], None] | None = None
     """Told the share of ``fit`` that is done, 0 to 1, by models that take long; no parameter, and not copied."""
 
-    def fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None = None) -> Self:
+    def fit(
+        self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None = None
+    ) -> Self:
         """Learn from scans (n) and their places (n).
 
         ``validation`` is for early stopping and calibration; without it a model draws its own from the training data.
@@ -62,7 +64,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         deaf = known.heard == 0
         return self._predict(known).without(deaf)
 
-    def score(self, scans: RadioScans, places: Places) -> float:
+    def score(self, scans: RadioScans, places: ScanPlaces) -> float:
         """Return the mean error in the plane in metres, negated (scikit-learn: greater is better)."""
         error = np.hypot(*(self.predict(scans).xy - places.xy).T)
         return -float(np.nanmean(error))
@@ -72,7 +74,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         return ()
 
     @abstractmethod
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""
 
     @abstractmethod
@@ -80,7 +82,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Predict for scans over ``access_points_``; those that hear nothing may get anything."""
 
     @abstractmethod
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         """Return everything learned besides access points and storeys, as named arrays."""
 
     @abstractmethod
@@ -88,8 +90,8 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Take back what :meth:`arrays` gave; ``access_points_`` and ``storeys_`` are set already."""
 
 
-Factory = Callable[..., Positioner]
-MODELS: Registry[Factory] = Registry(plugins.MODELS)
+ModelFactory = Callable[..., Positioner]
+MODELS: Registry[ModelFactory] = Registry(plugins.MODELS)
 register = MODELS.add
 model_names = MODELS.names
 

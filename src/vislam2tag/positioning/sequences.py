@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 _SIGMA_TO_68 = 1.51
@@ -30,7 +30,7 @@ _FEWEST = 5
 """A piece of track over fewer answers cannot be turned into their frame."""
 
 
-class Sequence(StrEnum):
+class SequenceMethod(StrEnum):
     """Which scans of a walk may speak for one of them."""
 
     FILTER = "filter"
@@ -247,5 +247,5 @@ def _moved(probability: FloatArray, leave: float) -> FloatArray:
 def _heights(answer: Positions, storey: IntArray) -> FloatArray:
     """Heights (n,) as the model gave them for scans of the same storey in this walk; NaN where there are none."""
     known = np.isfinite(answer.z)
-    places = Places(answer.storeys, answer.storey[known], answer.xy[known], answer.z[known], answer.z[known])
+    places = ScanPlaces(answer.storeys, answer.storey[known], answer.xy[known], answer.z[known], answer.z[known])
     return np.where((storey == answer.storey) & known, answer.z, places.storey_height_m[storey])

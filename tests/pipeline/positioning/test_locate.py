@@ -16,11 +16,11 @@ from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed, key_name, with_privacy
 from vislam2tag.pipeline.positioning import locate as module
-from vislam2tag.pipeline.positioning.locate import Located, WalkPlan, locate
+from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan, locate
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.scans import scan_file
 from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import Sequence
+from vislam2tag.positioning.sequences import SequenceMethod
 
 KEY = b"0123456789abcdef-secret"
 
@@ -40,7 +40,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def located(
     model: Path, scans: Path, *, as_json: bool = False, key: bytes | None = None, walks: WalkPlan | None = None
-) -> tuple[pl.DataFrame, Located]:
+) -> tuple[pl.DataFrame, LocatedScans]:
     text = io.StringIO()
     found = locate(model, scans, text.write, as_json=as_json, key=key, walks=walks)
     if as_json:
@@ -146,21 +146,21 @@ def test_scans_of_a_walk_help_each_other(places: Path, tmp_path: Path) -> None:
     model = places / "plain.v2t"
     alone, none = located(model, file)
     assert (none.in_walks, none.tracked) == (0, 0)
-    smooth, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER))
+    smooth, found = located(model, file, walks=WalkPlan(SequenceMethod.SMOOTHER))
     assert (found.in_walks, found.tracked) == (found.scans, 0)
     assert smooth["scan_id"].equals(alone["scan_id"])
     assert not smooth["x"].equals(alone["x"])
-    causal, _ = located(model, file, walks=WalkPlan(Sequence.FILTER))
+    causal, _ = located(model, file, walks=WalkPlan(SequenceMethod.FILTER))
     assert not causal["x"].equals(smooth["x"])
-    tracked, found = located(model, file, walks=WalkPlan(Sequence.SMOOTHER, Tracks(tmp_path / "track.csv")))
+    tracked, found = located(model, file, walks=WalkPlan(SequenceMethod.SMOOTHER, Tracks(tmp_path / "track.csv")))
     assert found.tracked > found.scans / 2
     assert not tracked["x"].equals(smooth["x"])
-    of_set, _ = located(model, places / "plain", walks=WalkPlan(Sequence.SMOOTHER))
+    of_set, _ = located(model, places / "plain", walks=WalkPlan(SequenceMethod.SMOOTHER))
     assert of_set.filter(pl.col("scan_id").is_in(smooth["scan_id"].implode())).height == smooth.height
 
 
 def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = WalkPlan(Sequence.FILTER)
+    plan = WalkPlan(SequenceMethod.FILTER)
     with pytest.raises(UsageError, match="no scan tells its session and time_ns"):
         located(places / "plain.v2t", places / "scans.csv", walks=plan)
     monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 1)

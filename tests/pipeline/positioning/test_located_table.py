@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.positioning.radio_world import STOREYS
 from vislam2tag.pipeline.positioning.locate import LOCATED, located_table
-from vislam2tag.positioning.places import Positions
+from vislam2tag.positioning.scans.places import Positions
 
 
 def test_known_and_unknown_rows() -> None:

@@ -11,7 +11,7 @@ from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
-from vislam2tag.pipeline.positioning.train import Trained, TrainPlan, train
+from vislam2tag.pipeline.positioning.train import TrainedModel, TrainPlan, train
 from vislam2tag.positioning.model_file import load
 
 
@@ -23,7 +23,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def trained(folder: Path, out: Path, **plan: object) -> Trained:
+def trained(folder: Path, out: Path, **plan: object) -> TrainedModel:
     return train(folder, TrainPlan(**{"model": "knn", "parameters": {"k": 1}} | plan), out)  # type: ignore[arg-type]
 
 

@@ -9,14 +9,14 @@ from tests.positioning.radio_world import STOREYS, radio_world
 from tests.positioning.scans.test_radio_scans import scans_from
 from vislam2tag.positioning.baselines import level_maps as module
 from vislam2tag.positioning.baselines.level_maps import FAINT_DBM, level_maps
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 
 def test_a_cell_is_the_weighted_mean_of_its_storeys_scans() -> None:
     levels = np.full((3, 6), np.nan)
     levels[0, :2], levels[1, 0], levels[2, 2] = (-50.0, -60.0), -70.0, -40.0
     xy = np.array([[1.0, 1.0], [4.0, 1.0], [1.0, 1.0]])
-    places = Places(STOREYS, np.array([0, 0, 1]), xy, np.array([1.0, 2.0, 3.0]), np.full(3, np.nan))
+    places = ScanPlaces(STOREYS, np.array([0, 0, 1]), xy, np.array([1.0, 2.0, 3.0]), np.full(3, np.nan))
     maps = level_maps(scans_from(levels), places, cell_m=2.0, smoothing_m=3.0, prior_scans=0.5)
     row = np.flatnonzero((maps.cells.storey == 0) & (maps.cells.xy == [1.0, 1.0]).all(axis=1))[0]
     near, far = 1.0, np.exp(-9 / 18)

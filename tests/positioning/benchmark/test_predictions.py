@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from vislam2tag.positioning.benchmark.predictions import PREDICTIONS, predictions_table, with_errors
-from vislam2tag.positioning.places import Places, Positions, Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
 
 STOREYS = (Storey("a", 0), Storey("a", 1))
 
 
 def test_truth_and_answers_stand_side_by_side() -> None:
     nan = np.nan
-    truth = Places(STOREYS, np.array([0, 1, 1]), np.array([[0.0, 0], [3, 4], [1, 1]]), np.zeros(3), np.zeros(3))
+    truth = ScanPlaces(STOREYS, np.array([0, 1, 1]), np.array([[0.0, 0], [3, 4], [1, 1]]), np.zeros(3), np.zeros(3))
     found = Positions(
         storeys=STOREYS,
         storey=np.array([0, 0, -1]),

@@ -10,7 +10,7 @@ import pytest
 from tests.positioning.benchmarked import benchmark_dataset, known_models
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.positioning.benchmark.protocol import ModelChoice, Run, execute, planned
+from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 
 __all__ = ["known_models"]
@@ -27,8 +27,10 @@ def data(dataset: Dataset) -> LearningData:
     return learning_data(dataset)
 
 
-def run_of(dataset: Dataset, model: str = "test-loudest", seed: int | None = None, **parameters: object) -> Run:
-    return Run(ModelChoice(model, parameters), dataset.splits["device"], "Galaxy", seed)
+def run_of(
+    dataset: Dataset, model: str = "test-loudest", seed: int | None = None, **parameters: object
+) -> BenchmarkRun:
+    return BenchmarkRun(ModelChoice(model, parameters), dataset.splits["device"], "Galaxy", seed)
 
 
 def test_models_that_draw_nothing_run_once(dataset: Dataset) -> None:

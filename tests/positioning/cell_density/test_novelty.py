@@ -1,4 +1,4 @@
-"""Scans unlike all that was learned are told, and radii that grow with it hold familiar and strange errors alike."""
+"""Scans unlike all that was learned are found, and radii that grow with it hold familiar and strange errors alike."""
 
 from __future__ import annotations
 
@@ -7,38 +7,43 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.positioning.cell_density.novelty import AlikeScans, HeldOut, NoveltyRadii, fitted_novelty_radii
-from vislam2tag.positioning.radii import UNKNOWN_M
+from vislam2tag.positioning.cell_density.novelty import (
+    HeldOutErrors,
+    NoveltyRadii,
+    ReferenceScans,
+    fitted_novelty_radii,
+)
+from vislam2tag.positioning.error_radii import UNKNOWN_M
 
 
 def circle(angle: np.ndarray) -> np.ndarray:
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def held_out(n: int, novelty: float, error_m: float, seed: int) -> HeldOut:
+def held_out(n: int, novelty: float, error_m: float, seed: int) -> HeldOutErrors:
     """Errors that grow with what is new; familiar scans are a little new, too."""
     rng = np.random.default_rng(seed)
     spread = rng.uniform(0.5, 2.0, n)
     new = rng.exponential(novelty, n) * (rng.random(n) < 0.9)
-    return HeldOut((spread * 0.7 + error_m * new) * rng.rayleigh(1.0, n), spread, new)
+    return HeldOutErrors((spread * 0.7 + error_m * new) * rng.rayleigh(1.0, n), spread, new)
 
 
 def test_what_lies_between_learned_scans_is_familiar_and_what_lies_beyond_is_not() -> None:
     angle = np.linspace(0.0, 0.5, 21)
-    alike = AlikeScans.of(circle(angle), np.column_stack([10 * angle, np.zeros(21)]))
+    references = ReferenceScans.of(circle(angle), np.column_stack([10 * angle, np.zeros(21)]))
     asked = np.array([0.2625, 0.7, 1.2])
-    away_m, novelty = alike.compared(circle(asked), np.column_stack([10 * np.minimum(asked, 0.5), np.zeros(3)]))
+    away_m, novelty = references.compared(circle(asked), np.column_stack([10 * np.minimum(asked, 0.5), np.zeros(3)]))
     assert novelty[0] < 1e-3
     assert novelty[0] < novelty[1] < novelty[2]
     assert (away_m < 1.0).all()
-    far_m, _ = alike.compared(circle(asked[:1]), np.array([[2.625, 30.0]]))
+    far_m, _ = references.compared(circle(asked[:1]), np.array([[2.625, 30.0]]))
     assert far_m[0] == pytest.approx(30.0, abs=0.1)
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_few_scans_can_be_compared_with(count: int) -> None:
-    alike = AlikeScans.of(circle(np.arange(count) * 0.1), np.zeros((count, 2)))
-    for values in alike.compared(circle(np.array([0.05, 1.0])), np.ones((2, 2))):
+    references = ReferenceScans.of(circle(np.arange(count) * 0.1), np.zeros((count, 2)))
+    for values in references.compared(circle(np.array([0.05, 1.0])), np.ones((2, 2))):
         assert np.isfinite(values).all()
 
 
@@ -69,12 +74,12 @@ def test_radii_stop_growing_where_nothing_was_tried() -> None:
 
 
 def test_without_any_error_nothing_is_promised() -> None:
-    nothing = HeldOut.joined([])
+    nothing = HeldOutErrors.joined([])
     r68, r95 = fitted_novelty_radii(nothing, held_out(9, 0.1, 1.0, 0)).radii_m(np.zeros(2), np.zeros(2))
     assert (r68 >= UNKNOWN_M).all()
     assert (r95 > r68).all()
 
 
 def test_held_out_parts_are_joined() -> None:
-    both = HeldOut.joined([held_out(3, 0.1, 1.0, 0), held_out(2, 0.1, 1.0, 1)])
+    both = HeldOutErrors.joined([held_out(3, 0.1, 1.0, 0), held_out(2, 0.1, 1.0, 1)])
     assert len(both) == len(both.scale_m) == len(both.novelty) == 5

@@ -8,21 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.positioning.cell_density.path_loss import fitted_path_loss, unheard_dbm
-from vislam2tag.positioning.places import Places, Storey
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
 
 FAINTEST_DBM = -90.0
 STANDS = np.array([[5.0, 8.0], [30.0, 15.0], [44.0, 10.0]])
 """The last one beyond where anybody was."""
 
 
-def heard(n: int, storeys: int = 1, exponent: float = 3.0) -> tuple[np.ndarray, Places]:
+def heard(n: int, storeys: int = 1, exponent: float = 3.0) -> tuple[np.ndarray, ScanPlaces]:
     """Levels at places of 40 x 20 m, 15 dB fainter on the second storey."""
     rng = np.random.default_rng(0)
     storey, xy = np.arange(n) % storeys, rng.uniform(0, 1, (n, 2)) * (40.0, 20.0)
     away = np.hypot(np.linalg.norm(xy[:, None] - STANDS, axis=2), 3.0)
     level = -35 - 10 * exponent * np.log10(away) - 15.0 * storey[:, None] + rng.normal(0, 2, (n, 3))
     names = tuple(Storey("", number) for number in range(storeys))
-    return np.where(level < FAINTEST_DBM, np.nan, level), Places(names, storey, xy, np.zeros(n), np.zeros(n))
+    return np.where(level < FAINTEST_DBM, np.nan, level), ScanPlaces(names, storey, xy, np.zeros(n), np.zeros(n))
 
 
 def test_it_finds_places_exponents_and_storeys() -> None:

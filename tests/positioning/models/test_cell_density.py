@@ -66,7 +66,9 @@ def test_one_access_point_and_constant_levels() -> None:
 def test_unsure_labels_reach_further() -> None:
     scans, places = surveyed(40)
     unsure = replace(places, sigma_m=np.full(len(places), 8.0))
-    sure, wide = (CellDensity().fit(scans, either).kernel_.answer(scans).spread_m.mean() for either in (places, unsure))
+    sure, wide = (
+        CellDensity().fit(scans, either).density_.answer(scans).spread_m.mean() for either in (places, unsure)
+    )
     assert wide > sure
 
 
@@ -85,7 +87,7 @@ def test_it_reaches_where_nobody_was() -> None:
     scans, places = surveyed(400)
     east = places.xy[:, 0] > np.quantile(places.xy[:, 0], 0.75)
     model = CellDensity().fit(scans[~east], places[~east])
-    by_density, answered = model.kernel_.answer(scans[east]).xy, model.predict(scans[east]).xy
+    by_density, answered = model.density_.answer(scans[east]).xy, model.predict(scans[east]).xy
     error_m = [places[east].distance_m(xy).mean() for xy in (by_density, answered)]
     assert error_m[1] < 0.5 * error_m[0]
 
@@ -93,7 +95,7 @@ def test_it_reaches_where_nobody_was() -> None:
 def test_the_field_is_kept_only_where_it_is_asked() -> None:
     model = CellDensity().fit(*surveyed(200))
     assert any(name.startswith("field") for name in model.arrays())
-    model.half_, model.kernel_ = np.inf, replace(model.kernel_, field=None)
+    model.half_novelty_, model.density_ = np.inf, replace(model.density_, field=None)
     assert not any(name.startswith("field") for name in model.arrays())
     assert np.isfinite(model.predict(surveyed(20, seed=1)[0]).xy).all()
 

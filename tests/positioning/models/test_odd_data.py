@@ -10,8 +10,8 @@ import pytest
 
 from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.positioning.places import Places
 from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 BASELINES: dict[str, dict[str, Any]] = {
@@ -24,12 +24,12 @@ SCANS, PLACES = radio_world(walks=2)
 FIRST_STOREY = np.flatnonzero(PLACES.storey == 0)
 
 
-def one_access_point() -> tuple[RadioScans, Places]:
+def one_access_point() -> tuple[RadioScans, ScanPlaces]:
     scans = SCANS.over(SCANS.access_points[:1])
     return scans[scans.heard > 0], PLACES[scans.heard > 0]
 
 
-def some_labels_missing() -> tuple[RadioScans, Places]:
+def some_labels_missing() -> tuple[RadioScans, ScanPlaces]:
     known = np.arange(len(SCANS)) % 3 > 0
     return SCANS, replace(PLACES, xy=np.where(known[:, None], PLACES.xy, np.nan), z=np.full(len(SCANS), np.nan))
 

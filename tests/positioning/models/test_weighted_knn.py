@@ -15,19 +15,19 @@ from vislam2tag.dataset.formats import ImportContext
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.reading.points import OFFICIAL
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.models.weighted_knn import Distance, NearestNeighbours
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.models.weighted_knn import NearestNeighbours, SignalDistance
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.learning_data import learning_data
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.representation import Representation
 
 LEVELS = np.array([[-50.0, -60.0, np.nan], [-52.0, -63.0, np.nan], [np.nan, -60.0, -50.0], [np.nan, -57.0, -48.0]])
 
 
-def places(storey: list[int]) -> Places:
+def places(storey: list[int]) -> ScanPlaces:
     n = len(storey)
     xy = np.stack([10.0 * np.arange(n), np.zeros(n)], axis=1)
-    return Places(STOREYS, np.array(storey), xy, np.array([np.nan, 2.0, 3.0, 4.0])[:n], np.full(n, np.nan))
+    return ScanPlaces(STOREYS, np.array(storey), xy, np.array([np.nan, 2.0, 3.0, 4.0])[:n], np.full(n, np.nan))
 
 
 def padded(levels: np.ndarray) -> np.ndarray:
@@ -35,8 +35,8 @@ def padded(levels: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("representation", Representation)
-@pytest.mark.parametrize("distance", Distance)
-def test_a_learned_scan_is_its_own_nearest_neighbour(distance: Distance, representation: Representation) -> None:
+@pytest.mark.parametrize("distance", SignalDistance)
+def test_a_learned_scan_is_its_own_nearest_neighbour(distance: SignalDistance, representation: Representation) -> None:
     scans, learned = scans_from(padded(LEVELS)), places([0, 0, 1, 1])
     model = NearestNeighbours(k=1, distance=distance.name.lower(), representation=representation).fit(scans, learned)
     found = model.predict(scans)
@@ -71,7 +71,7 @@ def test_it_learns_and_its_radii_hold(name: str) -> None:
 
 def test_radii_come_from_a_validation_part_where_there_is_one() -> None:
     scans, learned = radio_world(seed=1, walks=2)
-    elsewhere = Places(learned.storeys, learned.storey, learned.xy + 30.0, learned.z, learned.sigma_m)
+    elsewhere = ScanPlaces(learned.storeys, learned.storey, learned.xy + 30.0, learned.z, learned.sigma_m)
     wrong = NearestNeighbours().fit(scans, learned, validation=(scans, elsewhere)).predict(scans)
     assert (wrong.radius_68_m > 30).all()
     deaf = scans.over(["stranger"])
@@ -88,8 +88,8 @@ def test_a_lone_scan_promises_nothing() -> None:
 
 
 @pytest.mark.parametrize("representation", Representation)
-@pytest.mark.parametrize("distance", Distance)
-def test_scans_too_faint_to_count_are_still_answered(distance: Distance, representation: Representation) -> None:
+@pytest.mark.parametrize("distance", SignalDistance)
+def test_scans_too_faint_to_count_are_still_answered(distance: SignalDistance, representation: Representation) -> None:
     scans, learned = scans_from(padded(LEVELS)), places([0, 0, 1, 1])
     model = NearestNeighbours(distance=distance.name.lower(), representation=representation).fit(scans, learned)
     found = model.predict(scans_from(padded(np.array([[-109.0, np.nan, np.nan]]))))

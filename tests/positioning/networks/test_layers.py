@@ -9,13 +9,13 @@ from tests.positioning.scans.test_radio_scans import scans_from
 from vislam2tag.positioning.scans.representation import Representation, represented
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
-from vislam2tag.positioning.networks.layers import InputScale, Scaled, dense  # noqa: E402
+from vislam2tag.positioning.networks.layers import InputScale, LevelScaling, dense  # noqa: E402
 
 LEVELS = np.array([[np.nan, -110.0, -80.0, -50.0, -30.0, 5.0]])
 
 
 def scaled(scale: InputScale, strongest_dbm: float) -> np.ndarray:
-    module = Scaled()
+    module = LevelScaling()
     module.fit(scans_from(np.array([[strongest_dbm, -90.0, np.nan, np.nan, np.nan, np.nan]])), scale)
     return np.asarray(module(torch.from_numpy(LEVELS)).numpy()[0])
 

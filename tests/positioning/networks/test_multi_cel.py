@@ -7,7 +7,7 @@ import pytest
 
 from tests.positioning.radio_fields import TWO_BUILDINGS, surveyed
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.networks.cells import lattice_over
+from vislam2tag.positioning.networks.overlapping_cells import lattice_over
 from vislam2tag.positioning.registry import model_named
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")

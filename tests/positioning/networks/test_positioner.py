@@ -12,9 +12,9 @@ from sklearn.base import clone
 from tests.positioning.radio_fields import TWO_FLOORS, surveyed
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.places import Places, Positions
 from vislam2tag.positioning.registry import Positioner, model_named
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 torch = pytest.importorskip("torch", reason="networks need the extra 'models'")
 
@@ -89,7 +89,7 @@ def test_radii_hold_their_shares_of_new_scans(name: str) -> None:
 def test_a_scan_that_hears_nothing_known_is_unknown(name: str) -> None:
     scans, places = surveyed(20)
     model = tiny(name).fit(scans, places)
-    deaf = scans_of(np.array([0]), np.array(["stranger"]), np.array([-50.0]), 2)
+    deaf = scans_from_readings(np.array([0]), np.array(["stranger"]), np.array([-50.0]), 2)
     found = model.predict(deaf)
     assert not found.known.any()
     assert np.isnan(found.xy).all()
@@ -108,7 +108,7 @@ def test_hardly_any_scans(name: str, count: int) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_one_floor_one_access_point_one_level(name: str) -> None:
     _, places = surveyed(12, TWO_FLOORS[:1])
-    scans = scans_of(np.arange(12), np.full(12, "ap"), np.full(12, -60.0), 12)
+    scans = scans_from_readings(np.arange(12), np.full(12, "ap"), np.full(12, -60.0), 12)
     found = tiny(name).fit(scans, places).predict(scans)
     assert np.isfinite(found.xy).all()
     assert (found.storey == 0).all()
@@ -127,7 +127,7 @@ def test_labels_that_are_no_numbers_are_not_learned_from(name: str) -> None:
         tiny(name).fit(scans, replace(places, xy=np.full((20, 2), np.nan)))
 
 
-def spoilt(places: Places) -> Places:
+def spoilt(places: ScanPlaces) -> ScanPlaces:
     return replace(places, xy=np.full((len(places), 2), np.nan))
 
 
@@ -137,7 +137,7 @@ def test_a_given_validation_part_is_used_where_it_is_of_use(name: str) -> None:
     own = tiny(name).fit(scans, places).predict(scans)
     given = tiny(name).fit(scans, places, surveyed(20, seed=7)).predict(scans)
     assert not same(own, given)
-    of_no_use: list[tuple[RadioScans, Places]] = [(scans[:0], places[:0]), (scans, spoilt(places))]
+    of_no_use: list[tuple[RadioScans, ScanPlaces]] = [(scans[:0], places[:0]), (scans, spoilt(places))]
     for part in of_no_use:
         assert same(tiny(name).fit(scans, places, part).predict(scans), own)
 

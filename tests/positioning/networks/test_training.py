@@ -10,7 +10,13 @@ from vislam2tag.common.errors import DatasetError, UsageError
 pytest.importorskip("torch", reason="networks need the extra 'models'")
 import torch
 
-from vislam2tag.positioning.networks.training import Examples, Schedule, repeatable, train, training_device
+from vislam2tag.positioning.networks.training import (
+    TrainingExamples,
+    TrainingSchedule,
+    repeatable,
+    train,
+    training_device,
+)
 
 
 class Scripted:
@@ -26,14 +32,14 @@ class Scripted:
         return torch.full((len(rows),), next(self.losses))
 
 
-def line(network: torch.nn.Linear) -> Examples:
+def line(network: torch.nn.Linear) -> TrainingExamples:
     x = torch.linspace(-1, 1, 64)[:, None]
-    return Examples(64, lambda rows: (network(x[rows]) - 3 * x[rows]).square()[:, 0])
+    return TrainingExamples(64, lambda rows: (network(x[rows]) - 3 * x[rows]).square()[:, 0])
 
 
 def test_it_learns_a_line() -> None:
     network = torch.nn.Linear(1, 1)
-    history = train(network, line(network), line(network), Schedule(epochs=100, learning_rate=0.05))
+    history = train(network, line(network), line(network), TrainingSchedule(epochs=100, learning_rate=0.05))
     assert network.weight.tolist()[0][0] == pytest.approx(3.0, abs=0.01)
     assert history.held_out_loss[-1] < 1e-3
 
@@ -42,8 +48,8 @@ def test_best_weights_are_kept_and_patience_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     held_out = Scripted(network, [5, 4, 2, 3, 3, 3, 3, 3])
     shares: list[float] = []
-    schedule = Schedule(epochs=8, patience=3)
-    history = train(network, line(network), Examples(5, held_out), schedule, shares.append)
+    schedule = TrainingSchedule(epochs=8, patience=3)
+    history = train(network, line(network), TrainingExamples(5, held_out), schedule, shares.append)
     assert history.best_epoch == 2
     assert list(history.held_out_loss) == [5, 4, 2, 3, 3, 3]
     assert network.weight.tolist()[0][0] == held_out.seen[2] != held_out.seen[-1]
@@ -54,13 +60,13 @@ def test_best_weights_are_kept_and_patience_ends_it() -> None:
 def test_a_loss_that_is_no_number_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     with pytest.raises(DatasetError, match="lower the learning rate"):
-        train(network, line(network), Examples(5, Scripted(network, [1, float("nan")])), Schedule())
+        train(network, line(network), TrainingExamples(5, Scripted(network, [1, float("nan")])), TrainingSchedule())
 
 
 def test_batch_of_one_and_one_example() -> None:
     network = torch.nn.Linear(1, 1)
-    one = Examples(1, line(network).losses)
-    assert len(train(network, one, one, Schedule(epochs=3, batch_size=1)).held_out_loss) == 3
+    one = TrainingExamples(1, line(network).losses)
+    assert len(train(network, one, one, TrainingSchedule(epochs=3, batch_size=1)).held_out_loss) == 3
 
 
 def test_the_same_seed_draws_the_same_and_leaves_no_trace() -> None:

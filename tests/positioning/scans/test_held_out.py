@@ -9,24 +9,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.positioning.radio_world import radio_world
-from vislam2tag.positioning.scans.held_out import CALIBRATED_WITH, area_of, drawn, folds, usable, walk_of
+from vislam2tag.positioning.scans.held_out import (
+    CALIBRATED_WITH,
+    area_numbers,
+    calibration_rows,
+    folds,
+    usable_validation,
+    walk_numbers,
+)
 
 SCANS, PLACES = radio_world(walks=2)
 
 
 def test_walks_are_numbered_and_scans_without_one_stand_alone() -> None:
-    walk = walk_of(SCANS, PLACES)
+    walk = walk_numbers(SCANS, PLACES)
     assert len(np.unique(walk)) == 6
     for number in np.unique(walk):
         assert len(np.unique(SCANS.session[walk == number])) == 1
     session = SCANS.session.copy()
     session[:3] = ""
-    assert len(np.unique(walk_of(replace(SCANS, session=session), PLACES)[:3])) == 3
+    assert len(np.unique(walk_numbers(replace(SCANS, session=session), PLACES)[:3])) == 3
 
 
 def test_a_walk_alone_on_its_storey_falls_apart() -> None:
     own = (PLACES.storey > 0) | (SCANS.session == "walk-0")
-    walk = walk_of(SCANS[own], PLACES[own])
+    walk = walk_numbers(SCANS[own], PLACES[own])
     alone = SCANS[own].session == "walk-0"
     assert len(np.unique(walk[alone])) == alone.sum()
     assert len(np.unique(walk[~alone])) == 4
@@ -46,7 +53,7 @@ def test_folds_hold_each_scan_out_once_and_never_part_a_walk(walks: list[int], c
 
 
 def test_areas_are_squares_of_all_storeys() -> None:
-    area = area_of(PLACES, 5.0)
+    area = area_numbers(PLACES, 5.0)
     square = np.floor(PLACES.xy / 5.0)
     for number in np.unique(area):
         assert len(np.unique(square[area == number], axis=0)) == 1
@@ -54,17 +61,17 @@ def test_areas_are_squares_of_all_storeys() -> None:
 
 
 def test_some_are_drawn_evenly() -> None:
-    assert drawn(0).tolist() == drawn(1).tolist() == []
-    assert drawn(5).tolist() == [0, 1, 2, 3, 4]
-    many = drawn(10 * CALIBRATED_WITH)
+    assert calibration_rows(0).tolist() == calibration_rows(1).tolist() == []
+    assert calibration_rows(5).tolist() == [0, 1, 2, 3, 4]
+    many = calibration_rows(10 * CALIBRATED_WITH)
     assert len(many) == CALIBRATED_WITH
     assert set(np.diff(many).tolist()) <= {10, 11}
 
 
 def test_what_can_be_checked_against() -> None:
-    assert usable(None) is None
-    assert usable((SCANS.over(["stranger"]), PLACES)) is None
+    assert usable_validation(None) is None
+    assert usable_validation((SCANS.over(["stranger"]), PLACES)) is None
     lost = replace(PLACES, xy=np.where(np.arange(len(PLACES))[:, None] < 5, np.nan, PLACES.xy))
-    part = usable((SCANS, lost))
+    part = usable_validation((SCANS, lost))
     assert part is not None
     assert len(part[0]) == len(part[1]) == len(SCANS) - 5

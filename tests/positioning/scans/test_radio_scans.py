@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 NAMES = tuple(f"ap{index}" for index in range(6))
 
@@ -15,7 +15,7 @@ NAMES = tuple(f"ap{index}" for index in range(6))
 def scans_from(matrix: np.ndarray) -> RadioScans:
     rows, columns = np.nonzero(~np.isnan(matrix))
     names = np.array(NAMES, dtype=np.str_)[columns]
-    return scans_of(rows, names, matrix[rows, columns], len(matrix)).over(NAMES)
+    return scans_from_readings(rows, names, matrix[rows, columns], len(matrix)).over(NAMES)
 
 
 MATRICES = hnp.arrays(
@@ -46,13 +46,13 @@ def test_other_columns_are_those_of_the_matrix(matrix: np.ndarray, order: list[i
 def test_several_readings_of_one_access_point_are_averaged_and_bad_levels_are_not_heard() -> None:
     rows = np.array([1, 1, 0, 1, 0])
     names = np.array(["b", "a", "b", "b", "a"], dtype=np.str_)
-    scans = scans_of(rows, names, np.array([-60.0, -50.0, np.nan, -70.0, -40.0]), 3)
+    scans = scans_from_readings(rows, names, np.array([-60.0, -50.0, np.nan, -70.0, -40.0]), 3)
     assert scans.access_points == ("a", "b")
     np.testing.assert_array_equal(scans.dense(-110.0), [[-40, -110], [-50, -65], [-110, -110]])
     np.testing.assert_array_equal(scans.heard, [1, 2, 0])
 
 
 def test_no_reading_at_all() -> None:
-    scans = scans_of(np.empty(0, np.int64), np.empty(0, np.str_), np.empty(0), 2)
+    scans = scans_from_readings(np.empty(0, np.int64), np.empty(0, np.str_), np.empty(0), 2)
     assert scans.shape == (2, 0)
     assert scans.over(NAMES).dense().shape == (2, 6)

@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.scans.track_file import Tracks
 
 SECOND = 10**9
@@ -18,7 +18,7 @@ SECOND = 10**9
 
 def scans_at(seconds: list[float], session: str = "walk") -> RadioScans:
     nothing = np.empty(0, dtype=np.int64)
-    scans = scans_of(nothing, nothing.astype(str), np.empty(0), len(seconds))
+    scans = scans_from_readings(nothing, nothing.astype(str), np.empty(0), len(seconds))
     time_ns = np.array([int(second * SECOND) for second in seconds])
     return replace(scans, session=np.full(len(seconds), session), time_ns=time_ns)
 

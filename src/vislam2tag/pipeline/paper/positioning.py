@@ -8,7 +8,7 @@ from pathlib import Path
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.store import OutputFolder
-from vislam2tag.positioning.benchmark.published import published_choices
+from vislam2tag.positioning.benchmark.protocol import published_choices
 from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
 from vislam2tag.report.pages.paper_page import PositioningPart
 

@@ -23,7 +23,7 @@ from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark.predictions import predictions_table
-from vislam2tag.positioning.benchmark.protocol import ModelChoice, Run, execute, planned
+from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
 from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord
 from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
 from vislam2tag.positioning.benchmark.table_4 import Table4, table_4
@@ -105,7 +105,7 @@ def benchmark(
     return found
 
 
-def _part(progress: Progress, run: Run, number: int, total: int, share: float) -> None:
+def _part(progress: Progress, run: BenchmarkRun, number: int, total: int, share: float) -> None:
     progress(str(run), number + min(share, 1.0), total)
 
 
@@ -150,10 +150,12 @@ def _clear(root: Path) -> None:
 
 
 def _made(
-    folder: OutputFolder, dataset: Dataset, data: LearningData, run: Run, progress: Callable[[float], None]
+    folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Callable[[float], None]
 ) -> tuple[str, RunRecord]:
     """Return a run's stem and record: as it was kept, else made now and kept, the record last."""
-    key = run.key(dataset, code_key(Run.__module__, predictions_table.__module__, *model_modules(run.model.name)))
+    key = run.key(
+        dataset, code_key(BenchmarkRun.__module__, predictions_table.__module__, *model_modules(run.model.name))
+    )
     seed = "once" if run.seed is None else f"seed_{run.seed}"
     name = ".".join((run.model.name, run.split.info.name, run.fold, seed, key[:_KEY_LETTERS]))
     stem = f"{RUNS}/{unique_slugs([name])[0]}"

@@ -16,11 +16,11 @@ from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.transmitters.privacy import hashed, key_name
 from vislam2tag.positioning.model_file import SavedModel, load
-from vislam2tag.positioning.places import Positions
-from vislam2tag.positioning.scans.radio_scans import TextArray, scans_of
+from vislam2tag.positioning.scans.places import Positions
+from vislam2tag.positioning.scans.radio_scans import TextArray, scans_from_readings
 from vislam2tag.positioning.scans.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, scan_blocks
 from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import Sequence, filtered, smoothed
+from vislam2tag.positioning.sequences import SequenceMethod, filtered, smoothed
 
 OK, UNKNOWN = "ok", "unknown"
 LOCATED = {
@@ -70,7 +70,7 @@ _NAMES_KEPT = 100_000
 
 
 @dataclass(frozen=True)
-class Located:
+class LocatedScans:
     """What became of the scans."""
 
     scans: int
@@ -90,11 +90,11 @@ class Located:
 class WalkPlan:
     """How the scans of a walk help each other."""
 
-    sequence: Sequence
+    sequence: SequenceMethod
     tracks: Tracks | None = None
 
 
-class _Walks:
+class _WalkEstimation:
     """Filters or smooths block after block; every walk lies in one of them."""
 
     def __init__(self, plan: WalkPlan | None) -> None:
@@ -116,7 +116,7 @@ class _Walks:
         track_m = None if self.plan.tracks is None else self.plan.tracks.at(scans)
         self.scans += int((scans.session != "").sum())
         self.tracked += 0 if track_m is None else int(np.isfinite(track_m).all(axis=1).sum())
-        return (smoothed if self.plan.sequence is Sequence.SMOOTHER else filtered)(found, scans, track_m)
+        return (smoothed if self.plan.sequence is SequenceMethod.SMOOTHER else filtered)(found, scans, track_m)
 
 
 def locate(
@@ -127,7 +127,7 @@ def locate(
     as_json: bool,
     key: bytes | None = None,
     walks: WalkPlan | None = None,
-) -> Located:
+) -> LocatedScans:
     """Locate the scans of a file or of a data set's folder; ``write`` gets CSV or JSON lines, block by block.
 
     ``key`` hashes identifiers as those of the model's data set were. With ``walks`` scans of a session help each other.
@@ -142,7 +142,7 @@ def locate(
         blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
     else:
         blocks = scan_blocks(scans, bad, name)
-    helping = _Walks(walks)
+    helping = _WalkEstimation(walks)
     if not as_json:
         write(",".join(LOCATED) + "\n")
     count = unknown = 0
@@ -153,7 +153,7 @@ def locate(
         write(rows.write_ndjson() if as_json else rows.write_csv(include_header=False))
     advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
     points = len(saved.model.access_points_)
-    return Located(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)
+    return LocatedScans(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)
 
 
 def hashing_advice(saved: SavedModel) -> str | None:
@@ -217,7 +217,7 @@ def _dataset_blocks(
 def _block(session: SessionTables, fingerprints: pl.DataFrame, name: Callable[[str], str]) -> ScanBlock:
     rows = fingerprints.select("scan_id").with_row_index("row")
     readings = session.readings.join(rows, on="scan_id", how="inner", maintain_order="left")
-    scans = scans_of(
+    scans = scans_from_readings(
         readings["row"].to_numpy().astype(np.int64),
         np.array([name(one) for one in readings["bssid"]], dtype=np.str_),
         readings["rssi_dbm"].to_numpy().astype(np.float64),

@@ -38,7 +38,7 @@ class TrainPlan:
 
 
 @dataclass(frozen=True)
-class Tested:
+class HeldOutResult:
     """How a model does on the test part."""
 
     score: Score
@@ -49,15 +49,15 @@ class Tested:
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainedModel:
     """A model that was trained and saved."""
 
     saved: SavedModel
-    tested: Tested | None
+    tested: HeldOutResult | None
     """None where there is no test part."""
 
 
-def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], None] | None = None) -> Trained:
+def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], None] | None = None) -> TrainedModel:
     """Train a model on a data set's folder and save it.
 
     Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
@@ -77,14 +77,14 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], 
     save(saved, out)
     if plan.onnx is not None:
         write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
-    return Trained(saved, None if tested is None else _tested(model, tested))
+    return TrainedModel(saved, None if tested is None else _tested(model, tested))
 
 
-def _tested(model: Positioner, part: LearningData) -> Tested:
+def _tested(model: Positioner, part: LearningData) -> HeldOutResult:
     found = model.predict(part.scans)
     answered = found[found.known]
     radii = (np.median(one) if len(one) else np.nan for one in (answered.radius_68_m, answered.radius_95_m))
-    return Tested(score(found, part.places), *map(float, radii))
+    return HeldOutResult(score(found, part.places), *map(float, radii))
 
 
 def _parameters(plan: TrainPlan) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FAINT_DBM = -88.0
@@ -28,7 +28,7 @@ _REACH_CELLS = 1.5
 class LevelMaps:
     """``c`` cells of all storeys, ``a`` access points."""
 
-    cells: Places
+    cells: ScanPlaces
     """Centres."""
     heard: FloatArray
     """(c, a) probability that a scan hears the access point."""
@@ -36,7 +36,9 @@ class LevelMaps:
     """(c, a) expected level if it does."""
 
 
-def level_maps(scans: RadioScans, places: Places, cell_m: float, smoothing_m: float, prior_scans: float) -> LevelMaps:
+def level_maps(
+    scans: RadioScans, places: ScanPlaces, cell_m: float, smoothing_m: float, prior_scans: float
+) -> LevelMaps:
     """Smooth scans (n) over the cells of their storey by a Gaussian kernel.
 
     A cell believes besides its scans in ``prior_scans`` further ones that hear as all scans on average do.
@@ -60,7 +62,7 @@ def level_maps(scans: RadioScans, places: Places, cell_m: float, smoothing_m: fl
             nearest = own.z[away_m2.argmin(axis=1)]
             parts.append((np.full(len(cells), storey), cells, nearest, np.clip(share, *_SURENESS), expected))
     storeys, xy, z, share, expected = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return LevelMaps(Places(places.storeys, storeys, xy, z, np.full(len(xy), np.nan)), share, expected)
+    return LevelMaps(ScanPlaces(places.storeys, storeys, xy, z, np.full(len(xy), np.nan)), share, expected)
 
 
 def _centres(xy: FloatArray, cell_m: float) -> FloatArray:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.radii import SpreadRadii
+from vislam2tag.positioning.error_radii import SpreadRadii
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Votes:
 
 
 @dataclass(frozen=True)
-class Answer:
+class VotedPositions:
     """Where ``n`` scans were taken by their votes."""
 
     storey_probability: FloatArray
@@ -36,7 +36,7 @@ class Answer:
     spread_m: FloatArray
     """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
 
-    def positions(self, places: Places, radii: SpreadRadii) -> Positions:
+    def positions(self, places: ScanPlaces, radii: SpreadRadii) -> Positions:
         """Say it as a model does."""
         radius_68_m, radius_95_m = radii.radii_m(self.spread_m)
         return Positions(
@@ -50,7 +50,7 @@ class Answer:
         )
 
 
-def counted(votes: Votes, places: Places) -> Answer:
+def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
     """Count votes for places: first the storey, then the position among those on it."""
     share = votes.weight / votes.weight.sum(axis=1, keepdims=True)
     storey_of, xy_of = places.storey[votes.index], places.xy[votes.index]
@@ -60,7 +60,7 @@ def counted(votes: Votes, places: Places) -> Answer:
     xy = _mean(here, xy_of)
     z_of = places.z[votes.index]
     away_m2 = ((xy_of - xy[:, None]) ** 2).sum(axis=2)
-    return Answer(
+    return VotedPositions(
         storey_probability=probability,
         storey=storey,
         xy=xy,
@@ -69,10 +69,13 @@ def counted(votes: Votes, places: Places) -> Answer:
     )
 
 
-def joined(answers: list[Answer]) -> Answer:
+def joined_answers(answers: list[VotedPositions]) -> VotedPositions:
     """Put answers for some scans after those for others."""
-    return Answer(
-        **{name: np.concatenate([getattr(one, name) for one in answers]) for name in Answer.__dataclass_fields__}
+    return VotedPositions(
+        **{
+            name: np.concatenate([getattr(one, name) for one in answers])
+            for name in VotedPositions.__dataclass_fields__
+        }
     )
 
 

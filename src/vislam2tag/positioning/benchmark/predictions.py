@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.places import Places, Positions, Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
 from vislam2tag.positioning.scans.radio_scans import TextArray
 
 PREDICTIONS = {
@@ -29,7 +29,7 @@ PREDICTIONS = {
 """Columns: BCS metres; what the model did not say is null."""
 
 
-def predictions_table(ids: TextArray, truth: Places, found: Positions) -> pl.DataFrame:
+def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl.DataFrame:
     """Put truth (n) and positions (n) of the scans with these ids (n) side by side; columns :data:`PREDICTIONS`."""
     building, floor = _storeys(truth.storeys, truth.storey)
     found_building, found_floor = _storeys(found.storeys, found.storey)

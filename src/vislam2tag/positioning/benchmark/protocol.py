@@ -19,9 +19,10 @@ from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.positioning.benchmark.record import RunRecord, versions
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.places import Places, Positions
+from vislam2tag.positioning.models import multi_cel, regression_net
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.positioning.scans.learning_data import LearningData
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import TextArray
 
 SEED = "seed"
@@ -49,8 +50,18 @@ class ModelChoice:
         return range(count) if draws else (None,)
 
 
+GIA = "giaIndoorLoc"
+_PUBLISHED = {"multi-cel": multi_cel.PUBLISHED, "regression-net": regression_net.PUBLISHED}
+
+
+def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:
+    """Choose the paper's two models as published for a data set (by public name), as for the paper's own elsewhere."""
+    for name, settings in _PUBLISHED.items():
+        yield ModelChoice(name, settings.get(dataset or GIA, settings[GIA]))
+
+
 @dataclass(frozen=True)
-class Run:
+class BenchmarkRun:
     """One run, to be made."""
 
     model: ModelChoice
@@ -88,24 +99,24 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunOutcome:
     """A run that was made: its record, and every scan of the test part."""
 
     record: RunRecord
     ids: TextArray
-    truth: Places
+    truth: ScanPlaces
     found: Positions
 
 
-def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) -> Iterator[Run]:
+def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) -> Iterator[BenchmarkRun]:
     """List all runs, fold after fold, so that models compared stand next to each other."""
     for split in splits:
         for fold in split.info.folds:
             for model in models:
-                yield from (Run(model, split, fold.name, seed) for seed in model.seeds(seeds))
+                yield from (BenchmarkRun(model, split, fold.name, seed) for seed in model.seeds(seeds))
 
 
-def execute(run: Run, data: LearningData, key: str, progress: Progress | None = None) -> Outcome:
+def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress | None = None) -> RunOutcome:
     """Train and score; raises DatasetError where a part is empty or the model cannot learn from it."""
     train, test = data.parts(run.split, run.split.fold(run.fold))
     for what, part in (("trains", train), ("tests", test)):
@@ -132,4 +143,4 @@ def execute(run: Run, data: LearningData, key: str, progress: Progress | None = 
         predict_s=ended - fitted,
         versions=versions(),
     )
-    return Outcome(record, test.ids, test.places, found)
+    return RunOutcome(record, test.ids, test.places, found)

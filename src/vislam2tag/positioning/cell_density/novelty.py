@@ -1,7 +1,7 @@
-"""How unlike a scan is to all that was learned, and radii that grow with it.
+"""How unlike a scan is to all that was learned (its novelty), and radii that grow with it.
 
 A model that is asked about a place where nobody was answers all the same. What gives it away is the scan: its levels
-point in another direction than those of the most alike training scans, by more than these differ among themselves (as
+point in another direction than those of the most similar training scans, by more than these differ among themselves (as
 the local outlier factor of Breunig et al. 2000 compares), and the places of those scans lie apart.
 """
 
@@ -14,81 +14,84 @@ from typing import Self
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
-from vislam2tag.positioning.radii import SMALLEST_SCALE_M, UNKNOWN_M, conformal_quantile
+from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, UNKNOWN_M, conformal_quantile
+from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
-ALIKE, ANSWERING = 3, 5
-"""Most alike scans whose distance in signals counts, and whose places do."""
+COMPARED, PLACED = 3, 5
+"""Most similar scans whose distance in signals counts, and whose places do."""
 TIE = 1e-7
-"""Of equally alike scans the first ones count: each is taken for so much less alike than the one before it."""
+"""Of equally similar scans the first ones count: each is taken for so much less similar than the one before it."""
 LEAST_EXCESS = 1e-6
 """Distances between directions are no more exact than this."""
 _MOST_GROWTH = 16.0
 """Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
 signals hardly tell both apart, familiar ones would pay for the others."""
-_AS_NEW = 0.75
+_GROWTH_QUANTILE = 0.75
 """Radii grow up to the novelty that this share of scans from left-out places has: beyond, nothing was tried."""
-_STEPS = 40
+_BISECTIONS = 40
 
 
 @dataclass(frozen=True)
-class AlikeScans:
-    """Training scans that others are compared with."""
+class ReferenceScans:
+    """``m`` training scans that others are compared with."""
 
     direction: FloatArray
     """(m, a) of their levels, length 1."""
     xy: FloatArray
     """(m, 2) their places, metres."""
     apart: FloatArray
-    """(m,) mean distance of their directions from the most alike others."""
+    """(m,) mean distance of their directions from those of the most similar others, 0 to 2."""
 
     @classmethod
     def of(cls, direction: FloatArray, xy: FloatArray) -> Self:
-        """Compare training scans (m) among themselves."""
+        """Compare training scans among themselves: directions (m, a) and places (m, 2), metres."""
         among = _distance(direction, direction)
         np.fill_diagonal(among, np.inf)
-        nearest = np.sort(among, axis=1)[:, :ALIKE]
+        nearest = np.sort(among, axis=1)[:, :COMPARED]
         nearest = np.where(np.isfinite(nearest), nearest, 0.0)  # fewer scans than that
         return cls(direction, xy, nearest.mean(axis=1))
 
     def compared(self, direction: FloatArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Compare scans of these directions (n, a) that a model puts at (n, 2).
 
-        Returns the mean distance (n,) of the answers from the places of the most alike scans, metres, and the novelty
-        (n,): 0 where a scan is no less alike than training scans are.
+        Returns the mean distance (n,) of the answers from the places of the most similar scans, metres, and the novelty
+        (n,): 0 where a scan is no less similar to them than training scans are to each other.
         """
-        away = _distance(direction, self.direction)
-        ranked = away + TIE * np.arange(away.shape[1])
-        nearest = np.argpartition(ranked, min(ANSWERING, away.shape[1] - 1), axis=1)[:, :ANSWERING]
+        distance = _distance(direction, self.direction)
+        ranked = distance + TIE * np.arange(distance.shape[1])
+        nearest = np.argpartition(ranked, min(PLACED, distance.shape[1] - 1), axis=1)[:, :PLACED]
         nearest = np.take_along_axis(nearest, np.argsort(np.take_along_axis(ranked, nearest, axis=1), axis=1), axis=1)
         dispersal_m = np.hypot(*(self.xy[nearest] - xy[:, None]).transpose(2, 0, 1)).mean(axis=1)
-        alike = nearest[:, :ALIKE]
-        unlike = np.take_along_axis(away, alike, axis=1).mean(axis=1)
-        excess = np.maximum(unlike - self.apart[alike].mean(axis=1) - LEAST_EXCESS, 0.0)
+        compared = nearest[:, :COMPARED]
+        unlike = np.take_along_axis(distance, compared, axis=1).mean(axis=1)
+        excess = np.maximum(unlike - self.apart[compared].mean(axis=1) - LEAST_EXCESS, 0.0)
         return dispersal_m, excess * unlike
 
 
 def _distance(one: FloatArray, other: FloatArray) -> FloatArray:
+    """(n, m) Euclidean distances of directions (n, a) and (m, a)."""
     return np.asarray(np.sqrt(np.maximum(2.0 - 2.0 * (one @ other.T), 0.0)))
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class HeldOutErrors:
     """What a model said of ``n`` scans that it did not learn from."""
 
     error_m: FloatArray
+    """(n,) in the plane."""
     scale_m: FloatArray
-    """(n,) how far its own guesses lie apart."""
+    """(n,) how far its own guesses lie apart, metres."""
     novelty: FloatArray
+    """(n,) of :meth:`ReferenceScans.compared`."""
 
     def __len__(self) -> int:
         return len(self.error_m)
 
     @classmethod
-    def joined(cls, parts: list[HeldOut]) -> HeldOut:
+    def joined(cls, parts: list[HeldOutErrors]) -> HeldOutErrors:
         """Put some after the others; none are no scans."""
         empty = np.empty(0)
-        return HeldOut(
+        return HeldOutErrors(
             *(
                 np.concatenate([empty, *(getattr(part, name) for part in parts)])
                 for name in ("error_m", "scale_m", "novelty")
@@ -97,14 +100,14 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class Growth:
+class RadiusGrowth:
     """A radius in scales: ``factor`` where nothing is new, ``by_novelty`` more for each unit of novelty."""
 
     factor: float
     by_novelty: float
 
     def radius_m(self, scale_m: FloatArray, novelty: FloatArray) -> FloatArray:
-        """Return radii (n,)."""
+        """Return radii (n,), metres, of scans with these scales (n,), metres, and novelties (n,)."""
         return np.asarray(scale_m * (self.factor + self.by_novelty * novelty))
 
 
@@ -114,18 +117,18 @@ class NoveltyRadii:
 
     base_m: float
     """Median of the errors on familiar scans; scale where guesses do not spread."""
-    growth_68: Growth
-    growth_95: Growth
+    growth_68: RadiusGrowth
+    growth_95: RadiusGrowth
     most_novel: float
     """Whatever is newer counts as this."""
 
     def radii_m(self, spread_m: FloatArray, novelty: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the 68 % and 95 % radii (n,) of scans whose guesses spread this far."""
+        """Return 68 % and 95 % radii (n,), metres, of scans with such spreads (n,), metres, and novelties (n,)."""
         scale_m, novelty = _scale(self.base_m, spread_m), np.minimum(novelty, self.most_novel)
         return self.growth_68.radius_m(scale_m, novelty), self.growth_95.radius_m(scale_m, novelty)
 
     def array(self) -> FloatArray:
-        """Return the six numbers, for saving."""
+        """Return the six numbers (6,), for saving."""
         growths = (self.growth_68, self.growth_95)
         numbers = (number for one in growths for number in (one.factor, one.by_novelty))
         return np.array([self.base_m, *numbers, self.most_novel])
@@ -134,41 +137,41 @@ class NoveltyRadii:
     def restored(cls, arrays: Mapping[str, AnyArray], name: str) -> Self:
         """Take back what :meth:`array` gave."""
         base_m, *growth, most_novel = (float(number) for number in arrays[name])
-        return cls(base_m, Growth(*growth[:2]), Growth(*growth[2:]), most_novel)
+        return cls(base_m, RadiusGrowth(*growth[:2]), RadiusGrowth(*growth[2:]), most_novel)
 
 
 def _scale(base_m: float, spread_m: FloatArray) -> FloatArray:
     return np.maximum(np.hypot(base_m, spread_m), SMALLEST_SCALE_M)
 
 
-def fitted_novelty_radii(familiar: HeldOut, strange: HeldOut) -> NoveltyRadii:
+def fitted_novelty_radii(familiar: HeldOutErrors, strange: HeldOutErrors) -> NoveltyRadii:
     """Fit to scans as they will come, and to scans from places that were left out.
 
     Circles hold their share of both; where signals cannot tell them apart, of the familiar ones.
     """
     if not len(familiar):
-        return NoveltyRadii(UNKNOWN_M, Growth(1.0, 0.0), Growth(2.0, 0.0), 0.0)
+        return NoveltyRadii(UNKNOWN_M, RadiusGrowth(1.0, 0.0), RadiusGrowth(2.0, 0.0), 0.0)
     base_m = float(np.median(familiar.error_m))
-    most_novel = float(np.quantile(strange.novelty, _AS_NEW)) if len(strange) else 0.0
+    most_novel = float(np.quantile(strange.novelty, _GROWTH_QUANTILE)) if len(strange) else 0.0
     near, far = (
-        HeldOut(one.error_m, _scale(base_m, one.scale_m), np.minimum(one.novelty, most_novel))
+        HeldOutErrors(one.error_m, _scale(base_m, one.scale_m), np.minimum(one.novelty, most_novel))
         for one in (familiar, strange)
     )
     return NoveltyRadii(base_m, _growth(near, far, SIXTY_EIGHT), _growth(near, far, NINETY_FIVE), most_novel)
 
 
-def _growth(familiar: HeldOut, strange: HeldOut, share: float) -> Growth:
+def _growth(familiar: HeldOutErrors, strange: HeldOutErrors, share: float) -> RadiusGrowth:
     """Find by bisection the factor with which the share of familiar scans lies inside."""
     ratio = np.sort(familiar.error_m / familiar.scale_m)
     low, high = 0.0, conformal_quantile(ratio, share)
-    for _ in range(_STEPS):
-        growth = Growth((low + high) / 2, _by_novelty((low + high) / 2, strange, share))
+    for _ in range(_BISECTIONS):
+        growth = RadiusGrowth((low + high) / 2, _by_novelty((low + high) / 2, strange, share))
         needed = familiar.error_m / growth.radius_m(familiar.scale_m, familiar.novelty)
         low, high = (low, growth.factor) if conformal_quantile(np.sort(needed), share) <= 1 else (growth.factor, high)
-    return Growth(high, _by_novelty(high, strange, share))
+    return RadiusGrowth(high, _by_novelty(high, strange, share))
 
 
-def _by_novelty(factor: float, strange: HeldOut, share: float) -> float:
+def _by_novelty(factor: float, strange: HeldOutErrors, share: float) -> float:
     """Return what the share of strange scans needs, within bounds; 0 where none was left out or none is new."""
     new = strange.novelty > 0
     if not new.any():

@@ -14,7 +14,7 @@ from scipy.special import log_ndtr
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.cell_density.density_cells import cells_near
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 _GRID_M = 4.0
 _BEYOND_CELLS = 3
@@ -51,7 +51,7 @@ class PathLoss:
         return np.asarray(self.power_dbm[storey] - self.exponent * _fall_db(xy, self.xy))
 
 
-def fitted_path_loss(level_dbm: FloatArray, places: Places, faintest_dbm: float) -> PathLoss:
+def fitted_path_loss(level_dbm: FloatArray, places: ScanPlaces, faintest_dbm: float) -> PathLoss:
     """Fit to the levels (n, a) of scans, NaN where not heard; below the faintest level nothing is heard.
 
     For each access point all places of a grid are tried; given the place, exponent and powers are a ridge regression.
@@ -70,9 +70,9 @@ def fitted_path_loss(level_dbm: FloatArray, places: Places, faintest_dbm: float)
 
 
 def unheard_dbm(expected_dbm: FloatArray, deviation_db: float | FloatArray, faintest_dbm: float) -> FloatArray:
-    """Return what levels must be thought to be that were not heard, and of which so much was expected.
+    """Estimate levels that were not heard where so much was expected, all of one shape, dBm.
 
-    The mean of what is below the faintest level, but for the chance that it was missed.
+    The mean of what is below the faintest level, but for the chance that the scan missed it (:data:`_MISSED`).
     """
     z = (faintest_dbm - expected_dbm) / deviation_db
     log_below = log_ndtr(z)
@@ -81,8 +81,10 @@ def unheard_dbm(expected_dbm: FloatArray, deviation_db: float | FloatArray, fain
     return np.asarray(expected_dbm - fall_db * below / (below + _MISSED))
 
 
-def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: Places, grid: FloatArray) -> PathLoss:
-    """Return for each access point what fits its levels (n, a) best, of the places whose falls (n, g) are given.
+def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: ScanPlaces, grid: FloatArray) -> PathLoss:
+    """Choose for each access point the place of the ``grid`` (g, 2), metres, under which its levels (n, a) fit best.
+
+    ``weight`` (n, a): 1 where a level counts, else 0; ``fall_db`` (n, g) is how much a level falls from each place.
 
     With y the levels above the power believed, p the power above it and m the exponent, y = p - m f on each storey:
     the powers are eliminated, one equation in m is left.

@@ -14,12 +14,11 @@ from sklearn.ensemble import ExtraTreesRegressor
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.baselines.forest import Forest, Levels, forest_of
-from vislam2tag.positioning.baselines.votes import Answer, Votes, counted, joined
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import Arrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import folds, usable, walk_of
-from vislam2tag.positioning.scans.kept_scans import place_arrays, places_kept
+from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import folds, usable_validation, walk_numbers
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -46,7 +45,7 @@ class ExtraTrees(Positioner):
         self.storey_m = storey_m
         self.seed = seed
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         if self.trees < 1 or not 0 < self.levels_a_split <= 1 or self.storey_m < 0:
             raise UsageError(
                 f"trees={self.trees}, levels_a_split={self.levels_a_split}, storey_m={self.storey_m}: "
@@ -55,7 +54,7 @@ class ExtraTrees(Positioner):
         levels = _levels(scans)
         self._places = places
         self._forest, self._scan = self._grown(levels, places, self.trees)
-        held_out = usable(validation)
+        held_out = usable_validation(validation)
         if held_out is None:
             error_m, spread_m = self._left_out(levels, scans, places)
         else:
@@ -65,7 +64,7 @@ class ExtraTrees(Positioner):
         if self.progress:
             self.progress(1.0)
 
-    def _grown(self, levels: Levels, places: Places, trees: int) -> tuple[Forest, AnyArray]:
+    def _grown(self, levels: Levels, places: ScanPlaces, trees: int) -> tuple[Forest, AnyArray]:
         """Grow a forest; return it and for each leaf a scan that it holds (nodes,)."""
         storey = np.eye(len(places.storeys))[places.storey] * (self.storey_m / np.sqrt(2))
         grower = ExtraTreesRegressor(trees, max_features=self.levels_a_split, random_state=self.seed, n_jobs=-1)
@@ -76,10 +75,10 @@ class ExtraTrees(Positioner):
         scan[forest.leaves(levels)[::-1]] = np.arange(len(levels), dtype=np.int32)[::-1, None]
         return forest, scan
 
-    def _left_out(self, levels: Levels, scans: RadioScans, places: Places) -> tuple[FloatArray, FloatArray]:
+    def _left_out(self, levels: Levels, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
         """Return the errors and spreads of scans by forests that never saw their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
-        for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, self.seed)):
+        for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, self.seed)):
             forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
             answer = _voted(forest, scan, places[learned], levels[held_out])
             error_m[held_out], spread_m[held_out] = places[held_out].distance_m(answer.xy), answer.spread_m
@@ -90,23 +89,23 @@ class ExtraTrees(Positioner):
     def _predict(self, scans: RadioScans) -> Positions:
         return self._answer(scans).positions(self._places, self.radii_)
 
-    def _answer(self, scans: RadioScans) -> Answer:
+    def _answer(self, scans: RadioScans) -> VotedPositions:
         blocks = (scans[start : start + _AT_ONCE] for start in range(0, max(len(scans), 1), _AT_ONCE))
-        return joined([_voted(self._forest, self._scan, self._places, _levels(block)) for block in blocks])
+        return joined_answers([_voted(self._forest, self._scan, self._places, _levels(block)) for block in blocks])
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         """Return the trees, the scan of each leaf, all scans' places, and the radii."""
         return {
             **self._forest.arrays(),
             "scan": self._scan,
-            **place_arrays(self._places),
+            **self._places.arrays(),
             "radii": self.radii_.array(),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
         self._forest, self._scan = Forest.restored(arrays), arrays["scan"]
-        self._places = places_kept(arrays, self.storeys_)
+        self._places = ScanPlaces.restored(arrays, self.storeys_)
         self.radii_ = SpreadRadii.restored(arrays, "radii")
 
 
@@ -114,9 +113,9 @@ def _levels(scans: RadioScans) -> Levels:
     return represented(scans, Representation.POSITIVE).astype(np.float32)
 
 
-def _voted(forest: Forest, scan: AnyArray, places: Places, levels: Levels) -> Answer:
+def _voted(forest: Forest, scan: AnyArray, places: ScanPlaces, levels: Levels) -> VotedPositions:
     index: IntArray = scan[forest.leaves(levels)].astype(np.int64)
-    return counted(Votes(index, np.ones(index.shape)), places)
+    return counted_votes(Votes(index, np.ones(index.shape)), places)
 
 
 register("extra-trees", ExtraTrees)

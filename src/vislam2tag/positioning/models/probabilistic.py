@@ -13,12 +13,11 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.baselines.level_maps import LevelMaps, level_maps
-from vislam2tag.positioning.baselines.votes import Answer, Votes, counted, joined
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import Arrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import drawn, folds, usable, walk_of
-from vislam2tag.positioning.scans.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
+from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import calibration_rows, folds, usable_validation, walk_numbers
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FOLDS = 5
@@ -58,12 +57,12 @@ class Probabilistic(Positioner):
         self.offset_db = offset_db
         self.sharpness = sharpness
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         for name, value in self.get_params().items():
             if value <= 0:
                 raise UsageError(f"{name}={value}: must be above 0")
         self._learn(scans, places)
-        held_out = usable(validation)
+        held_out = usable_validation(validation)
         if held_out is None:
             error_m, spread_m = self._left_out(scans, places)
         else:
@@ -71,19 +70,19 @@ class Probabilistic(Positioner):
             error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
 
-    def _learn(self, scans: RadioScans, places: Places) -> None:
+    def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
         self._scans, self._places = scans, places
         self._maps = self._maps_of(scans, places)
 
-    def _maps_of(self, scans: RadioScans, places: Places) -> LevelMaps:
+    def _maps_of(self, scans: RadioScans, places: ScanPlaces) -> LevelMaps:
         with threadpool_limits(limits=1):  # more threads would add in another order
             return level_maps(scans, places, self.cell_m, self.smoothing_m, self.prior_scans)
 
-    def _left_out(self, scans: RadioScans, places: Places) -> tuple[FloatArray, FloatArray]:
+    def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
         """Return the errors and spreads of scans by maps made without their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
-        calibrates = np.isin(np.arange(len(scans)), drawn(len(scans)))
-        for number, (learned, held_out) in enumerate(folds(walk_of(scans, places), FOLDS, _SEED)):
+        calibrates = np.isin(np.arange(len(scans)), calibration_rows(len(scans)))
+        for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, _SEED)):
             asked = held_out & calibrates
             answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[asked])
             error_m[asked], spread_m[asked] = places[asked].distance_m(answer.xy), answer.spread_m
@@ -94,12 +93,14 @@ class Probabilistic(Positioner):
     def _predict(self, scans: RadioScans) -> Positions:
         return self._answer(self._maps, scans).positions(self._places, self.radii_)
 
-    def _answer(self, maps: LevelMaps, scans: RadioScans) -> Answer:
+    def _answer(self, maps: LevelMaps, scans: RadioScans) -> VotedPositions:
         """Answer block by block."""
         size = max(1, _LIKELIHOODS_AT_ONCE // len(maps.cells))
         with threadpool_limits(limits=1):
             blocks = (scans[start : start + size] for start in range(0, max(len(scans), 1), size))
-            return joined([counted(self._votes(self._log_likelihood(maps, block)), maps.cells) for block in blocks])
+            return joined_answers(
+                [counted_votes(self._votes(self._log_likelihood(maps, block)), maps.cells) for block in blocks]
+            )
 
     def _log_likelihood(self, maps: LevelMaps, scans: RadioScans) -> FloatArray:
         """(n, c) log-likelihood of each cell, but for a constant of each scan.
@@ -124,13 +125,14 @@ class Probabilistic(Positioner):
         log = self.sharpness * np.take_along_axis(log_likelihood, likely, axis=1)
         return Votes(likely, np.exp(log - log.max(axis=1, keepdims=True)))
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         """Return the scans learned, their places, and the radii; maps are made of them again."""
-        return {**scan_arrays(self._scans), **place_arrays(self._places), "radii": self.radii_.array()}
+        return {**self._scans.arrays(), **self._places.arrays(), "radii": self.radii_.array()}
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        self._learn(scans_kept(arrays, self.access_points_), places_kept(arrays, self.storeys_))
+        scans = RadioScans.restored(arrays, self.access_points_)
+        self._learn(scans, ScanPlaces.restored(arrays, self.storeys_))
         self.radii_ = SpreadRadii.restored(arrays, "radii")
 
 

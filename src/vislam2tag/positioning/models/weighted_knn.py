@@ -14,12 +14,11 @@ from scipy.spatial.distance import cdist
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.positioning.baselines.votes import Answer, Votes, counted, joined
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import Arrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import drawn, usable, walk_of
-from vislam2tag.positioning.scans.kept_scans import place_arrays, places_kept, scan_arrays, scans_kept
+from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -28,7 +27,7 @@ NEAREST = 1e-3
 _DISTANCES_AT_ONCE = 4_000_000
 
 
-class Distance(StrEnum):
+class SignalDistance(StrEnum):
     """How far two scans are apart; the values are SciPy's names."""
 
     EUCLIDEAN = "euclidean"
@@ -57,15 +56,15 @@ class NearestNeighbours(Positioner):
         self.representation = representation
         self.exponent = exponent
 
-    def _fit(self, scans: RadioScans, places: Places, validation: tuple[RadioScans, Places] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
         self._check()
         self._learn(scans, places)
-        held_out = usable(validation)
+        held_out = usable_validation(validation)
         if held_out is not None:
             answer, true = self._answer(held_out[0]), held_out[1]
         else:
-            walk = walk_of(scans, places)
-            rows = drawn(len(scans))
+            walk = walk_numbers(scans, places)
+            rows = calibration_rows(len(scans))
             answer, true = self._answer(scans[rows], walk[rows], walk), places[rows]
         self.radii_ = fitted_radii(np.hypot(*(answer.xy - true.xy).T), answer.spread_m)
 
@@ -76,17 +75,19 @@ class NearestNeighbours(Positioner):
         if self.k < 1 or self.exponent < 0:
             raise UsageError(f"k={self.k}, exponent={self.exponent}: k must be 1 or more, the exponent 0 or more")
         for name, value, values in (
-            ("distance", self.distance, [one.name.lower() for one in Distance]),
+            ("distance", self.distance, [one.name.lower() for one in SignalDistance]),
             ("representation", self.representation, list(Representation)),
         ):
             if value not in values:
                 raise UsageError(f"{name}={value}: there are {', '.join(values)}")
 
-    def _learn(self, scans: RadioScans, places: Places) -> None:
+    def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
         self._scans, self._places = scans, places
         self._levels = represented(scans, Representation(self.representation))
 
-    def _answer(self, scans: RadioScans, walk: IntArray | None = None, learned_walk: IntArray | None = None) -> Answer:
+    def _answer(
+        self, scans: RadioScans, walk: IntArray | None = None, learned_walk: IntArray | None = None
+    ) -> VotedPositions:
         """Answer block by block; scans with a ``walk`` (n,) get no vote of learned scans of the same walk."""
         size = max(1, _DISTANCES_AT_ONCE // len(self._scans))
         answers = []
@@ -95,13 +96,13 @@ class NearestNeighbours(Positioner):
             away = self._distances(scans[block])
             if walk is not None and learned_walk is not None:
                 away[walk[block, None] == learned_walk] = np.inf
-            answers.append(counted(self._votes(away), self._places))
-        return joined(answers)
+            answers.append(counted_votes(self._votes(away), self._places))
+        return joined_answers(answers)
 
     def _distances(self, scans: RadioScans) -> FloatArray:
         """(n, learned) distances; where they are undefined, as nothing loud enough was heard, the greatest."""
         levels = represented(scans, Representation(self.representation))
-        away = cdist(levels, self._levels, Distance[self.distance.upper()].value)
+        away = cdist(levels, self._levels, SignalDistance[self.distance.upper()].value)
         return np.nan_to_num(away, nan=1.0)
 
     def _votes(self, away: FloatArray) -> Votes:
@@ -111,13 +112,14 @@ class NearestNeighbours(Positioner):
         weight = np.where(np.isfinite(near), (near[:, :1] / near) ** self.exponent, 0.0)
         return Votes(nearest, weight)
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         """Return the scans learned, their places, and the radii."""
-        return {**scan_arrays(self._scans), **place_arrays(self._places), "radii": self.radii_.array()}
+        return {**self._scans.arrays(), **self._places.arrays(), "radii": self.radii_.array()}
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        self._learn(scans_kept(arrays, self.access_points_), places_kept(arrays, self.storeys_))
+        scans = RadioScans.restored(arrays, self.access_points_)
+        self._learn(scans, ScanPlaces.restored(arrays, self.storeys_))
         self.radii_ = SpreadRadii.restored(arrays, "radii")
 
 

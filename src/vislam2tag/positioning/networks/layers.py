@@ -23,7 +23,7 @@ class InputScale(StrEnum):
     """The powed representation (Torres-Sospedra et al. 2015); the authors' for UJIIndoorLoc."""
 
 
-class Scaled(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
+class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     """From levels (n, a) in dBm, NaN where not heard, to inputs from 0 (not heard) to 1."""
 
     def __init__(self) -> None:

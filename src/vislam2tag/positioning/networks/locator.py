@@ -11,14 +11,14 @@ from typing import NamedTuple
 import torch
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.positioning.networks.layers import Scaled
-from vislam2tag.positioning.radii import SMALLEST_SCALE_M, SpreadRadii
+from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, SpreadRadii
+from vislam2tag.positioning.networks.layers import LevelScaling
 
 OUTPUTS = ("xy", "z", "storey", "storey_probability", "radius_68_m", "radius_95_m")
-"""What :meth:`Locator.forward` returns, as the fields of :class:`~vislam2tag.positioning.places.Positions`."""
+"""What :meth:`Locator.forward` returns, as the fields of :class:`~vislam2tag.positioning.scans.places.Positions`."""
 
 
-class Answer(NamedTuple):
+class NetworkAnswer(NamedTuple):
     """What a network says of ``n`` scans."""
 
     xy: torch.Tensor
@@ -37,7 +37,7 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     def __init__(self, network: torch.nn.Module, storeys: int) -> None:
         super().__init__()
         self.network = network
-        self.scaling = Scaled()
+        self.scaling = LevelScaling()
         self.constant("height_m", torch.full((storeys,), torch.nan))
         self.constant("radii", torch.ones(3))
 
@@ -50,7 +50,7 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         """Return the loss (b,) of each example: its inputs (b, a), and what the model made of its place."""
 
     @abstractmethod
-    def answer(self, inputs: torch.Tensor) -> Answer:
+    def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
         """Say where scaled scans (n, a) were taken."""
 
     def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:

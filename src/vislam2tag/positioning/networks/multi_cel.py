@@ -11,11 +11,11 @@ import numpy as np
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.networks.cells import CellCodes, CellLattice, decoded, lattice_over
 from vislam2tag.positioning.networks.layers import InputScale, dense, linear
-from vislam2tag.positioning.networks.locator import Answer, Locator
+from vislam2tag.positioning.networks.locator import Locator, NetworkAnswer
+from vislam2tag.positioning.networks.overlapping_cells import CellCodes, CellLattice, decoded, lattice_over
 from vislam2tag.positioning.networks.positioner import NetworkPositioner
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 _SHORTEST_CODE = 1e-3
@@ -66,7 +66,7 @@ class MultiCelLocator(Locator):
         error = (_of_cells(codes, cell) - code).square().sum(dim=2)
         return self.class_weight * class_loss + self.code_weight * (error * (weight > 0)).sum(dim=1)
 
-    def answer(self, inputs: torch.Tensor) -> Answer:
+    def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
         """Decode; guesses are the places that all cells say, each as likely as its cell."""
         logits, codes = self.network(inputs)
         probability = torch.softmax(logits, dim=1)
@@ -74,7 +74,7 @@ class MultiCelLocator(Locator):
         places_m = decoded(self.centre_m, codes, self.reach_m)
         xy = _of_cells(places_m, best[:, None])[:, 0]
         spread_m2 = (probability * (places_m - xy[:, None]).square().sum(dim=2)).sum(dim=1)
-        return Answer(
+        return NetworkAnswer(
             xy=xy,
             storey=self.on_storey.argmax(dim=1)[best],
             storey_probability=probability @ self.on_storey,
@@ -128,7 +128,7 @@ class MultiCel(NetworkPositioner):
         self.seed = seed
         self.device = device
 
-    def _new_locator(self, scans: RadioScans, places: Places) -> Locator:
+    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
         self.lattice_ = lattice_over(places, self.cell_m, self.overlap)
         locator = MultiCelLocator(len(self.access_points_), self.lattice_.count, len(self.storeys_), self)
         locator.set_cells(self.lattice_)
@@ -138,7 +138,7 @@ class MultiCel(NetworkPositioner):
     def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
         return MultiCelLocator(len(self.access_points_), len(arrays["centre_m"]), len(self.storeys_), self)
 
-    def _targets(self, places: Places) -> Sequence[AnyArray]:
+    def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
         codes = self.lattice_.codes(places.storey, places.xy)
         return np.where(codes.valid, codes.cell, 0), _weights(codes).astype(np.float32), codes.code.astype(np.float32)
 

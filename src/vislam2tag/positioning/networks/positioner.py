@@ -12,13 +12,20 @@ import torch
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.error_radii import fitted_radii
 from vislam2tag.positioning.networks.layers import InputScale
 from vislam2tag.positioning.networks.locator import OUTPUTS, Locator
-from vislam2tag.positioning.networks.training import Examples, History, Schedule, repeatable, train, training_device
-from vislam2tag.positioning.places import Places, Positions
-from vislam2tag.positioning.radii import fitted_radii
-from vislam2tag.positioning.registry import Arrays, Positioner
-from vislam2tag.positioning.scans.held_out import usable
+from vislam2tag.positioning.networks.training import (
+    TrainingExamples,
+    TrainingHistory,
+    TrainingSchedule,
+    repeatable,
+    train,
+    training_device,
+)
+from vislam2tag.positioning.registry import NamedArrays, Positioner
+from vislam2tag.positioning.scans.held_out import usable_validation
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 _RANGES = {
@@ -61,7 +68,7 @@ def _between(least: float, most: float) -> str:
     return f"{least:g} or more" if math.isinf(most) else f"{least:g} to {most:g}"
 
 
-Part = tuple[RadioScans, Places]
+LabelledScans = tuple[RadioScans, ScanPlaces]
 
 
 class NetworkPositioner(Positioner):
@@ -83,10 +90,10 @@ class NetworkPositioner(Positioner):
     device: str
     """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
     locator_: Locator
-    history_: History
+    history_: TrainingHistory
 
     @abstractmethod
-    def _new_locator(self, scans: RadioScans, places: Places) -> Locator:
+    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
         """Make an untrained locator for these scans and places."""
 
     @abstractmethod
@@ -94,10 +101,10 @@ class NetworkPositioner(Positioner):
         """Make a locator that arrays of these shapes fit."""
 
     @abstractmethod
-    def _targets(self, places: Places) -> Sequence[AnyArray]:
+    def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
         """Return what :meth:`Locator.losses` takes besides inputs: arrays of length n."""
 
-    def _fit(self, scans: RadioScans, places: Places, validation: Part | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         refuse_impossible(self.get_params())
         device = training_device(self.device)
         learned, held_out = self._parts(scans, places, validation)
@@ -115,9 +122,11 @@ class NetworkPositioner(Positioner):
             self.locator_ = locator.cpu().double().eval()
             self._calibrate(*held_out)
 
-    def _parts(self, scans: RadioScans, places: Places, validation: Part | None) -> tuple[Part, Part]:
+    def _parts(
+        self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None
+    ) -> tuple[LabelledScans, LabelledScans]:
         """Return what is learned from and what is held out; a lone scan is both."""
-        if given := usable(validation):
+        if given := usable_validation(validation):
             taught = np.isin(given[1].storey, places.storey)
             if taught.any():
                 return (scans, places), (given[0][taught], given[1][taught])
@@ -128,7 +137,7 @@ class NetworkPositioner(Positioner):
             learned = held_out
         return (scans[learned], places[learned]), (scans[held_out], places[held_out])
 
-    def _examples(self, locator: Locator, part: Part, device: torch.device) -> Examples:
+    def _examples(self, locator: Locator, part: LabelledScans, device: torch.device) -> TrainingExamples:
         scans, places = part
         targets = self._targets(places)
 
@@ -136,12 +145,14 @@ class NetworkPositioner(Positioner):
             inputs = locator.scaling(levels(scans[rows]).to(device)).float()
             return locator.losses(inputs, *(torch.from_numpy(target[rows]).to(device) for target in targets))
 
-        return Examples(len(scans), losses)
+        return TrainingExamples(len(scans), losses)
 
-    def _schedule(self) -> Schedule:
-        return Schedule(self.epochs, self.batch_size, self.learning_rate, self.weight_decay, self.patience, self.seed)
+    def _schedule(self) -> TrainingSchedule:
+        return TrainingSchedule(
+            self.epochs, self.batch_size, self.learning_rate, self.weight_decay, self.patience, self.seed
+        )
 
-    def _calibrate(self, scans: RadioScans, places: Places) -> None:
+    def _calibrate(self, scans: RadioScans, places: ScanPlaces) -> None:
         """Fit the radii to the errors on held-out scans.
 
         The network was stopped by the same scans, so they flatter it a little.
@@ -159,7 +170,7 @@ class NetworkPositioner(Positioner):
         """Return what answers, for export."""
         return self.locator_
 
-    def arrays(self) -> Arrays:
+    def arrays(self) -> NamedArrays:
         """Return weights and constants by name."""
         return {name: value.numpy().astype(np.float64) for name, value in self.locator_.state_dict().items()}
 

@@ -12,9 +12,9 @@ import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.networks.layers import InputScale, dense, linear
-from vislam2tag.positioning.networks.locator import Answer, Locator
+from vislam2tag.positioning.networks.locator import Locator, NetworkAnswer
 from vislam2tag.positioning.networks.positioner import NetworkPositioner
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FLOOR_DEVIATION = 0.5
@@ -39,7 +39,7 @@ class RegressionLocator(Locator):
         self.constant("taught", torch.zeros(storeys))
         self.constant("in_building", torch.zeros(storeys, buildings))
 
-    def set_places(self, places: Places, in_building: FloatArray) -> None:
+    def set_places(self, places: ScanPlaces, in_building: FloatArray) -> None:
         """Take the scale of x, y and floor, the floors that answers may name, and their buildings (s, buildings)."""
         targets = _targets(places)
         deviation = targets.std(axis=0)
@@ -55,7 +55,7 @@ class RegressionLocator(Locator):
         scaled = torch.cat([((true - self.mean) / self.deviation).float(), building], dim=1)
         return (self.network(inputs) - scaled).square().mean(dim=1)
 
-    def answer(self, inputs: torch.Tensor) -> Answer:
+    def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
         """Undo the scaling.
 
         There is one guess: what dropout makes of it (Gal and Ghahramani 2016) tells little of its error, and circles
@@ -69,7 +69,7 @@ class RegressionLocator(Locator):
             building = found[:, 3:].argmax(dim=1)
             here = here & (self.in_building.T[building] > 0)
         closeness = torch.where(here, -0.5 * (off / FLOOR_DEVIATION).square(), -torch.inf)
-        return Answer(
+        return NetworkAnswer(
             xy=place[:, :2],
             storey=closeness.argmax(dim=1),
             storey_probability=torch.softmax(closeness, dim=1),
@@ -115,7 +115,7 @@ class RegressionNet(NetworkPositioner):
         self.seed = seed
         self.device = device
 
-    def _new_locator(self, scans: RadioScans, places: Places) -> Locator:
+    def _new_locator(self, scans: RadioScans, places: ScanPlaces) -> Locator:
         self.buildings_ = _buildings(places)
         locator = self._locator(self.buildings_.shape[1])
         locator.set_places(places, self.buildings_)
@@ -128,16 +128,16 @@ class RegressionNet(NetworkPositioner):
     def _locator(self, buildings: int) -> RegressionLocator:
         return RegressionLocator(len(self.access_points_), buildings, len(self.storeys_), self)
 
-    def _targets(self, places: Places) -> Sequence[AnyArray]:
+    def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
         return _targets(places), self.buildings_[places.storey].astype(np.float32)
 
 
-def _targets(places: Places) -> FloatArray:
+def _targets(places: ScanPlaces) -> FloatArray:
     """(n, 3) x and y in metres, and the floor's number."""
     return np.column_stack([places.xy, places.floor])
 
 
-def _buildings(places: Places) -> FloatArray:
+def _buildings(places: ScanPlaces) -> FloatArray:
     """(s, buildings) which storey is in which of the buildings that places are in; no column where that is one."""
     names = [storey.building for storey in places.storeys]
     taught = sorted({names[storey] for storey in np.unique(places.storey)})

@@ -19,7 +19,7 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Examples:
+class TrainingExamples:
     """What a network learns from or is checked with."""
 
     count: int
@@ -28,7 +28,7 @@ class Examples:
 
 
 @dataclass(frozen=True)
-class Schedule:
+class TrainingSchedule:
     """How long and in which steps to train."""
 
     epochs: int = 50
@@ -43,7 +43,7 @@ class Schedule:
 
 
 @dataclass(frozen=True)
-class History:
+class TrainingHistory:
     """How a training went."""
 
     held_out_loss: tuple[float, ...]
@@ -54,11 +54,11 @@ class History:
 
 def train(
     network: torch.nn.Module,
-    examples: Examples,
-    held_out: Examples,
-    schedule: Schedule,
+    examples: TrainingExamples,
+    held_out: TrainingExamples,
+    schedule: TrainingSchedule,
     progress: Progress | None = None,
-) -> History:
+) -> TrainingHistory:
     """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
 
     Raises DatasetError where the loss is no number any more.
@@ -84,13 +84,13 @@ def train(
             break
     network.load_state_dict(best)
     network.eval()
-    return History(tuple(losses), best_epoch)
+    return TrainingHistory(tuple(losses), best_epoch)
 
 
 _CHECKED_AT_ONCE = 1024
 
 
-def _mean_loss(network: torch.nn.Module, examples: Examples) -> float:
+def _mean_loss(network: torch.nn.Module, examples: TrainingExamples) -> float:
     network.eval()
     with torch.no_grad():
         batches = _batches(np.arange(examples.count), _CHECKED_AT_ONCE)

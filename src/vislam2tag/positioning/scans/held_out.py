@@ -7,19 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, IntArray
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 CALIBRATED_WITH = 2000
 """Most scans that are left out in turn: more would not make radii truer."""
 
 
-def drawn(count: int) -> IntArray:
+def calibration_rows(count: int) -> IntArray:
     """Return which of so many scans calibrate: evenly some, in order; none of a lone one, as nothing would be left."""
     return np.unique(np.linspace(0, count - 1, CALIBRATED_WITH if count > 1 else 0).astype(np.int64))
 
 
-def walk_of(scans: RadioScans, places: Places) -> IntArray:
+def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
     """Number the walks (n,): scans of one are not independent, so that they are left out together.
 
     Scans without a session, and those of a walk that is alone on one of its storeys (left out, nothing would be known
@@ -33,7 +33,7 @@ def walk_of(scans: RadioScans, places: Places) -> IntArray:
     return np.where(apart, len(names) + np.arange(len(scans)), session)
 
 
-def area_of(places: Places, side_m: float) -> IntArray:
+def area_numbers(places: ScanPlaces, side_m: float) -> IntArray:
     """Number the squares (n,) that places lie in, whatever the storey."""
     at = np.floor(places.xy / side_m).astype(np.int64)
     return np.unique(at, axis=0, return_inverse=True)[1].reshape(-1)
@@ -52,7 +52,7 @@ def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, B
             yield ~held_out, held_out
 
 
-def usable(validation: tuple[RadioScans, Places] | None) -> tuple[RadioScans, Places] | None:
+def usable_validation(validation: tuple[RadioScans, ScanPlaces] | None) -> tuple[RadioScans, ScanPlaces] | None:
     """Return the held-out scans that hear something and have a place; None where there are none."""
     if validation is None:
         return None

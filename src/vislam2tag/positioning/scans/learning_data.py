@@ -12,8 +12,8 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.model import Dataset, Fold, Split
-from vislam2tag.positioning.places import Places, Storey
-from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows, TextArray, scans_of
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows, TextArray, scans_from_readings
 
 _FINGERPRINT = ["scan_id", "building", "floor", "x", "y", "z", "sigma", "device", "session", "start_ns"]
 
@@ -25,7 +25,7 @@ class LearningData:
     ids: TextArray
     """(n,) scan_id."""
     scans: RadioScans
-    places: Places
+    places: ScanPlaces
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -68,7 +68,7 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
     )
     return LearningData(
         ids=labelled["scan_id"].to_numpy().astype(np.str_),
-        scans=scans_of(
+        scans=scans_from_readings(
             readings["row"].to_numpy().astype(np.int64),
             readings["bssid"].to_numpy().astype(np.str_),
             readings["rssi_dbm"].to_numpy().astype(np.float64),
@@ -81,13 +81,13 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
     )
 
 
-def _places(labelled: pl.DataFrame, dataset: Dataset) -> Places:
+def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
     """Number the storeys over the manifest's floors and those that only the fingerprints have."""
     building = labelled["building"].fill_null("").to_list()
     floor = labelled["floor"].fill_null(0).to_list()
     here = [Storey(*pair) for pair in zip(building, floor, strict=True)]
     storeys = sorted({*here, *(Storey(info.building, info.number) for info in dataset.info.floors)})
-    return Places(
+    return ScanPlaces(
         storeys=tuple(storeys),
         storey=_numbered(here, storeys),
         xy=labelled.select("x", "y").to_numpy().astype(np.float64),

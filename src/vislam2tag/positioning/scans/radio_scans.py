@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 
 TextArray = npt.NDArray[np.str_]
 Rows = IntArray | BoolArray | slice
@@ -87,25 +87,44 @@ class RadioScans:
             time_ns=self.time_ns,
         )
 
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return what was heard, for saving; devices, sessions and times are not kept."""
+        return {"start": self.start, "column": self.column.astype(np.int32), "rssi_dbm": self.rssi_dbm}
+
+    @classmethod
+    def restored(cls, arrays: Mapping[str, AnyArray], access_points: Sequence[str]) -> Self:
+        """Take back what :meth:`arrays` gave."""
+        n = len(arrays["start"]) - 1
+        nowhere = np.full(n, "", dtype=np.str_)
+        return cls(
+            access_points=tuple(access_points),
+            start=arrays["start"],
+            column=arrays["column"].astype(np.int64),
+            rssi_dbm=arrays["rssi_dbm"],
+            device=nowhere,
+            session=nowhere,
+            time_ns=np.zeros(n, dtype=np.int64),
+        )
+
     def dense(self, not_heard: float = np.nan) -> FloatArray:
-        """Make the (n, a) matrix of dBm, ``not_heard`` where nothing was."""
+        """Make the (n, a) matrix of levels, dBm; ``not_heard`` where nothing was."""
         matrix = np.full(self.shape, not_heard)
         matrix[self.row, self.column] = self.rssi_dbm
         return matrix
 
 
-def scans_of(
+def scans_from_readings(
     rows: IntArray,
     bssid: TextArray,
     rssi_dbm: FloatArray,
     n: int,
     **known: Any,
 ) -> RadioScans:
-    """Make scans of readings in any order: the scan (0 to n-1), access point and level of each.
+    """Make ``n`` scans of readings in any order: the scan (0 to n-1), access point and level of each (k,).
 
     Columns are the access points in order of their names. Of several readings of one access point in one scan the
     mean in dBm counts; levels that are not finite count as not heard. ``known`` may give ``device``, ``session`` and
-    ``time_ns``.
+    ``time_ns`` (n,).
     """
     finite = np.isfinite(rssi_dbm)
     names, column = np.unique(bssid[finite], return_inverse=True)

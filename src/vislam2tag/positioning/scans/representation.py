@@ -44,7 +44,7 @@ _MOST_MISSED = 0.4
 """Each scan misses a share of its access points, drawn from 0 to this."""
 
 
-def altered(level: FloatArray, rng: np.random.Generator) -> FloatArray:
+def augmented(level: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Return other levels (n, a) from 0 to 1: some access points missed, all offset, each with noise."""
     n = len(level)
     heard = (level > 0) & (rng.random(level.shape) > _MOST_MISSED * rng.random((n, 1)))

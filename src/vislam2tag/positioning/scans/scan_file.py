@@ -19,7 +19,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import ROWS_NAMED, Finding
-from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_of
+from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
 WALK_COLUMNS = ("session", "time_ns")
@@ -92,7 +92,7 @@ class _Gathered:
         self.times_ns.append(time_ns)
 
     def block(self) -> ScanBlock:
-        scans = scans_of(
+        scans = scans_from_readings(
             np.array(self.rows, dtype=np.int64),
             np.array(self.bssids, dtype=np.str_),
             np.array(self.levels, dtype=np.float64),

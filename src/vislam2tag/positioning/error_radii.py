@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
+from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.scans.radio_scans import Rows
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows
 
 
 class Storey(NamedTuple):
@@ -19,7 +20,7 @@ class Storey(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Places:
+class ScanPlaces:
     """True (or labelled) places of ``n`` scans; behaves as scikit-learn expects of ``y``."""
 
     storeys: tuple[Storey, ...]
@@ -41,8 +42,23 @@ class Places:
         """Number of places, and of coordinates in the plane."""
         return len(self), 2
 
-    def __getitem__(self, rows: Rows) -> Places:
+    def __getitem__(self, rows: Rows) -> ScanPlaces:
         return replace(self, storey=self.storey[rows], xy=self.xy[rows], z=self.z[rows], sigma_m=self.sigma_m[rows])
+
+    def arrays(self) -> dict[str, AnyArray]:
+        """Return storeys, positions and heights, for saving; how sure the labels were is not kept."""
+        return {"storey": self.storey.astype(np.int32), "xy": self.xy, "z": self.z}
+
+    @classmethod
+    def restored(cls, arrays: Mapping[str, AnyArray], storeys: tuple[Storey, ...]) -> Self:
+        """Take back what :meth:`arrays` gave."""
+        return cls(
+            storeys=storeys,
+            storey=arrays["storey"].astype(np.int64),
+            xy=arrays["xy"],
+            z=arrays["z"],
+            sigma_m=np.full(len(arrays["z"]), np.nan),
+        )
 
     def distance_m(self, xy: FloatArray) -> FloatArray:
         """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
@@ -55,7 +71,7 @@ class Places:
 
     @property
     def storey_height_m(self) -> FloatArray:
-        """(len(storeys),) median height of each storey's places; NaN where none is known."""
+        """(len(storeys),) median height of each storey's places, metres; NaN where none is known."""
         height_m = np.full(len(self.storeys), np.nan)
         known = np.isfinite(self.z)
         for storey in np.unique(self.storey[known]):
@@ -63,6 +79,8 @@ class Places:
         return height_m
 
 
+LabelledScans = tuple[RadioScans, ScanPlaces]
+"""Scans (n) and where they were taken (n)."""
 SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
 
 
@@ -109,7 +127,7 @@ class Positions:
         return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[np.maximum(self.storey, 0)]
 
     def without(self, rows: BoolArray) -> Self:
-        """Make the scans of the mask unknown."""
+        """Make the scans of the mask (n,) unknown."""
         return replace(
             self,
             storey=np.where(rows, -1, self.storey),

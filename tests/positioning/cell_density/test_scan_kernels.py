@@ -8,16 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as numpy_arrays
 
-from vislam2tag.positioning.cell_density.storeys import StoreyLikeness
+from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel
 
 LEVELS = numpy_arrays(np.float64, (5, 6), elements=st.floats(0.0, 1.0)).filter(lambda level: bool((level > 0).any()))
 
 
 @given(LEVELS)
 def test_a_kernel_it_is(level: np.ndarray) -> None:
-    like = StoreyLikeness.around(level)
-    among = like.among()
-    np.testing.assert_allclose(like(level), among, atol=1e-12)
+    kernel = StoreyKernel.around(level)
+    among = kernel.among_centres()
+    np.testing.assert_allclose(kernel(level), among, atol=1e-12)
     np.testing.assert_allclose(among, among.T, atol=1e-12)
     assert np.linalg.eigvalsh(among).min() > -1e-9
     assert (among <= 2 + 1e-9).all()
@@ -25,19 +25,19 @@ def test_a_kernel_it_is(level: np.ndarray) -> None:
 
 def test_who_is_faintly_heard_counts() -> None:
     level = np.array([[0.5, 0.4, 0.02, 0.0], [0.5, 0.4, 0.0, 0.02], [0.5, 0.4, 0.02, 0.0]])
-    like = StoreyLikeness.around(level)
-    np.testing.assert_array_equal(like.threshold, [0.0, *np.quantile(level[level > 0], [0.25, 0.5, 0.75])])
-    among = like.among()
+    kernel = StoreyKernel.around(level)
+    np.testing.assert_array_equal(kernel.threshold, [0.0, *np.quantile(level[level > 0], [0.25, 0.5, 0.75])])
+    among = kernel.among_centres()
     assert among[0, 2] == pytest.approx(2.0)
     assert among[0, 1] < 1.75  # the direction alone, of powed levels, would say 2 - 1e-4
 
 
 def test_it_comes_back_from_its_arrays() -> None:
     level = np.random.default_rng(0).random((7, 5)) * (np.arange(5) > 0)
-    like = StoreyLikeness.around(level)
-    back = StoreyLikeness.restored(like.centre, like.arrays())
-    np.testing.assert_array_equal(back(level), like(level))
+    kernel = StoreyKernel.around(level)
+    back = StoreyKernel.restored(kernel.centre, kernel.arrays())
+    np.testing.assert_array_equal(back(level), kernel(level))
 
 
 def test_nothing_but_faintest_levels_is_no_error() -> None:
-    assert np.isfinite(StoreyLikeness.around(np.zeros((3, 2))).among()).all()
+    assert np.isfinite(StoreyKernel.around(np.zeros((3, 2))).among_centres()).all()

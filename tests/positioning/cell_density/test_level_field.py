@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.positioning.radio_fields import surveyed
-from vislam2tag.positioning.cell_density import field as module
-from vislam2tag.positioning.cell_density.field import LevelField, learned_fields
+from vislam2tag.positioning.cell_density import level_field as module
+from vislam2tag.positioning.cell_density.level_field import LevelField, learned_fields
 
 
 def learned(*rows: slice, noise_db: float = 3.0) -> LevelField:
@@ -44,7 +44,7 @@ def test_a_common_offset_changes_little() -> None:
 
 def test_cells_grow_with_what_must_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     many = len(learned().cells)
-    monkeypatch.setattr("vislam2tag.positioning.cell_density.field._MOST_NUMBERS", many)
+    monkeypatch.setattr("vislam2tag.positioning.cell_density.level_field._MOST_NUMBERS", many)
     assert 0 < len(learned().cells) * 16 <= many
 
 

@@ -1,4 +1,4 @@
-"""Levels everywhere on a storey, also where nobody was, and where a scan was taken by them.
+"""Expected levels everywhere on a storey, also where nobody was, and where a scan was taken by them.
 
 A Gaussian process around the path loss of each access point (as Ferris, Haehnel and Fox 2006, "Gaussian processes for
 signal strength-based location estimation", around a constant): near training scans levels are theirs, far from all of
@@ -17,14 +17,14 @@ from scipy.linalg import cho_factor, cho_solve
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.cell_density.path_loss import PathLoss, fitted_path_loss, unheard_dbm
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 NOISES_DB = (3.0, 6.0, 12.0)
-"""Tried: how far levels of one place differ, besides the offset that a scan's have in common."""
+"""Tried: how far levels of one place differ (one standard deviation), but for the offset that a scan's share."""
 OFFSET_DB = 4.0
-"""Of a scan's levels in common: phones differ, and so do the bodies beside them."""
+"""Of a scan's levels in common, one standard deviation: phones differ, and so do the bodies beside them."""
 _SHADOW_DB, _SHADOW_LENGTH_M = 8.0, 20.0
-"""How far levels differ from the path loss, and how soon they do so differently."""
+"""How far levels differ from the path loss (one standard deviation), and over which distance they do so alike."""
 _REACH_M = 12.0
 """How far from training scans a place may be."""
 _SIDE_M = 1.5
@@ -36,6 +36,7 @@ count as these."""
 _FAINT_SHARE = 0.02
 """Share of levels heard below what counts as the faintest."""
 _ROUNDS = 3
+"""So often levels that were not heard are guessed anew from what the scans around heard, or were guessed to."""
 
 
 @dataclass(frozen=True)
@@ -44,20 +45,20 @@ class LevelField:
 
     cells: DensityCells
     level_dbm: FloatArray
-    """(c, a) expected levels."""
+    """(c, a) expected."""
     variance: FloatArray
     """(c,) of a level from the expected one, dB^2."""
 
     def place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
-        """Return the mean (n, 2) over all places on storeys (n,), by the likelihood of levels (n, a), NaN: not heard.
+        """Return the mean place (n, 2), metres, on storeys (n,), by the likelihood of levels (n, a), NaN: not heard.
 
         The offset is integrated out: with m levels, r their residuals, v their variance and o^2 that of the offset the
         residuals' covariance is v I + o^2 1 1', whose inverse is (I - 1 1' o^2 / (v + m o^2)) / v (Sherman and
         Morrison).
         """
         at_once = max(_MOST_NUMBERS // len(self.cells), 1)
-        parts = (slice(start, start + at_once) for start in range(0, max(len(level_dbm), 1), at_once))
-        return np.concatenate([self._place(level_dbm[rows], storey[rows]) for rows in parts])
+        blocks = (slice(start, start + at_once) for start in range(0, max(len(level_dbm), 1), at_once))
+        return np.concatenate([self._place(level_dbm[rows], storey[rows]) for rows in blocks])
 
     def _place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
         likelihood = np.exp(self._log_likelihood(level_dbm, storey))
@@ -78,7 +79,7 @@ class LevelField:
         return np.asarray(log - log.max(axis=1, keepdims=True))
 
     def arrays(self) -> dict[str, AnyArray]:
-        """Return the four arrays, for saving."""
+        """Return the arrays of cells and of what is expected there, for saving."""
         return {
             "field_storey": self.cells.storey,
             "field_centre_m": self.cells.centre_m,
@@ -93,16 +94,16 @@ class LevelField:
         return cls(cells, arrays["field_level_dbm"], arrays["field_variance"])
 
 
-def learned_fields(level_dbm: FloatArray, places: Places, noises_db: Sequence[float]) -> list[LevelField]:
-    """Learn from levels (n, a), NaN where not heard: a field for each noise; their path loss is the same."""
+def learned_fields(level_dbm: FloatArray, places: ScanPlaces, noises_db: Sequence[float]) -> list[LevelField]:
+    """Learn from levels (n, a) at places (n), NaN where not heard: a field a noise; their path loss is the same."""
     faintest_dbm = float(np.nanquantile(level_dbm, _FAINT_SHARE))
     path_loss = fitted_path_loss(level_dbm, places, faintest_dbm)
     cells = _cells(places, level_dbm.shape[1])
-    seen = _Seen(level_dbm, places, path_loss, faintest_dbm)
-    return [_field(seen, cells, noise_db) for noise_db in noises_db]
+    data = _FieldData(level_dbm, places, path_loss, faintest_dbm)
+    return [_field(data, cells, noise_db) for noise_db in noises_db]
 
 
-def _cells(places: Places, access_points: int) -> DensityCells:
+def _cells(places: ScanPlaces, access_points: int) -> DensityCells:
     side_m = _SIDE_M
     most = _MOST_NUMBERS // max(access_points, _FEWEST)
     while len(cells := cells_near(places, side_m, round(_REACH_M / side_m))) > most:
@@ -110,24 +111,25 @@ def _cells(places: Places, access_points: int) -> DensityCells:
     return cells
 
 
-class _Seen(NamedTuple):
+class _FieldData(NamedTuple):
     """What fields are learned from."""
 
     level_dbm: FloatArray
-    places: Places
+    """(n, a) NaN where not heard."""
+    places: ScanPlaces
     path_loss: PathLoss
     faintest_dbm: float
 
 
-def _field(seen: _Seen, cells: DensityCells, noise_db: float) -> LevelField:
-    expected = seen.path_loss.level_dbm(cells.storey, cells.centre_m)
+def _field(data: _FieldData, cells: DensityCells, noise_db: float) -> LevelField:
+    expected = data.path_loss.level_dbm(cells.storey, cells.centre_m)
     variance = np.full(len(cells), _SHADOW_DB**2 + noise_db**2)
-    for storey in np.unique(seen.places.storey):
-        on, cell = seen.places.storey == storey, cells.storey == storey
-        xy, mean_dbm = seen.places.xy[on], seen.path_loss.level_dbm(seen.places.storey[on], seen.places.xy[on])
+    for storey in np.unique(data.places.storey):
+        on, cell = data.places.storey == storey, cells.storey == storey
+        xy, mean_dbm = data.places.xy[on], data.path_loss.level_dbm(data.places.storey[on], data.places.xy[on])
         among = _covariance(xy, xy) + noise_db**2 * np.eye(len(xy))
         inverse = cho_solve(cho_factor(among), np.eye(len(xy)))
-        residual = _residuals(seen.level_dbm[on], mean_dbm, inverse, seen.faintest_dbm)
+        residual = _residuals(data.level_dbm[on], mean_dbm, inverse, data.faintest_dbm)
         towards = _covariance(cells.centre_m[cell], xy)
         expected[cell] += towards @ (inverse @ residual)
         variance[cell] -= ((towards @ inverse) * towards).sum(axis=1)
@@ -135,7 +137,10 @@ def _field(seen: _Seen, cells: DensityCells, noise_db: float) -> LevelField:
 
 
 def _residuals(level_dbm: FloatArray, mean_dbm: FloatArray, inverse: FloatArray, faintest_dbm: float) -> FloatArray:
-    """Return levels above the path loss (n, a); those not heard are guessed from what the scans around heard."""
+    """Return how far levels (n, a) exceed the path loss (n, a), dB; those not heard are guessed from the scans around.
+
+    ``inverse`` (n, n) is that of the levels' covariance.
+    """
     heard = np.isfinite(level_dbm)
     residual = np.where(heard, level_dbm - mean_dbm, 0.0)
     own = np.diag(inverse)[:, None]

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.positioning.networks.cells import NO_CELL, CellLattice, decoded, lattice_over
-from vislam2tag.positioning.places import Places, Storey
+from vislam2tag.positioning.networks.overlapping_cells import NO_CELL, CellLattice, decoded, lattice_over
+from vislam2tag.positioning.scans.places import ScanPlaces, Storey
 
 COORDINATE = st.floats(-500, 500)
 SPOTS = st.lists(st.tuples(st.integers(0, 2), COORDINATE, COORDINATE), min_size=1, max_size=30)
@@ -17,10 +17,10 @@ SIDES = st.floats(8, 60)
 OVERLAPS = st.floats(0, 1.4)
 
 
-def places_at(spots: list[tuple[int, float, float]]) -> Places:
+def places_at(spots: list[tuple[int, float, float]]) -> ScanPlaces:
     storey, x, y = (np.array(values) for values in zip(*spots, strict=True))
     storeys = (Storey("A", 0), Storey("A", 1), Storey("B", 0), Storey("B", 1))
-    return Places(storeys, storey, np.column_stack([x, y]), np.zeros(len(x)), np.zeros(len(x)))
+    return ScanPlaces(storeys, storey, np.column_stack([x, y]), np.zeros(len(x)), np.zeros(len(x)))
 
 
 def every_cell(lattice: CellLattice, storey: int, xy: np.ndarray) -> tuple[int, set[int]]:

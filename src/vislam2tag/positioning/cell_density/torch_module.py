@@ -1,6 +1,6 @@
 """``cell-density`` as a PyTorch module, kernels and networks and all, so that it exports to ONNX.
 
-It says what :class:`.CellKernel` says, step for step and in double precision.
+It says what :class:`.DensityModel` says, step for step and in double precision.
 """
 
 from __future__ import annotations
@@ -10,38 +10,38 @@ import math
 import torch
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
-from vislam2tag.positioning.cell_density.dense_layers import LENGTH, DenseLayers
+from vislam2tag.positioning.cell_density.dense_network import INPUT_LENGTH, DenseNetwork
 from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
-from vislam2tag.positioning.cell_density.field import OFFSET_DB
-from vislam2tag.positioning.cell_density.kernel import LEAST, NETWORKS_WEIGHT, CellKernel
-from vislam2tag.positioning.cell_density.novelty import ALIKE, ANSWERING, LEAST_EXCESS, TIE, Growth, NoveltyRadii
-from vislam2tag.positioning.cell_density.scan_kernel import EXPONENT, SMALLEST
-from vislam2tag.positioning.radii import SMALLEST_SCALE_M
+from vislam2tag.positioning.cell_density.density_model import LEAST_DENSITY, NETWORKS_WEIGHT, DensityModel
+from vislam2tag.positioning.cell_density.level_field import OFFSET_DB
+from vislam2tag.positioning.cell_density.novelty import COMPARED, LEAST_EXCESS, PLACED, TIE, NoveltyRadii, RadiusGrowth
+from vislam2tag.positioning.cell_density.scan_kernels import EXPONENT, LEAST_LENGTH
+from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M
 from vislam2tag.positioning.scans.representation import FAINTEST_DBM
 
 
-class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
+class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     """From levels (n, a) in dBm, NaN where not heard, to what a locator returns."""
 
-    def __init__(self, kernel: CellKernel, half: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
+    def __init__(self, model: DensityModel, half_novelty: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()
-        self.half, self.radii = half, radii
-        self.sharpness = kernel.density.like.sharpness
-        self.networks = torch.nn.ModuleList(_Dense(network) for network in kernel.networks)
+        self.half_novelty, self.radii = half_novelty, radii
+        self.sharpness = model.density.kernel.sharpness
+        self.networks = torch.nn.ModuleList(_Dense(network) for network in model.networks)
         self._keep("height_m", height_m)
-        self._keep("cell_centre_m", kernel.cells.centre_m)
-        self._keep("cell_storey", kernel.cells.storey)
-        self._keep("centre", kernel.density.like.centre)
-        self._keep("centre_xy", kernel.alike.xy)
-        self._keep("centre_apart", kernel.alike.apart)
-        for name, values in (kernel.field.arrays() if kernel.field else {}).items():
+        self._keep("cell_centre_m", model.cells.centre_m)
+        self._keep("cell_storey", model.cells.storey)
+        self._keep("centre", model.density.kernel.centre)
+        self._keep("centre_xy", model.references.xy)
+        self._keep("centre_apart", model.references.apart)
+        for name, values in (model.field.arrays() if model.field else {}).items():
             self._keep(name, values)
-        self._keep("storey_threshold", kernel.storeys.like.threshold)
-        self._keep("storey_steps", kernel.storeys.like.steps)
-        self._keep("storey_weight", kernel.storeys.weight)
-        self._keep("storey_mean", kernel.storeys.mean)
-        self._keep("density_weight", kernel.density.weight)
-        self._keep("density_mean", kernel.density.mean)
+        self._keep("storey_threshold", model.storeys.kernel.threshold)
+        self._keep("storey_steps", model.storeys.kernel.steps)
+        self._keep("storey_weight", model.storeys.weight)
+        self._keep("storey_mean", model.storeys.mean)
+        self._keep("density_weight", model.density.weight)
+        self._keep("density_mean", model.density.mean)
 
     def _keep(self, name: str, values: AnyArray) -> None:
         self.register_buffer(name, torch.from_numpy(values.copy()))
@@ -53,11 +53,11 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         level = above.clamp(0.0, -FAINTEST_DBM) / -FAINTEST_DBM
         direction = _directions(level, EXPONENT)
         cosine = direction @ self.centre.T
-        probability, density = self._shared(level, cosine)
+        probability, density = self._storeys_and_density(level, cosine)
         storey = probability.argmax(dim=1)
         xy = self._median(density * (self.cell_storey == storey[:, None]))
         spread_m, novelty = self._spread(density, cosine, xy)
-        xy = self._between(xy, novelty, level_dbm, storey)
+        xy = self._blended(xy, novelty, level_dbm, storey)
         novelty = novelty.clamp(max=self.radii.most_novel)
         scale_m = torch.sqrt(self.radii.base_m**2 + spread_m**2).clamp(min=SMALLEST_SCALE_M)
         return (
@@ -69,16 +69,16 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
             torch.where(known, _radius_m(self.radii.growth_95, scale_m, novelty), torch.nan),
         )
 
-    def _between(
+    def _blended(
         self, xy: torch.Tensor, novelty: torch.Tensor, level_dbm: torch.Tensor, storey: torch.Tensor
     ) -> torch.Tensor:
-        """Let the field take over, as :meth:`CellAnswer.between` does."""
-        if math.isinf(self.half):
+        """Let the field take over, as :meth:`DensityAnswer.blended` does."""
+        if math.isinf(self.half_novelty):
             return xy
         field_xy = self._field_place(level_dbm, storey)
-        if self.half == 0:
+        if self.half_novelty == 0:
             return field_xy
-        share = (novelty**2 / (novelty**2 + self.half**2))[:, None]
+        share = (novelty**2 / (novelty**2 + self.half_novelty**2))[:, None]
         return (1 - share) * xy + share * field_xy
 
     def _field_place(self, level_dbm: torch.Tensor, storey: torch.Tensor) -> torch.Tensor:
@@ -96,48 +96,48 @@ class CellModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         log = torch.where(on | ~on.any(dim=1, keepdim=True), log, -torch.inf)
         return torch.softmax(log, dim=1) @ self.field_centre_m
 
-    def _shared(self, level: torch.Tensor, cosine: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _storeys_and_density(self, level: torch.Tensor, cosine: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return storey probabilities (n, s) and densities (n, c)."""
-        like = torch.exp(2 * self.sharpness * (cosine - 1))
-        density = _shares(like @ self.density_weight + self.density_mean, LEAST)
+        similarity = torch.exp(2 * self.sharpness * (cosine - 1))
+        density = _shares(similarity @ self.density_weight + self.density_mean, LEAST_DENSITY)
         if len(self.networks):
             density = density + NETWORKS_WEIGHT * torch.stack([one(level) for one in self.networks]).mean(dim=0)
         above = (level[:, :, None] > self.storey_threshold).to(torch.float64).flatten(start_dim=1)
-        above = above / torch.sqrt(above.sum(dim=1, keepdim=True)).clamp(min=SMALLEST)
-        like = torch.exp(2 * (cosine - 1)) + torch.exp(2 * (above @ self.storey_steps.T - 1))
-        return _shares(like @ self.storey_weight + self.storey_mean, 0.0), density
+        above = above / torch.sqrt(above.sum(dim=1, keepdim=True)).clamp(min=LEAST_LENGTH)
+        similarity = torch.exp(2 * (cosine - 1)) + torch.exp(2 * (above @ self.storey_steps.T - 1))
+        return _shares(similarity @ self.storey_weight + self.storey_mean, 0.0), density
 
     def _median(self, density: torch.Tensor) -> torch.Tensor:
         """Take Weiszfeld's steps, as :meth:`DensityCells.median` does."""
         pull = density
         for _ in range(MEDIAN_STEPS):
             xy = (pull @ self.cell_centre_m) / pull.sum(dim=1, keepdim=True)
-            pull = density / torch.sqrt(self._away2(xy) + SMOOTH_M**2)
+            pull = density / torch.sqrt(self._distance_m2(xy) + SMOOTH_M**2)
         return (pull @ self.cell_centre_m) / pull.sum(dim=1, keepdim=True)
 
-    def _away2(self, xy: torch.Tensor) -> torch.Tensor:
+    def _distance_m2(self, xy: torch.Tensor) -> torch.Tensor:
         return (xy[:, None] - self.cell_centre_m).square().sum(dim=2)
 
     def _spread(
         self, density: torch.Tensor, cosine: torch.Tensor, xy: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """Return how far guesses lie apart and what is new, both (n,)."""
-        of_density_m = (density * torch.sqrt(self._away2(xy))).sum(dim=1) / density.sum(dim=1)
-        away = torch.sqrt((2 - 2 * cosine).clamp(min=0.0))
+        of_density_m = (density * torch.sqrt(self._distance_m2(xy))).sum(dim=1) / density.sum(dim=1)
+        distance = torch.sqrt((2 - 2 * cosine).clamp(min=0.0))
         count = self.centre_apart.shape[0]
-        ranked = away + TIE * torch.arange(count)
-        alike = torch.topk(ranked, min(ANSWERING, count), dim=1, largest=False).indices
-        nearest = torch.gather(away, 1, alike)
-        dispersal_m = torch.sqrt((self.centre_xy[alike] - xy[:, None]).square().sum(dim=2)).mean(dim=1)
-        unlike = nearest[:, :ALIKE].mean(dim=1)
-        excess = (unlike - self.centre_apart[alike[:, :ALIKE]].mean(dim=1) - LEAST_EXCESS).clamp(min=0.0)
+        ranked = distance + TIE * torch.arange(count)
+        nearest = torch.topk(ranked, min(PLACED, count), dim=1, largest=False).indices
+        dispersal_m = torch.sqrt((self.centre_xy[nearest] - xy[:, None]).square().sum(dim=2)).mean(dim=1)
+        compared = nearest[:, :COMPARED]
+        unlike = torch.gather(distance, 1, compared).mean(dim=1)
+        excess = (unlike - self.centre_apart[compared].mean(dim=1) - LEAST_EXCESS).clamp(min=0.0)
         return torch.sqrt(of_density_m * dispersal_m), excess * unlike
 
 
 class _Dense(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
     """Dense layers with weights that are there already."""
 
-    def __init__(self, layers: DenseLayers) -> None:
+    def __init__(self, layers: DenseNetwork) -> None:
         super().__init__()
         self.exponent = layers.exponent
         self.depth = len(layers.weights)
@@ -146,7 +146,7 @@ class _Dense(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
             self.register_buffer(f"bias_{number}", torch.from_numpy(bias.copy()))
 
     def forward(self, level: torch.Tensor) -> torch.Tensor:
-        hidden = level if self.exponent == 1.0 else LENGTH * _directions(level, self.exponent)
+        hidden = level if self.exponent == 1.0 else INPUT_LENGTH * _directions(level, self.exponent)
         for number in range(self.depth):
             hidden = hidden @ getattr(self, f"weight_{number}") + getattr(self, f"bias_{number}")
             if number < self.depth - 1:
@@ -156,13 +156,13 @@ class _Dense(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
 
 def _directions(level: torch.Tensor, exponent: float) -> torch.Tensor:
     powed = level**exponent
-    return powed / torch.sqrt(powed.square().sum(dim=1, keepdim=True)).clamp(min=SMALLEST)
+    return powed / torch.sqrt(powed.square().sum(dim=1, keepdim=True)).clamp(min=LEAST_LENGTH)
 
 
 def _shares(score: torch.Tensor, least: float) -> torch.Tensor:
     score = score.clamp(min=least)
-    return score / score.sum(dim=1, keepdim=True).clamp(min=LEAST)
+    return score / score.sum(dim=1, keepdim=True).clamp(min=LEAST_DENSITY)
 
 
-def _radius_m(growth: Growth, scale_m: torch.Tensor, novelty: torch.Tensor) -> torch.Tensor:
+def _radius_m(growth: RadiusGrowth, scale_m: torch.Tensor, novelty: torch.Tensor) -> torch.Tensor:
     return scale_m * (growth.factor + growth.by_novelty * novelty)

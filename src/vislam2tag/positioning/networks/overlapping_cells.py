@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.positioning.places import Places
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 NO_CELL = -1
 MOST_CELLS = 50_000
@@ -93,7 +93,7 @@ class CellLattice:
         )
 
 
-def lattice_over(places: Places, cell_m: float, overlap: float) -> CellLattice:
+def lattice_over(places: ScanPlaces, cell_m: float, overlap: float) -> CellLattice:
     """Cover the extent of the places on each storey, one row and column more than fits.
 
     Raises DatasetError where that takes more than MOST_CELLS.

@@ -1,0 +1,234 @@
+"""What :mod:`.models.cell_density` learns: kernel regressions onto cells and storeys, and networks beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vislam2tag.common.extras import import_extra
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.positioning.cell_density.dense_network import DenseNetwork
+from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
+from vislam2tag.positioning.cell_density.kernel_regression import (
+    STOREY_RIDGE,
+    KernelNormalEquations,
+    KernelRegression,
+    LevelsAndTargets,
+)
+from vislam2tag.positioning.cell_density.level_field import NOISES_DB, LevelField, learned_fields
+from vislam2tag.positioning.cell_density.mislabelled_storeys import mislabelled
+from vislam2tag.positioning.cell_density.novelty import ReferenceScans
+from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, StoreyKernel, directions, levels
+from vislam2tag.positioning.scans.places import LabelledScans, ScanPlaces
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.scans.representation import augmented
+
+MOST_CENTRES = 1500
+"""Kernels lie around so many training scans, drawn at random where there are more."""
+_CELL_SHARE = 0.8
+"""Side of a cell as a share of how far a label reaches."""
+_SEED_STEP = 1000
+"""Between the seeds of two networks."""
+_AT_ONCE = 1024
+NETWORKS_WEIGHT = 2.0
+"""Of what the networks say on average, however many there are; the kernel's weight is 1."""
+LEAST_DENSITY = 1e-9
+"""What a cell of the storey is worth at least, so that every scan has a place."""
+Targets = Callable[[ScanPlaces], FloatArray]
+"""From places (n) to what a regression should answer there (n, t)."""
+
+
+@dataclass(frozen=True)
+class LearningSetup:
+    """How to learn."""
+
+    copies: int
+    """Augmented copies of each scan for the kernels."""
+    networks: Sequence[float]
+    """A network is trained for each of these exponents of levels."""
+    seed: int
+
+
+@dataclass(frozen=True)
+class DensityShape:
+    """How sharp and how smooth a density is."""
+
+    sharpness: float
+    """How fast the kernel falls."""
+    ridge: float
+    """How much the regression is smoothed."""
+    width_m: float
+    """How far a label reaches; one standard deviation."""
+    noise_db: float = NOISES_DB[0]
+    """How far levels of one place differ, for the field of levels."""
+
+    @property
+    def cell_m(self) -> float:
+        """Side of cells, metres."""
+        return _CELL_SHARE * self.width_m
+
+
+class DensityAnswer(NamedTuple):
+    """What is said of ``n`` scans."""
+
+    storey_probability: FloatArray
+    """(n, s)"""
+    xy: FloatArray
+    """(n, 2) the density's place on the likeliest storey, metres."""
+    field_xy: FloatArray
+    """(n, 2) the place by the field of levels, which reaches where nobody was, metres."""
+    spread_m: FloatArray
+    """(n,) how far guesses lie apart: geometric mean of the density's mean distance from its place and that of the
+    most similar scans' places."""
+    novelty: FloatArray
+    """(n,) how unlike a scan is to all that was learned."""
+
+    def blended(self, half_novelty: float) -> FloatArray:
+        """Return places (n, 2), metres: the density's where nothing is new, midway at ``half_novelty``, the field's far
+        beyond.
+
+        With an infinite ``half_novelty`` the density's everywhere, with 0 the field's.
+        """
+        if half_novelty == 0:
+            return self.field_xy
+        share = (self.novelty**2 / (self.novelty**2 + half_novelty**2))[:, None]
+        return np.asarray((1 - share) * self.xy + share * self.field_xy)
+
+
+@dataclass(frozen=True)
+class DensityModel:
+    """Cells, and the functions that say how likely each cell and each storey is, and what is heard where."""
+
+    cells: DensityCells
+    density: KernelRegression[DirectionKernel]
+    storeys: KernelRegression[StoreyKernel]
+    field: LevelField | None
+    """None where the density alone is asked."""
+    references: ReferenceScans
+    networks: tuple[DenseNetwork, ...] = ()
+    mislabelled: int = 0
+    """Scans that were not learned from, as the others contradict their storey."""
+
+    def answer(self, scans: RadioScans) -> DensityAnswer:
+        """Say where scans (n) were taken."""
+        blocks = [self._answer(scans[rows]) for rows in _blocks(max(len(scans), 1))]
+        return DensityAnswer(*(np.concatenate(block) for block in zip(*blocks, strict=True)))
+
+    def _answer(self, scans: RadioScans) -> DensityAnswer:
+        level = levels(scans)
+        probability = _shares(self.storeys(level), 0.0)
+        density = _shares(self.density(level), LEAST_DENSITY)
+        if self.networks:
+            density += NETWORKS_WEIGHT * np.mean([network(level) for network in self.networks], axis=0)
+        storey = probability.argmax(axis=1)
+        xy = self.cells.median(density * self.cells.on(storey))
+        field_xy = self.field.place(scans.dense(), storey) if self.field else xy
+        dispersal_m, novelty = self.references.compared(directions(level), xy)
+        spread_m = np.sqrt(self.cells.spread_m(density, xy) * dispersal_m)
+        return DensityAnswer(probability, xy, field_xy, spread_m, novelty)
+
+
+def learned_model(scans: RadioScans, places: ScanPlaces, shape: DensityShape, setup: LearningSetup) -> DensityModel:
+    """Learn cells and storeys from those of the scans (n) at places (n) whose storey the others do not contradict."""
+    doubted = mislabelled(scans, places.storey, _centres(len(scans), setup))
+    scans, places = scans[~doubted], places[~doubted]
+    cells = cells_near(places, shape.cell_m)
+    densities = _learned_densities((scans, places), cells, shape.width_m, shape.sharpness, [shape.ridge], setup)
+    centres = _centres(len(scans), setup)
+    storeys = _learned_storeys(scans, places, centres)
+    (field,) = learned_fields(scans[centres].dense(), places[centres], [shape.noise_db])
+    references = ReferenceScans.of(densities[0].kernel.centre, places.xy[centres])
+    networks = _trained_networks(scans, places, cells, shape, setup)
+    return DensityModel(cells, densities[0], storeys, field, references, networks, int(doubted.sum()))
+
+
+def errors_on_storey_m(
+    learn: LabelledScans, held_out: LabelledScans, shapes: Sequence[DensityShape], setup: LearningSetup
+) -> FloatArray:
+    """Return errors in the plane (shapes, n) on held-out scans whose storey is known; shapes differ in ridge alone."""
+    first = shapes[0]
+    cells = cells_near(learn[1], first.cell_m)
+    level, truth = levels(held_out[0]), held_out[1]
+    on = np.where(cells.on(truth.storey), 1.0, LEAST_DENSITY)
+    ridges = [shape.ridge for shape in shapes]
+    functions = _learned_densities(learn, cells, first.width_m, first.sharpness, ridges, setup)
+    found = (cells.median(_shares(function(level), LEAST_DENSITY) * on) for function in functions)
+    return np.stack([np.hypot(*(xy - truth.xy).T) for xy in found])
+
+
+def _learned_densities(
+    labelled: LabelledScans,
+    cells: DensityCells,
+    width_m: float,
+    sharpness: float,
+    ridges: Sequence[float],
+    setup: LearningSetup,
+) -> list[KernelRegression[DirectionKernel]]:
+    """Regress onto the densities of labels, from the scans and augmented copies of each; one function a ridge."""
+    scans, places = labelled
+    rng = np.random.default_rng(setup.seed)
+    centres = _centres(len(scans), setup)
+
+    def targets(some: ScanPlaces) -> FloatArray:
+        return cells.label_densities(some, width_m)
+
+    mean = targets(places[centres]).mean(axis=0)
+    kernel = DirectionKernel(directions(levels(scans[centres])), sharpness)
+    equations = KernelNormalEquations.empty(kernel, mean, len(centres))
+    return equations.add(_examples(scans, places, targets, setup.copies, rng)).solved(ridges)
+
+
+def _examples(
+    scans: RadioScans, places: ScanPlaces, targets: Targets, copies: int, rng: np.random.Generator
+) -> Iterator[LevelsAndTargets]:
+    for rows in _blocks(len(scans)):
+        level, target = levels(scans[rows]), targets(places[rows])
+        yield level, target
+        for _ in range(copies):
+            yield augmented(level, rng), target
+
+
+def _learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) -> KernelRegression[StoreyKernel]:
+    """Regress onto storeys; augmented copies made this worse."""
+    one_hot = np.eye(len(places.storeys))
+    kernel = StoreyKernel.around(levels(scans[centres]))
+    equations = KernelNormalEquations.empty(kernel, one_hot[places.storey[centres]].mean(axis=0), len(centres))
+    equations.add((levels(scans[rows]), one_hot[places.storey[rows]]) for rows in _blocks(len(scans)))
+    return equations.solved([STOREY_RIDGE])[0]
+
+
+def _trained_networks(
+    scans: RadioScans, places: ScanPlaces, cells: DensityCells, shape: DensityShape, setup: LearningSetup
+) -> tuple[DenseNetwork, ...]:
+    if not len(setup.networks):
+        return ()
+    training = import_extra("vislam2tag.positioning.cell_density.network_training")
+    level = levels(scans)
+    return tuple(
+        training.trained_network(
+            level,
+            lambda rows: cells.label_densities(places[rows], shape.width_m),
+            exponent,
+            training.NetworkSchedule(),
+            setup.seed + _SEED_STEP * number,
+        )
+        for number, exponent in enumerate(setup.networks)
+    )
+
+
+def _shares(score: FloatArray, least: float) -> FloatArray:
+    """Cut scores (n, t) off below and make them sum to 1."""
+    score = np.maximum(score, least)
+    return np.asarray(score / np.maximum(score.sum(axis=1, keepdims=True), LEAST_DENSITY))
+
+
+def _centres(count: int, setup: LearningSetup) -> IntArray:
+    """Draw which of so many scans kernels lie around: (m,) indices, in order."""
+    return np.sort(np.random.default_rng(setup.seed).permutation(count)[:MOST_CENTRES])
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(start, start + _AT_ONCE) for start in range(0, count, _AT_ONCE))
