@@ -35,7 +35,7 @@ register = STRATEGIES.add
 strategy_names = STRATEGIES.names
 
 
-def strategy_named(name: str, settings: Settings) -> InParts:
+def strategy_named(name: str, settings: Settings) -> MappingStrategy:
     """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name.
 
     It maps sessions in several parts part by part.
@@ -45,8 +45,8 @@ def strategy_named(name: str, settings: Settings) -> InParts:
 
 def strategy_modules(name: str, settings: Settings) -> tuple[str, str]:
     """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
-    strategy = strategy_named(name, settings).strategy
-    return STRATEGIES.named(name).__module__, type(strategy).__module__
+    factory = STRATEGIES.named(name)
+    return factory.__module__, type(factory(settings)).__module__
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,70 @@
+"""The public Python interface: whoever calls a function of it can make what it takes and name what it returns."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import typing
+from collections.abc import Iterable, Iterator
+from types import UnionType
+from typing import Any
+
+from pydantic import BaseModel
+
+from vislam2tag import api
+
+EXPORTED = {getattr(api, name) for name in api.__all__}
+FUNCTIONS = [each for each in EXPORTED if not inspect.isclass(each)]
+
+
+def classes_in(annotation: object) -> Iterator[type]:
+    """Our classes that a type is made of: `Mapping[str, Floor | None]` holds `Floor`."""
+    if isinstance(annotation, list):  # the arguments of a Callable
+        for part in annotation:
+            yield from classes_in(part)
+    elif typing.get_origin(annotation) is not None or isinstance(annotation, UnionType):
+        for part in typing.get_args(annotation):
+            yield from classes_in(part)
+    elif (
+        isinstance(annotation, type)
+        and annotation.__module__.startswith("vislam2tag.")
+        and annotation.__name__[0] != "_"
+    ):
+        yield annotation
+
+
+def hints(function: Any) -> dict[str, object]:
+    return {"return": None} | typing.get_type_hints(function)
+
+
+def fields_of(made: type) -> list[object]:
+    """Types of what a value is made of, where its class says so."""
+    if dataclasses.is_dataclass(made) or issubclass(made, BaseModel):
+        return [hint for name, hint in typing.get_type_hints(made).items() if not name.startswith("_")]
+    return []
+
+
+def test_all_is_what_is_imported() -> None:
+    assert list(api.__all__) == sorted(set(api.__all__))
+    public = {name for name, value in vars(api).items() if not name.startswith("_") and not inspect.ismodule(value)}
+    assert public == set(api.__all__)
+
+
+def within(classes: Iterable[type], known: frozenset[type] = frozenset()) -> frozenset[type]:
+    """Classes with those of their fields, and of theirs; ``known`` ones aside."""
+    waiting, found = set(classes) - known, set[type]()
+    while waiting:
+        found.add(made := waiting.pop())
+        waiting |= {each for part in fields_of(made) for each in classes_in(part)} - found - known
+    return frozenset(found)
+
+
+def test_whatever_functions_take_and_return_has_a_name() -> None:
+    lacking = {each for function in FUNCTIONS for hint in hints(function).values() for each in classes_in(hint)}
+    assert sorted(each.__qualname__ for each in lacking - EXPORTED) == []
+
+
+def test_what_no_function_returns_can_be_made() -> None:
+    returned = within(each for function in FUNCTIONS for each in classes_in(hints(function)["return"]))
+    taken = {each for function in FUNCTIONS for hint in hints(function).values() for each in classes_in(hint)}
+    assert sorted(each.__qualname__ for each in within(taken, returned) - EXPORTED) == []
