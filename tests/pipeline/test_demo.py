@@ -45,7 +45,7 @@ def test_a_survey_of_another_seed_is_simulated_again(
     monkeypatch.setattr(demo, "regular_survey", lambda seed, **_: regular_survey(seed, sessions=1, duration_s=5.0))
     said: list[str] = []
     run_demo(tmp_path / "demo", say=said.append)
-    (tmp_path / "demo" / ".survey.left-by-a-kill").mkdir()
+    (tmp_path / "demo" / ".survey.vislam2tag").mkdir()
     before = bytes_of(tmp_path / "demo" / "survey")
     run_demo(tmp_path / "demo", seed=seed, say=said.append)
     assert (bytes_of(tmp_path / "demo" / "survey") == before) is kept

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
-from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
 
@@ -38,6 +38,7 @@ def open_dataset(folder: Path) -> Dataset:
 
     Raises DatasetError where it is none, of a later version, or incomplete.
     """
+    restore(folder)
     info = _manifest(folder)
     tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
     missing = [name for name in REQUIRED if name not in tables]

@@ -11,7 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.table_files import read_parquet, write_csv
-from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.common.whole_folder import whole_folder, work_folder_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
@@ -63,7 +63,7 @@ def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
 
 def _is_empty(out: Path) -> bool:
     """Whether this is a folder with nothing in it but a survey that was never finished."""
-    return out.is_dir() and all(path.name.startswith(f".{SURVEY}.") for path in out.iterdir())
+    return out.is_dir() and {path.name for path in out.iterdir()} <= {work_folder_of(out / SURVEY).name}
 
 
 def _holds_demonstration(out: Path) -> bool:

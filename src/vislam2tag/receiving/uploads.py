@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.lock import only_one
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip
 from vislam2tag.receiving.session_zip import RefusedZipError
 
@@ -47,27 +47,22 @@ class Uploads:
         self.max_bytes = max_bytes
         self._folder = survey / WORK_FOLDER
         self._busy: set[str] = set()
-        self._lock: BinaryIO | None = None
+        self._held = ExitStack()
 
     def __enter__(self) -> Uploads:
         """Take hold; raises OutputError where another program has, or the survey cannot be written."""
         try:
             self._folder.mkdir(exist_ok=True)
-            self._lock = (self._folder / "lock").open("wb")
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            for left in self._folder.glob(f"{UNPACKED}*"):
-                shutil.rmtree(left, ignore_errors=True)
-        except BlockingIOError as error:
-            self.__exit__()
-            raise OutputError(f"{self._survey}: another 'vislam2tag receive' is running there; end it first") from error
         except OSError as error:
-            self.__exit__()
             raise OutputError(f"{self._survey}: cannot be written: {error.strerror}") from error
+        refusal = f"{self._survey}: another 'vislam2tag receive' is running there; end it first"
+        self._held.enter_context(only_one(self._folder / "lock", refusal))
+        for left in self._folder.glob(f"{UNPACKED}*"):
+            shutil.rmtree(left, ignore_errors=True)
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._lock is not None:
-            self._lock.close()
+        self._held.close()
 
     def waiting(self) -> list[UploadState]:
         """States of all uploads that have begun and are not filed."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -98,7 +96,8 @@ def export(
         with whole_folder(out, is_export) as folder:
             lost = chosen.write_labels(source, folder, context)
             return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
-    with _dataset(source, out, jobs, report) as opened, whole_folder(out, is_export) as folder:
+    with whole_folder(out, is_export) as folder:
+        opened = _dataset(source, folder.with_name("dataset"), jobs, report)
         dataset = with_privacy(opened, options.privacy)
         lost = _write(chosen, dataset, folder, context)
         return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
@@ -126,12 +125,10 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         refuse_among_sessions(open_survey(options.survey), out)
 
 
-@contextmanager
-def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[Dataset]:
-    """Open the data set, or build it of labels in a folder that goes afterwards."""
+def _dataset(source: Path, scratch: Path, jobs: int, report: Progress) -> Dataset:
+    """Open the data set, or build it of labels in the folder ``scratch``."""
     if is_dataset(source):
-        yield open_dataset(source)
-        return
+        return open_dataset(source)
     if not is_labelled(source):
         raise DatasetError(
             f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
@@ -139,15 +136,13 @@ def _dataset(source: Path, out: Path, jobs: int, report: Progress) -> Iterator[D
     # Building brings statistics and figures, which take seconds to import: only where they are needed.
     from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}.dataset.", dir=out.parent) as scratch:
-        yield build_dataset(
-            source,
-            Path(scratch) / "dataset",
-            options=BuildOptions(privacy=None),  # the export's own wishes say what goes
-            jobs=jobs,
-            progress=lambda _stage, _error, total: report("build", total),
-        )
+    return build_dataset(
+        source,
+        scratch,
+        options=BuildOptions(privacy=None),  # the export's own wishes say what goes
+        jobs=jobs,
+        progress=lambda _stage, _error, total: report("build", total),
+    )
 
 
 def _write(chosen: ExportFormat, dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:

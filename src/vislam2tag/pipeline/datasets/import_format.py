@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -53,12 +52,11 @@ def import_format(
     """
     options = options or ImportOptions()
     chosen = _chosen(path, options)
-    with (
-        dataset_folder(out) as folder,
-        tempfile.TemporaryDirectory(prefix=f".{out.name}.import.", dir=out.parent) as scratch,
-    ):
+    with dataset_folder(out) as folder:
+        scratch = folder.root.with_name("scratch")
+        scratch.mkdir()
         with _reading(path):
-            dataset = chosen.read(path, ImportContext(Path(scratch), options.origin, progress))
+            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress))
         dataset = with_privacy(dataset, options.privacy)
         folder.add_tables(dataset.tables)
         folder.add_splits(dataset.splits)

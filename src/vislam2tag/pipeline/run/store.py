@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
@@ -16,10 +15,11 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.lock import only_one
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL
 
-PARTIAL = ".partial"
+PARTIAL, LOCK = ".partial", ".lock"
 
 
 @dataclass(frozen=True)
@@ -85,43 +85,26 @@ class OutputFolder:
 
 @contextmanager
 def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterator[OutputFolder]:
-    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
-
-    The lock is held on the folder itself, so nothing is left behind when the process is killed.
-    """
+    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise."""
     folder = OutputFolder(root)
     try:
         root.mkdir(parents=True, exist_ok=True)
-        handle = os.open(root, os.O_RDONLY)
+        _refuse_foreign(root, program)
     except OSError as error:
         reason = "a file, not a folder" if root.is_file() else error.strerror
         raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
-    try:
-        _lock(handle, root)
+    with only_one(root / LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
         _refuse_foreign(root, program)
         try:
             _prepare(folder, {"program": program} | run)
             yield folder
         finally:
             shutil.rmtree(root / PARTIAL, ignore_errors=True)
-    finally:
-        os.close(handle)
-
-
-def _lock(handle: int, root: Path) -> None:
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        raise OutputError(f"{root}: another run is writing there; wait for it or choose another --out") from error
-    except OSError as error:
-        raise OutputError(
-            f"{root}: cannot be locked ({error.strerror}), as on some network drives; choose an --out on a local disk"
-        ) from error
 
 
 def _refuse_foreign(root: Path, program: str) -> None:
     """Refuse a non-empty folder that no run of this program made."""
-    if {path.name for path in root.iterdir()} <= {PARTIAL}:
+    if {path.name for path in root.iterdir()} <= {PARTIAL, LOCK}:
         return
     try:
         ours = json.loads((root / RUN_FILE).read_bytes())["program"] == program
