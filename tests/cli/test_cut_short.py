@@ -15,7 +15,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.cli.command import the_error, vislam2tag
+from tests.cli.command import the_error, vislam2tag, vislam2tag_process
 from tests.surveys import bytes_of, make_survey
 
 COPIES = 9
@@ -37,7 +37,7 @@ def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def whole(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """What an undisturbed run writes."""
     out = tmp_path_factory.mktemp("whole") / "out"
-    assert vislam2tag("process", survey, "--out", out).returncode == 0
+    assert vislam2tag("process", survey, "--out", out, "--jobs", "1").returncode == 0
     return bytes_of(out)
 
 
@@ -78,7 +78,7 @@ def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
     kept = {name: digest for name, digest in bytes_of(out).items() if name.startswith("sessions/")}
     assert sessions <= len(kept) < 2 + 2 * COPIES
     assert kept.items() <= whole.items()
-    assert vislam2tag("process", survey, "--out", out).returncode == 0
+    assert vislam2tag("process", survey, "--out", out, "--jobs", "1").returncode == 0
     assert bytes_of(out) == whole
 
 
@@ -93,11 +93,11 @@ def test_no_space_is_2_with_one_line_and_the_next_run_goes_on(
 ) -> None:
     out = tmp_path / "out"
     raw = bytes_of(survey)
-    error = the_error(vislam2tag("process", survey, "--out", out, "--jobs", "2", before=full_after(size_bytes)))
+    error = the_error(vislam2tag_process("process", survey, "--out", out, "--jobs", "2", before=full_after(size_bytes)))
     assert error.startswith(f"error: {out / file}")
     assert "cannot be written (File too large); free space or choose another --out, then run the same" in error
     assert bytes_of(out).items() <= whole.items()
     assert not (out / ".partial").exists()
     assert bytes_of(survey) == raw
-    assert vislam2tag("process", survey, "--out", out).returncode == 0
+    assert vislam2tag("process", survey, "--out", out, "--jobs", "1").returncode == 0
     assert bytes_of(out) == whole

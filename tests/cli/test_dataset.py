@@ -40,7 +40,7 @@ def test_other_texts_are_no_durations(text: str) -> None:
 
 
 def test_a_survey_becomes_a_data_set(survey: Path, labels: Path, tmp_path: Path) -> None:
-    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--people", "2", "--hours", "0.5")
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--jobs", "1", "--people", "2", "--hours", "0.5")
     assert done.returncode == 0, done.stderr
     assert "fingerprints" in done.stdout.splitlines()[0]
     assert f"page: {tmp_path / 'set/report.html'}" in done.stdout
@@ -108,7 +108,7 @@ def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> No
     lone = make_survey(tmp_path / "lone", devices=("LG",), seconds=30.0)
     for file in lone.glob("floor_0/LG/*/initPoses.csv"):
         file.unlink()
-    done = vislam2tag("dataset", lone, "--out", tmp_path / "set")
+    done = vislam2tag("dataset", lone, "--out", tmp_path / "set", "--jobs", "1")
     assert done.returncode == 1
     assert "session_without_label 1" in done.stdout
     assert "failed" in done.stderr

@@ -45,7 +45,7 @@ def test_the_version_needs_no_library() -> None:
 
 
 def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tmp_path: Path) -> None:
-    done = vislam2tag("process", survey, "--out", tmp_path / "out")
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("2 sessions (0 failed), ")
     assert done.stdout.endswith(f"report: {tmp_path / 'out' / 'report.html'}\n")
@@ -54,7 +54,7 @@ def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tm
 def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_path: Path) -> None:
     spoilt = shutil.copytree(survey, tmp_path / "survey")
     next(spoilt.glob("floor_0/LG/*/poses.csv")).unlink()
-    done = vislam2tag("process", spoilt, "--out", tmp_path / "out")
+    done = vislam2tag("process", spoilt, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 1
     assert done.stderr.startswith("failed floor 0 / LG / ")
     assert done.stderr.count("\n") == 1
@@ -71,7 +71,7 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Path, name: str) -> None:
     options, message = WRONG[name]
-    assert message in the_error(vislam2tag("process", survey, "--out", tmp_path / "out", *options))
+    assert message in the_error(vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", *options))
     assert not (tmp_path / "out").exists()
 
 
@@ -87,7 +87,7 @@ def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Pa
     ],
 )
 def test_impossible_options_are_2_and_named(survey: Path, tmp_path: Path, options: list[str]) -> None:
-    done = vislam2tag("process", survey, "--out", tmp_path / "out", *options)
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", *options)
     assert done.returncode == 2
     assert options[0] in done.stderr
     assert "Traceback" not in done.stderr
@@ -127,7 +127,7 @@ def test_what_is_no_survey_is_2(tmp_path: Path, command: str, name: str) -> None
 def test_broken_corrections_are_2_and_name_the_entry(survey: Path, tmp_path: Path, text: str, message: str) -> None:
     spoilt = shutil.copytree(survey, tmp_path / "survey")
     (spoilt / "corrections.toml").write_text(text)
-    assert message in the_error(vislam2tag("process", spoilt, "--out", tmp_path / "out"))
+    assert message in the_error(vislam2tag("process", spoilt, "--out", tmp_path / "out", "--jobs", "1"))
     assert not (tmp_path / "out").exists()
 
 
@@ -156,14 +156,14 @@ def test_a_place_that_cannot_be_written_is_2(survey: Path, tmp_path: Path) -> No
 
 def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) -> None:
     with claim(tmp_path / "out", {}):
-        error = the_error(vislam2tag("process", survey, "--out", tmp_path / "out"))
+        error = the_error(vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1"))
     assert "another run is writing there; wait for it or choose another --out" in error
-    assert vislam2tag("process", survey, "--out", tmp_path / "out").returncode == 0
+    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1").returncode == 0
 
 
 @pytest.mark.parametrize("limit", ["0.3", "inf"])
 def test_the_limit_of_uncertainty_is_recorded_as_json(survey: Path, tmp_path: Path, limit: str) -> None:
-    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--max-sigma", limit).returncode == 0
+    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--max-sigma", limit).returncode == 0
     for path in ("run.json", "summary.json"):
         json.loads((tmp_path / "out" / path).read_text(), parse_constant=pytest.fail)
     run = json.loads((tmp_path / "out/run.json").read_text())
@@ -175,26 +175,26 @@ def test_completed_landmarks_replace_those_of_the_floors_and_are_recorded(survey
     rows = (survey / "floor_0/marker_dict.csv").read_text().splitlines()
     file.write_text("\n".join([f"{rows[0]},floor", *(f"{row},0" for row in rows[1:])]) + "\n")
     (bare := shutil.copytree(survey, tmp_path / "survey") / "floor_0/marker_dict.csv").write_text("id,x,y\n")
-    plain = vislam2tag("process", survey, "--out", tmp_path / "plain")
-    done = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out", "--landmarks", file)
+    plain = vislam2tag("process", survey, "--out", tmp_path / "plain", "--jobs", "1")
+    done = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out", "--jobs", "1", "--landmarks", file)
     assert (done.returncode, done.stdout.splitlines()[:3]) == (0, plain.stdout.splitlines()[:3])
     run = json.loads((tmp_path / "out/run.json").read_text())
     assert run["landmark_file"] == {"name": "completed.csv", "sha256": hashlib.sha256(file.read_bytes()).hexdigest()}
     assert json.loads((tmp_path / "plain/run.json").read_text())["landmark_file"] is None
-    again = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out")
+    again = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out", "--jobs", "1")
     assert again.returncode == 1
     assert "the walk cannot be mapped" in (tmp_path / "out/report.html").read_text()
 
 
 def test_a_landmark_file_that_is_not_there_is_2(survey: Path, tmp_path: Path) -> None:
-    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--landmarks", tmp_path / "gone.csv")
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--landmarks", tmp_path / "gone.csv")
     assert "gone.csv: cannot be opened (No such file or directory); expected a landmark file" in the_error(done)
     assert not (tmp_path / "out").exists()
 
 
 def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_path: Path) -> None:
     options = ["--strategy", "smoother", "--max-sigma", "0.001"]
-    done = vislam2tag("process", survey, "--out", tmp_path / "out", *options)
+    done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", *options)
     assert (done.returncode, done.stderr) == (0, "")
     frames = pl.read_parquet(tmp_path / "out/trajectory/*.parquet")
     uncertain = frames.filter(pl.col("status") == "uncertain")

@@ -45,7 +45,7 @@ def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_pa
 
 def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -> None:
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
-    done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv")
+    done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
     assert done.returncode == 1
     assert done.stdout.count("nothing ties it to the survey") == 6
     assert "12 landmarks: 1 surveyed, 0 estimated, 11 without a position; 0 of 6 sessions used" in done.stdout

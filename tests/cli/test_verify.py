@@ -51,7 +51,7 @@ def test_two_labellings_of_a_survey(tmp_path: Path) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), sessions=1, seconds=60)
     for strategy in ("smoother", "local"):
         out = tmp_path / strategy
-        assert vislam2tag("process", survey, "--out", out, "--strategy", strategy).returncode == 0
+        assert vislam2tag("process", survey, "--out", out, "--jobs", "1", "--strategy", strategy).returncode == 0
     done = vislam2tag("verify", tmp_path / "smoother", tmp_path / "local")
     assert done.returncode == 1
     assert "x, y: " in done.stdout
