@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict, Field, field_serializer
+from pydantic import Field, field_serializer
 
-
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+from vislam2tag.common.records import FiniteRecord
 
 
 class LabelRule(StrEnum):
@@ -24,21 +22,21 @@ class LabelRule(StrEnum):
     """The paper's rule: the first frame whose time is not before the reading's."""
 
 
-class VisitSettings(_Frozen):
+class VisitSettings(FiniteRecord):
     """When a walk counts as having visited a landmark (paper, section V-B)."""
 
     radius_m: float = Field(default=1.0, gt=0)
     """Greatest 3-D distance between camera and landmark, metres."""
 
 
-class LocalSettings(_Frozen):
+class LocalSettings(FiniteRecord):
     """The paper's local mapping."""
 
     max_step_m: float = Field(default=5.0, gt=0)
     """``local-corrected`` discards a segment with a longer step between neighbouring mapped frames, metres."""
 
 
-class SmootherSettings(_Frozen):
+class SmootherSettings(FiniteRecord):
     """The smoother; its noise levels are estimated for each session, its assumptions stand in ``core.noise``."""
 
     sighting_range_m: float = Field(default=6.0, gt=0)
@@ -47,7 +45,7 @@ class SmootherSettings(_Frozen):
     """Whether poses are taken for as much older than their stamps as the gyroscope tells, where it does."""
 
 
-class LabelSettings(_Frozen):
+class LabelSettings(FiniteRecord):
     """How time-stamped readings are labelled."""
 
     rule: LabelRule = LabelRule.INTERPOLATE
@@ -65,7 +63,7 @@ class LabelSettings(_Frozen):
         return value if math.isfinite(value) else "inf"
 
 
-class FindingSettings(_Frozen):
+class FindingSettings(FiniteRecord):
     """When something odd in a session is worth a finding."""
 
     frame_gap_s: float = Field(default=1.0, gt=0)
@@ -76,7 +74,7 @@ class FindingSettings(_Frozen):
     """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
 
 
-class SplitSettings(_Frozen):
+class SplitSettings(FiniteRecord):
     """How a data set is split for training and testing (docs/datasets.md)."""
 
     seed: int = 0
@@ -90,7 +88,7 @@ class SplitSettings(_Frozen):
     """Fingerprints nearer than this to a block that tests do not train, metres."""
 
 
-class ImuWindowSettings(_Frozen):
+class ImuWindowSettings(FiniteRecord):
     """How inertial readings are cut into windows for learned odometry (docs/datasets.md)."""
 
     length_s: float = Field(default=1.0, gt=0)
@@ -103,7 +101,7 @@ class ImuWindowSettings(_Frozen):
     """A window in which a sensor is silent for longer is dropped, seconds."""
 
 
-class DatasetSettings(_Frozen):
+class DatasetSettings(FiniteRecord):
     """How labelled readings become a data set (docs/datasets.md)."""
 
     wifi_window_s: float | None = Field(default=None, ge=0.001)
@@ -121,7 +119,7 @@ class DatasetSettings(_Frozen):
         return self.ble_window_s if technology == "ble" else self.wifi_window_s
 
 
-class Settings(_Frozen):
+class Settings(FiniteRecord):
     """The resolved settings of a run."""
 
     strategy: str = "smoother"

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict
+from vislam2tag.common.records import Record
 
 ROWS_NAMED = 5
 """How many line numbers a finding names; the rest is only counted."""
@@ -20,10 +20,8 @@ class Severity(StrEnum):
     ERROR = "error"
 
 
-class Finding(BaseModel):
+class Finding(Record):
     """One kind of problem in one file of one session (or of the site)."""
-
-    model_config = ConfigDict(frozen=True)
 
     kind: str
     """Stable code, e.g. ``malformed_lines``; docs/formats.md lists them all."""

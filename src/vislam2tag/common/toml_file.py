@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from vislam2tag.common.errors import SurveyError
 
-Record = TypeVar("Record", bound=BaseModel)
+Made = TypeVar("Made", bound=BaseModel)
 
 _WORDING = {
     "extra_forbidden": "not known, look for a typing error",
@@ -24,7 +24,7 @@ _WORDING = {
 """Our words for the mistakes that the validator describes in a programmer's."""
 
 
-def read_toml(path: Path, record: type[Record]) -> Record:
+def read_toml(path: Path, record: type[Made]) -> Made:
     """Read a TOML file into a record.
 
     Raises FileNotFoundError where there is none, SurveyError, naming file and entry, where it cannot be read or says

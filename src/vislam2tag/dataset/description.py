@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import AfterValidator, Field, StringConstraints, ValidationError
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import toml_value
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
 from vislam2tag.survey.georeference import Georeference
@@ -90,27 +91,23 @@ def _related(text: str) -> str:
 Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class _Creator(_Part):
+class _Creator(Record):
     name: Text
     affiliation: Text | None = None
     orcid: Annotated[str, AfterValidator(_orcid)] | None = None
 
 
-class _Funding(_Part):
+class _Funding(Record):
     funder: Text
     award: Text | None = None
 
 
-class _RelatedPart(_Part):
+class _RelatedPart(Record):
     identifier: Annotated[Text, AfterValidator(_related)]
     relation: Relation
 
 
-class _FloorPart(_Part):
+class _FloorPart(Record):
     """Where a floor lies on the earth."""
 
     number: int
@@ -120,7 +117,7 @@ class _FloorPart(_Part):
     bearing_deg: float = 0.0
 
 
-class Description(_Part):
+class Description(Record):
     """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
 
     title: Text | None = None
@@ -261,7 +258,7 @@ def _wrong_field(error: ValidationError) -> str:
     wrong = error.errors()[0]
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
-        parts: dict[str, type[_Part]] = {
+        parts: dict[str, type[Record]] = {
             "creators": _Creator,
             "funding": _Funding,
             "related": _RelatedPart,

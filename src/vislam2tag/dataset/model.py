@@ -9,20 +9,17 @@ from pathlib import Path
 from typing import Literal
 
 import polars as pl
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
 
 FORMAT_VERSION = 1
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Person(_Model):
+class Person(Record):
     """Who made the data set."""
 
     name: str
@@ -31,7 +28,7 @@ class Person(_Model):
     orcid: str | None = None
 
 
-class Funding(_Model):
+class Funding(Record):
     """Who paid for the data set."""
 
     funder: str
@@ -39,7 +36,7 @@ class Funding(_Model):
     """Number of the grant."""
 
 
-class Related(_Model):
+class Related(Record):
     """Something that a data set relates to: a paper, the raw data, an earlier version."""
 
     identifier: str
@@ -48,7 +45,7 @@ class Related(_Model):
     """DataCite's relation of the data set to it, such as ``IsDescribedBy``."""
 
 
-class FloorInfo(_Model):
+class FloorInfo(Record):
     """One floor; positions on it are in its BCS."""
 
     building: str = ""
@@ -64,7 +61,7 @@ class FloorInfo(_Model):
     georeference: Georeference | None = None
 
 
-class Grouping(_Model):
+class Grouping(Record):
     """How readings of one technology become fingerprints."""
 
     technology: str
@@ -73,7 +70,7 @@ class Grouping(_Model):
     """Length of a window, seconds; None for scans."""
 
 
-class Source(_Model):
+class Source(Record):
     """What a data set was made of: a survey labelled by this program, or files of another format."""
 
     kind: str
@@ -87,7 +84,7 @@ class Source(_Model):
     """SHA-256 of each input, or of all that a session's result follows from."""
 
 
-class TableAccount(_Model):
+class TableAccount(Record):
     """One file of the data set."""
 
     file: str
@@ -96,7 +93,7 @@ class TableAccount(_Model):
     sha256: str
 
 
-class DatasetInfo(_Model):
+class DatasetInfo(Record):
     """The manifest (``dataset.json``), written last."""
 
     format_version: int = FORMAT_VERSION
@@ -130,14 +127,14 @@ class DatasetInfo(_Model):
     splits: dict[str, TableAccount] = Field(default_factory=dict)
 
 
-class Fold(_Model):
+class Fold(Record):
     """One way to train and test: the groups that test; all others train."""
 
     name: str
     test: tuple[str, ...]
 
 
-class SplitInfo(_Model):
+class SplitInfo(Record):
     """How a split was made (``splits/NAME.json``)."""
 
     name: str

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
-
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.evaluation.point_errors import TruthKind
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Bin(_Model):
+class Bin(Record):
     """True points that have something in common: their number, how many have a label, and the sum of the errors."""
 
     points: int
@@ -20,7 +15,7 @@ class Bin(_Model):
     sum_m: float
 
 
-class Relative(_Model):
+class Relative(Record):
     """Errors of the displacement over a distance walked: number of pairs, sum and sum of squares."""
 
     distance_m: float
@@ -29,7 +24,7 @@ class Relative(_Model):
     sum_m2: float
 
 
-class DriftSums(_Model):
+class DriftSums(Record):
     """Sums over labelled points: of the way ``d`` since the last landmark, the error ``e``, and their products."""
 
     points: int = 0
@@ -39,7 +34,7 @@ class DriftSums(_Model):
     de: float = 0.0
 
 
-class DenseFigures(_Model):
+class DenseFigures(Record):
     """What only a truth of the whole walk tells; all of it adds up over sessions."""
 
     relative: list[Relative]
@@ -50,7 +45,7 @@ class DenseFigures(_Model):
     """Between first and last landmark, by speed, :data:`~vislam2tag.evaluation.dense.SPEED_EDGES_M_S`."""
 
 
-class Measured(_Model):
+class Measured(Record):
     """One strategy in one session against one truth; metres, None where nothing is labelled."""
 
     truth: TruthKind
@@ -79,7 +74,7 @@ class Measured(_Model):
     dense: DenseFigures | None = None
 
 
-class SessionEvaluation(_Model):
+class SessionEvaluation(Record):
     """One session."""
 
     slug: str
@@ -102,7 +97,7 @@ class SessionEvaluation(_Model):
     measured: list[Measured] = []
 
 
-class Figure(_Model):
+class Figure(Record):
     """A figure and its interval, which holds in 95 of 100 such surveys.
 
     The value is None where not known; the bounds are None of too few walks, and for maxima, of which the bootstrap
@@ -114,7 +109,7 @@ class Figure(_Model):
     high: float | None = None
 
 
-class Row(_Model):
+class Row(Record):
     """One row of the table of errors: one strategy against one truth, over some walks."""
 
     truth: TruthKind
@@ -143,7 +138,7 @@ class Row(_Model):
     """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
 
 
-class DenseRow(_Model):
+class DenseRow(Record):
     """One strategy against dense truth, summed over all sessions."""
 
     strategy: str
@@ -161,7 +156,7 @@ class DenseRow(_Model):
     """Share of the points; of bins only."""
 
 
-class SurveyEvaluation(_Model):
+class SurveyEvaluation(Record):
     """A whole survey (``evaluation.json``)."""
 
     version: str

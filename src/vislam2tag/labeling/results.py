@@ -5,9 +5,8 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
-
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.core.faults import EventKind
 from vislam2tag.survey.georeference import Georeference
 
@@ -23,11 +22,7 @@ Polyline = list[tuple[float, float]]
 """BCS points in metres, rounded to the centimetre."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class FloorRecord(_Model):
+class FloorRecord(Record):
     """One floor of the site, as ``run.json`` keeps it."""
 
     number: int
@@ -39,7 +34,7 @@ class FloorRecord(_Model):
     georeference: Georeference | None = None
 
 
-class FileAccount(_Model):
+class FileAccount(Record):
     """One raw file: ``lines = rows +`` the lines counted by findings of unreadable lines."""
 
     name: str
@@ -50,7 +45,7 @@ class FileAccount(_Model):
     rows: int
 
 
-class Stretch(_Model):
+class Stretch(Record):
     """A drawn run of frames with one status."""
 
     status: str
@@ -59,7 +54,7 @@ class Stretch(_Model):
     """Sigma at each point, metres; empty where it is not known."""
 
 
-class VisitMark(_Model):
+class VisitMark(Record):
     """A landmark visit: where the camera was (BCS; None where unmapped) and when."""
 
     landmark: str
@@ -70,7 +65,7 @@ class VisitMark(_Model):
     """Where that was another floor than the session's own."""
 
 
-class EventMark(_Model):
+class EventMark(Record):
     """A step of the tracker that is no motion; ``position`` is where the camera was then (BCS; None where unmapped)."""
 
     time_ns: int
@@ -85,7 +80,7 @@ class EventMark(_Model):
     """What the tracker says why, in its own word; empty where it says nothing."""
 
 
-class ContradictionMark(_Model):
+class ContradictionMark(Record):
     """A landmark that the walk puts elsewhere than the survey does, by all the others."""
 
     floor: int
@@ -100,7 +95,7 @@ class ContradictionMark(_Model):
     """From there to where the walk puts it."""
 
 
-class LandmarkContradiction(_Model):
+class LandmarkContradiction(Record):
     """A landmark that contradicts the rest, over all sessions."""
 
     floor: int
@@ -115,7 +110,7 @@ class LandmarkContradiction(_Model):
     """Mean of the sessions' offsets, BCS."""
 
 
-class SigmaStatistics(_Model):
+class SigmaStatistics(Record):
     """How sure the positions of frames are (``ok`` and ``uncertain`` ones whose sigma is known)."""
 
     median_m: float
@@ -126,7 +121,7 @@ class SigmaStatistics(_Model):
     """Number of frames by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
 
 
-class SigmaRow(_Model):
+class SigmaRow(Record):
     """Errors of the labels whose stated sigma falls into one bin."""
 
     sigma: int | None
@@ -137,7 +132,7 @@ class SigmaRow(_Model):
     """Number of errors by the bin of their length."""
 
 
-class ErrorRecord(_Model):
+class ErrorRecord(Record):
     """Labels against a known truth, reduced to counts, which add up over sessions."""
 
     sources: dict[str, int]
@@ -151,7 +146,7 @@ class ErrorRecord(_Model):
     """By sigma, the least first, None before all."""
 
 
-class ScanStatistics(_Model):
+class ScanStatistics(Record):
     """Wi-Fi scanning of a session."""
 
     scans: int
@@ -162,7 +157,7 @@ class ScanStatistics(_Model):
     access_points: int
 
 
-class RecordingRecord(_Model):
+class RecordingRecord(Record):
     """What the recorder says of its own work (the phone app's format)."""
 
     ended: str
@@ -177,7 +172,7 @@ class RecordingRecord(_Model):
     """Everything that was logged as it happened, by name."""
 
 
-class Drawing(_Model):
+class Drawing(Record):
     """Thinned polylines for the report."""
 
     mapped: list[Stretch] = []
@@ -190,7 +185,7 @@ class Drawing(_Model):
     """Mean labelled position of each Wi-Fi scan."""
 
 
-class SessionResult(_Model):
+class SessionResult(Record):
     """Everything about one processed session except its tables."""
 
     slug: str
@@ -239,7 +234,7 @@ class SessionResult(_Model):
     """Each use of corrections.toml, one sentence each."""
 
 
-class Summary(_Model):
+class Summary(Record):
     """Totals of a run (``summary.json``)."""
 
     version: str

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.prediction import mean_error_m
@@ -19,11 +19,7 @@ from vislam2tag.survey.sheet_size import SHEET_SIZES
 COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m")
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class PlannedLandmark(_Record):
+class PlannedLandmark(Record):
     """One sheet to hang up; metres in the floor's BCS."""
 
     id: str
@@ -42,7 +38,7 @@ class PlannedLandmark(_Record):
     """Length of the way from which the sheet is in view."""
 
 
-class UnmetDemand(_Record):
+class UnmetDemand(Record):
     """A demand that no wall can fulfil, and where."""
 
     kind: str
@@ -52,7 +48,7 @@ class UnmetDemand(_Record):
     message: str
 
 
-class FurtherLandmark(_Record):
+class FurtherLandmark(Record):
     """One landmark more, and by how much the mean error to expect on the floor falls with it and those before it."""
 
     x_m: float
@@ -60,7 +56,7 @@ class FurtherLandmark(_Record):
     gain_m: float
 
 
-class ClassSummary(_Record):
+class ClassSummary(Record):
     """What is expected of labels this far from the nearest landmark; ``sigma_m`` per axis, ``error_m`` mean length."""
 
     from_m: float
@@ -70,7 +66,7 @@ class ClassSummary(_Record):
     error_m: float
 
 
-class TourSummary(_Record):
+class TourSummary(Record):
     """The tour: ``visits`` are ids in order, ``visit_m`` how far along, ``line_m`` its corners."""
 
     length_m: float
@@ -82,7 +78,7 @@ class TourSummary(_Record):
     line_m: tuple[tuple[float, float], ...]
 
 
-class FloorSummary(_Record):
+class FloorSummary(Record):
     """The plan of one floor."""
 
     floor: int
@@ -115,7 +111,7 @@ class FloorSummary(_Record):
     """What is doubtful of the walkable space: rooms that walls close off."""
 
 
-class PlanSummary(_Record):
+class PlanSummary(Record):
     """``plan.json``."""
 
     version: str

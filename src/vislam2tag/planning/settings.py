@@ -5,18 +5,15 @@ from __future__ import annotations
 from math import sqrt, tan
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from vislam2tag.common.records import FiniteRecord
 from vislam2tag.survey.sheet_size import SHEET_SIZES, SheetSize
 
 Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class CameraSettings(_Frozen):
+class CameraSettings(FiniteRecord):
     """What a phone's camera sees, and how near the phone comes to a wall."""
 
     field_of_view_rad: tuple[Angle, Angle] = (1.169, 0.925)
@@ -54,7 +51,7 @@ class CameraSettings(_Frozen):
         return (sizes[-1], reach_m) if self.nearest_m <= reach_m and line_m - detour_m <= reach_m else None
 
 
-class PlanSettings(_Frozen):
+class PlanSettings(FiniteRecord):
     """What is demanded of a plan, and where sheets may hang (docs/planning.md)."""
 
     spacing_m: float = Field(default=15.0, ge=2)

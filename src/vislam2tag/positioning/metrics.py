@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
@@ -14,10 +14,8 @@ BUILDING_PENALTY_M = 50.0
 """What a wrong building costs in the IPIN score (EvAAL-ETRI), metres."""
 
 
-class ErrorQuantiles(BaseModel):
+class ErrorQuantiles(Record):
     """Errors of scans, metres; None without any."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     scans: int
     mean_m: float | None = None
@@ -28,10 +26,8 @@ class ErrorQuantiles(BaseModel):
     max_m: float | None = None
 
 
-class Score(BaseModel):
+class Score(Record):
     """Figures of one model on one test part."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     scans: int
     """All scans of the test part."""

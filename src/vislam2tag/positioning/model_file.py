@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
+from pydantic import JsonValue, ValidationError
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError
+from vislam2tag.common.records import Record
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
@@ -31,10 +32,8 @@ _KEY = "vislam2tag_model"
 _CHECKSUM = "checksum"
 
 
-class ModelOrigin(BaseModel):
+class ModelOrigin(Record):
     """What a model was learned from, and what its answers mean."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     dataset: str
     """Name of the data set."""
@@ -47,10 +46,8 @@ class ModelOrigin(BaseModel):
     """Name of the key that access points' identifiers were hashed with (dataset/privacy.py); None: they are plain."""
 
 
-class ModelHeader(BaseModel):
+class ModelHeader(Record):
     """What a model's file says of it besides its arrays."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     format_version: int = FORMAT_VERSION
     program_version: str = __version__

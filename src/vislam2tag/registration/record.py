@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict
-
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 
 INTERCHANGED = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""
-
-
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True)
 
 
 class Source(StrEnum):
@@ -24,7 +19,7 @@ class Source(StrEnum):
     CLICK = "click"
 
 
-class RegisteredPoint(_Frozen):
+class RegisteredPoint(Record):
     """A landmark or control point of the floor, BCS metres; None where something is not known."""
 
     point: str
@@ -45,7 +40,7 @@ class RegisteredPoint(_Frozen):
     note: str = ""
 
 
-class Residual(_Frozen):
+class Residual(Record):
     """What one measurement is off by: measured minus adjusted, metres."""
 
     measurement: str
@@ -59,7 +54,7 @@ class Residual(_Frozen):
     checked: float
 
 
-class StationRow(_Frozen):
+class StationRow(Record):
     """One station: where its frame's origin lies, BCS metres, and how it is turned."""
 
     station: str
@@ -69,7 +64,7 @@ class StationRow(_Frozen):
     shots: int
 
 
-class Repeat(_Frozen):
+class Repeat(Record):
     """A point shot more than once from one station: the spread of the shots about their mean."""
 
     point: str
@@ -79,7 +74,7 @@ class Repeat(_Frozen):
     """Root of the mean squared distance from the mean, per axis."""
 
 
-class ScaleTest(_Frozen):
+class ScaleTest(Record):
     """Distances in the building over those of the stations, were the scale free."""
 
     value: float
@@ -88,7 +83,7 @@ class ScaleTest(_Frozen):
     """Whether it differs from 1 for certain."""
 
 
-class Registration(_Frozen):
+class Registration(Record):
     """Everything that was found of one floor."""
 
     version: str

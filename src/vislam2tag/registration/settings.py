@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
 
 
-class RegistrationSettings(BaseModel):
+class RegistrationSettings(FiniteRecord):
     """Standard deviations before the adjustment; each is per axis, metres, unless said otherwise."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     shot_sigma_m: float = Field(default=0.003, gt=0)
     """One shot of a total station, pointing included."""

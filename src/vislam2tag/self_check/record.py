@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict
+from vislam2tag.common.records import Record
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class LeftOutMark(_Model):
+class LeftOutMark(Record):
     """A landmark predicted without its survey."""
 
     floor: int
@@ -26,7 +22,7 @@ class LeftOutMark(_Model):
     survey_covariance_m2: tuple[float, float, float]
 
 
-class SessionCheck(_Model):
+class SessionCheck(Record):
     """One session; metres. The four errors are means over its labels, None where it has none."""
 
     slug: str
@@ -64,7 +60,7 @@ class Fault(StrEnum):
     """The walks do not agree on where it is: moved between them, or two sheets with one id."""
 
 
-class BadLandmark(_Model):
+class BadLandmark(Record):
     """A landmark whose left-out errors are no chance."""
 
     floor: int
@@ -80,7 +76,7 @@ class BadLandmark(_Model):
     """Standard deviation of that length, were the survey right."""
 
 
-class Place(_Model):
+class Place(Record):
     """Where one more landmark would help."""
 
     x_m: float
@@ -89,7 +85,7 @@ class Place(_Model):
     """By how much the mean error to expect on the floor would fall."""
 
 
-class FloorCheck(_Model):
+class FloorCheck(Record):
     """One floor, over all sessions that were mapped onto it."""
 
     number: int
@@ -100,7 +96,7 @@ class FloorCheck(_Model):
     """Where one more landmark would help most, the best first; each gain is that of this landmark alone."""
 
 
-class SurveyCheck(_Model):
+class SurveyCheck(Record):
     """A whole survey (``check.json``)."""
 
     version: str

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.records import Record
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
@@ -19,11 +19,7 @@ from vislam2tag.survey.corrections import Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class FloorOverview(_Model):
+class FloorOverview(Record):
     """One floor of the site."""
 
     number: int
@@ -38,7 +34,7 @@ class FloorOverview(_Model):
     sessions: int
 
 
-class SessionOverview(_Model):
+class SessionOverview(Record):
     """One session: how much of everything, and what is wrong with it."""
 
     floor: int
@@ -74,7 +70,7 @@ class SessionOverview(_Model):
         return self.error is None and all(finding.severity != Severity.ERROR for finding in self.findings)
 
 
-class Inspection(_Model):
+class Inspection(Record):
     """A whole survey: site, sessions, findings of the site's own files."""
 
     survey: str

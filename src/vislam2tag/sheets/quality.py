@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sheets.features import Features, GreyImage, features_of, orb, reference
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, FEATURES, FRAME_FEATURES, sighting
@@ -32,10 +32,8 @@ _APART = 0.08
 """Sides of the image between two features that count as a repeat; nearer ones are one corner found twice."""
 
 
-class ImageQuality(BaseModel):
+class ImageQuality(Record):
     """What was measured of one image."""
-
-    model_config = ConfigDict(frozen=True)
 
     shorter_side_px: int
     contrast: float

@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PIL import Image
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.sheets.asked import Asked
 from vislam2tag.sheets.images import LandmarkImage, Likeness, confused, likenesses
@@ -41,11 +42,7 @@ PDF_FILE, RECORD_FILE, IMAGE_FOLDER, MANIFEST_FILE = "sheets.pdf", "sheets.json"
 _PAIRS_NAMED = 10
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class ImageRecord(_Model):
+class ImageRecord(Record):
     """One image: what the phone loads, and what was measured of it."""
 
     landmark: str
@@ -60,7 +57,7 @@ class ImageRecord(_Model):
     most_like_inliers: int
 
 
-class PageRecord(_Model):
+class PageRecord(Record):
     """One page of the PDF."""
 
     page: int
@@ -72,7 +69,7 @@ class PageRecord(_Model):
     """Text of its QR code."""
 
 
-class SheetsRecord(_Model):
+class SheetsRecord(Record):
     """``sheets.json``."""
 
     version: str

@@ -7,7 +7,9 @@ from enum import StrEnum
 from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from vislam2tag.common.records import Record
 
 SEVERITIES = {"none": 0.0, "mild": 0.5, "default": 1.0, "severe": 2.0}
 """Named fault levels; ``none`` is a tracker with sensor noise and nothing else."""
@@ -29,15 +31,11 @@ def stream(seed: int, *names: object) -> np.random.Generator:
     return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big"))
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
 NARROWEST_ROOM_M = 2.5
 """Rooms between two corridors need at least this."""
 
 
-class BuildingSettings(_Frozen):
+class BuildingSettings(Record):
     """Size and furnishing of a generated building; lengths in metres."""
 
     floors: tuple[int, ...] = (0,)
@@ -71,7 +69,7 @@ class BuildingSettings(_Frozen):
         return self
 
 
-class WalkSettings(_Frozen):
+class WalkSettings(Record):
     """How somebody walks."""
 
     speed_m_s: float = Field(default=1.0, gt=0.2, lt=2)
@@ -91,7 +89,7 @@ class WalkSettings(_Frozen):
     """Whether the walk leads over the control points (an evaluation walk)."""
 
 
-class TrackerSettings(_Frozen):
+class TrackerSettings(Record):
     """The AR tracker's errors at severity 1; all drift and all faults scale with ``severity``."""
 
     severity: float = Field(default=1.0, ge=0)

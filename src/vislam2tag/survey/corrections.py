@@ -10,9 +10,7 @@ from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     FiniteFloat,
     NaiveDatetime,
@@ -20,6 +18,7 @@ from pydantic import (
 )
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.settings import Settings
@@ -55,10 +54,8 @@ _Id = Annotated[str, BeforeValidator(_id_text)]
 _DateTime = Annotated[NaiveDatetime, BeforeValidator(_date_time)]
 
 
-class Entry(BaseModel):
+class Entry(Record, strict=True, populate_by_name=True):
     """One correction; the selectors say for which sessions (absent: all)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
 
     floor: int | None = None
     device: str | None = None
@@ -148,10 +145,8 @@ class ShiftClock(Entry):
     offset_s: Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
-class Corrections(BaseModel):
+class Corrections(Record):
     """All entries of the file, in its order; none where there is no file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     exclude_session: tuple[ExcludeSession, ...] = ()
     exclude_span: tuple[ExcludeSpan, ...] = ()

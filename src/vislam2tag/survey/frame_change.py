@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
@@ -29,10 +30,8 @@ _LEAST_SCALE, _GREATEST_SCALE = 1e-3, 1e3
 _Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
 
 
-class FrameChange(BaseModel):
+class FrameChange(Record):
     """The change of one floor: ``new = scale R(angle) old + (x, y)``, ``z + rise``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     number: int
     """Of the floor."""
@@ -71,10 +70,8 @@ class FrameChange(BaseModel):
         return FrameChange.of(self.number, self.new_T_old.inverse, -self.rise_m)
 
 
-class FrameChanges(BaseModel):
+class FrameChanges(Record):
     """A ``rebase.toml``: the changes of all floors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     floors: Annotated[tuple[FrameChange, ...], Field(min_length=1)]
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from pyproj import CRS, Transformer
 from pyproj.exceptions import ProjError
 
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 
@@ -20,10 +21,8 @@ _ROUNDS = 4
 """Each leaves a thousandth of the latitude's error, so that this many leave nothing that a double holds."""
 
 
-class Georeference(BaseModel):
+class Georeference(Record):
     """Where a floor's BCS lies on the earth (WGS84)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     latitude_deg: float = Field(ge=-90, le=90)
     """Of the BCS origin."""

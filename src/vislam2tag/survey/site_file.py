@@ -8,9 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.survey.georeference import Georeference, georeference_in_grid
@@ -21,11 +22,7 @@ _HEAD = "# The building: its floors, their plans and frames. What each entry mea
 _Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Relation(_Part):
+class Relation(Record):
     """A frame in another: where its origin is, and by how much its x axis is turned counter-clockwise."""
 
     x_m: _Metres = 0.0
@@ -38,7 +35,7 @@ class Relation(_Part):
         return Similarity2(complex(math.cos(angle), math.sin(angle)), complex(self.x_m, self.y_m))
 
 
-class GeoreferencePart(_Part):
+class GeoreferencePart(Record):
     """Where the site's frame lies on the earth: in a projected reference system, or by longitude and latitude."""
 
     epsg: Annotated[int, Field(gt=0)] | None = None
@@ -76,7 +73,7 @@ class GeoreferencePart(_Part):
         )
 
 
-class FloorPart(_Part):
+class FloorPart(Record):
     """One floor."""
 
     number: Annotated[int, Field(ge=-999_999, le=999_999)]
@@ -87,7 +84,7 @@ class FloorPart(_Part):
     plan: PlanSource | None = None
 
 
-class SiteFile(_Part):
+class SiteFile(Record):
     """The whole file."""
 
     name: str = ""

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class WalkableSettings(_Frozen):
+class WalkableSettings(FiniteRecord):
     """How walkable space is found on a plan."""
 
     cell_m: float = Field(default=0.1, gt=0)
@@ -36,7 +34,7 @@ class WalkableSettings(_Frozen):
     """Closed-off regions smaller than this are not told of, square metres."""
 
 
-class GraphSettings(_Frozen):
+class GraphSettings(FiniteRecord):
     """How walkable space becomes a graph."""
 
     spur_share: float = Field(default=0.5, gt=0)

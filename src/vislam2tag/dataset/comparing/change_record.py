@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
-from pydantic import BaseModel, ConfigDict
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.comparing.changes import (
     APPEARED,
@@ -27,11 +27,7 @@ MOST_CHANGED, NOTHING_COMPARED = "most_changed", "nothing_compared"
 CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class DeviceOffset(_Model):
+class DeviceOffset(Record):
     """How much louder a phone hears than the mean of all phones, dB."""
 
     survey: str
@@ -40,7 +36,7 @@ class DeviceOffset(_Model):
     offset_db: float
 
 
-class ChangedPoint(_Model):
+class ChangedPoint(Record):
     """An access point that changed; places are centres of cells, BCS metres."""
 
     bssid: str
@@ -57,7 +53,7 @@ class ChangedPoint(_Model):
     later_y: float | None
 
 
-class TechnologyChanges(_Model):
+class TechnologyChanges(Record):
     """What changed for one technology."""
 
     technology: str
@@ -69,7 +65,7 @@ class TechnologyChanges(_Model):
     changed: tuple[ChangedPoint, ...]
 
 
-class SurveyChanges(_Model):
+class SurveyChanges(Record):
     """What changed between a data set and a later survey."""
 
     base: str

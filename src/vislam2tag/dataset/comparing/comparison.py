@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
-
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.records import Record
 from vislam2tag.dataset.comparing.comparable import Comparable, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
 
@@ -15,10 +14,8 @@ Progress = Callable[[int, int], None]
 """Told after each table: how many are done, of how many."""
 
 
-class Comparison(BaseModel):
+class Comparison(Record):
     """What differs between a first and a second folder."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: str
     tolerance: float

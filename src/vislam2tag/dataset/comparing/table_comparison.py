@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import polars as pl
-from pydantic import BaseModel, ConfigDict
+
+from vislam2tag.common.records import Record
 
 POSITIONS = (("x", "y"), ("x_median", "y_median"), ("x_start", "y_start"), ("x_end", "y_end"), ("x_coord", "y_coord"))
 """Pairs of columns that are a position: their difference is a distance."""
@@ -13,11 +14,7 @@ ROWS_NAMED = 5
 _ROW = "__row"
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ColumnDifference(_Model):
+class ColumnDifference(Record):
     """One column (or the two of a position) whose values differ in some rows."""
 
     column: str
@@ -28,7 +25,7 @@ class ColumnDifference(_Model):
     """Key of the row with the greatest difference, else of the first that differs."""
 
 
-class TableDifferences(_Model):
+class TableDifferences(Record):
     """What differs between two tables of one session (or of the whole set)."""
 
     session: str

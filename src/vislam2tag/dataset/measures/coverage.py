@@ -13,9 +13,10 @@ from types import MappingProxyType
 
 import numpy as np
 import polars as pl
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.ndimage import distance_transform_edt
 
+from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.core.status import Status
@@ -42,10 +43,8 @@ _REACH_CELLS = 1000
 _EPSILON = 1e-9
 
 
-class CoverageSettings(BaseModel):
+class CoverageSettings(FiniteRecord):
     """How coverage is counted."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     cell_m: float = Field(default=2.0, gt=0)
     """Side of a cell, metres; where a walkable area is given, its own cells count."""

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pydantic import BaseModel, ConfigDict
-
+from vislam2tag.common.records import Record
 from vislam2tag.dataset.measures.coverage import CoverageSettings, FloorCoverage
 from vislam2tag.dataset.measures.gap_walk import GapWalk
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class WalkRecord(_Model):
+class WalkRecord(Record):
     """One walk to make; corners and stops are in the BCS, metres, in order."""
 
     length_m: float
@@ -24,7 +19,7 @@ class WalkRecord(_Model):
     stops_m: list[tuple[float, float]]
 
 
-class FloorCoverageRecord(_Model):
+class FloorCoverageRecord(Record):
     """One floor."""
 
     building: str
@@ -40,7 +35,7 @@ class FloorCoverageRecord(_Model):
     walks: list[WalkRecord]
 
 
-class CoverageRecord(_Model):
+class CoverageRecord(Record):
     """All floors."""
 
     settings: CoverageSettings

@@ -7,18 +7,16 @@ from collections.abc import Mapping
 from typing import Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
 
 UNKNOWN = "unknown"
 """What stands for a device that no file names."""
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class FieldWork(_Model):
+class FieldWork(FiniteRecord):
     """What the survey took beside the walks themselves: setting up, pauses, ways between floors."""
 
     people: int = Field(ge=1)
@@ -26,7 +24,7 @@ class FieldWork(_Model):
     """From arrival to departure."""
 
 
-class Walks(_Model):
+class Walks(FiniteRecord):
     """Sums over walks (paper, Table III); None where no walk tells."""
 
     trajectories: int
@@ -38,7 +36,7 @@ class Walks(_Model):
     labelled_m: float | None = None
 
 
-class Labels(_Model):
+class Labels(FiniteRecord):
     """Fingerprints, how many of them are labelled (status ``ok``), and what share that is (None of none)."""
 
     fingerprints: int
@@ -52,7 +50,7 @@ class Labels(_Model):
         return cls(fingerprints=fingerprints, labelled=labelled, share=share)
 
 
-class WholeNumbers(_Model):
+class WholeNumbers(FiniteRecord):
     """How a whole number is distributed: access points a fingerprint, RSSI in dBm."""
 
     count: int
@@ -89,7 +87,7 @@ class WholeNumbers(_Model):
         return width, bins
 
 
-class Sigma(_Model):
+class Sigma(FiniteRecord):
     """How sure the positions are: sigma of the fingerprints that state one, uncertain ones included, metres."""
 
     fingerprints: int
@@ -99,7 +97,7 @@ class Sigma(_Model):
     """Number of fingerprints by the bin of their sigma (:mod:`vislam2tag.common.log_bins`)."""
 
 
-class DeviceRssi(_Model):
+class DeviceRssi(FiniteRecord):
     """What one device hears."""
 
     rssi_dbm: WholeNumbers
@@ -109,7 +107,7 @@ class DeviceRssi(_Model):
     """Access points heard in a cell where another device heard them as well, over all cells."""
 
 
-class FloorLabels(_Model):
+class FloorLabels(FiniteRecord):
     """The fingerprints of one floor. One without a label counts where its walk says that it was (None: nowhere)."""
 
     building: str
@@ -118,7 +116,7 @@ class FloorLabels(_Model):
     by_device: dict[str, Labels]
 
 
-class TechnologyStatistics(_Model):
+class TechnologyStatistics(FiniteRecord):
     """The fingerprints of one technology."""
 
     labels: Labels
@@ -140,7 +138,7 @@ class TechnologyStatistics(_Model):
     """By :class:`Effort`."""
 
 
-class Effort(_Model):
+class Effort(FiniteRecord):
     """What labels cost."""
 
     basis: Literal["total time", "walking time"]
@@ -152,7 +150,7 @@ class Effort(_Model):
     labelled_m_per_person_hour: float | None
 
 
-class SessionStatistics(_Model):
+class SessionStatistics(FiniteRecord):
     """One walk; None where its files do not tell."""
 
     session: str
@@ -168,7 +166,7 @@ class SessionStatistics(_Model):
     """By technology."""
 
 
-class DatasetStatistics(_Model):
+class DatasetStatistics(FiniteRecord):
     """Totals of a data set, by device, floor and walk."""
 
     name: str

@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 from scipy.linalg import cho_factor, cho_solve
 from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
@@ -22,6 +21,7 @@ from scipy.spatial import cKDTree
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, Kernel, Matern, WhiteKernel
 
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.radio_mapping.map_readings import MapReadings
 
@@ -35,10 +35,8 @@ _PRIOR_READINGS = 20
 """How many readings the kernel's own deviation counts as against what an access point's residuals say."""
 
 
-class MapKernel(BaseModel):
+class MapKernel(Record):
     """How RSSI varies over one floor."""
-
-    model_config = ConfigDict(frozen=True)
 
     trend_db: float = 10.0
     trend_m: float = 15.0

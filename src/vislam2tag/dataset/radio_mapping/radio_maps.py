@@ -9,11 +9,12 @@ from typing import TypeAlias
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.records import FiniteRecord, Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Dataset
@@ -35,10 +36,8 @@ _MOST_CELLS = 250_000
 """Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
 
 
-class RadioMapSettings(BaseModel):
+class RadioMapSettings(FiniteRecord):
     """How radio maps are made."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     cell_m: float = Field(default=1.0, gt=0)
     """Side of a cell, metres."""
@@ -52,10 +51,8 @@ class RadioMapSettings(BaseModel):
     """Readings of an access point beyond which they are averaged in squares: a map costs their cube."""
 
 
-class MapErrors(BaseModel):
+class MapErrors(Record):
     """Readings predicted without those of their own fold: walks left out together, or fifths of the only walk."""
-
-    model_config = ConfigDict(frozen=True)
 
     readings: int
     """Those with a reading of another fold within reach; the others are not counted."""
@@ -80,10 +77,8 @@ class MapErrors(BaseModel):
         )
 
 
-class RadioMap(BaseModel):
+class RadioMap(Record):
     """What is known of one access point's map besides its cells."""
-
-    model_config = ConfigDict(frozen=True)
 
     bssid: str
     ssid: str | None

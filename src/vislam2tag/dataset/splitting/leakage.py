@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import polars as pl
-from pydantic import BaseModel, ConfigDict
 from scipy.spatial import cKDTree
 
+from vislam2tag.common.records import Record
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.dataset.splitting.split_items import IMU, kind_order, split_items
 
@@ -24,11 +24,7 @@ _ELSE = {"device": "with another phone", "day": "on another day"}
 _MOST = 0.5
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class Spread(_Model):
+class Spread(Record):
     """Quantiles of the distance or time from each test fingerprint to the nearest that trains."""
 
     p05: float
@@ -38,7 +34,7 @@ class Spread(_Model):
     p95: float
 
 
-class FoldLeakage(_Model):
+class FoldLeakage(Record):
     """One fold, for one kind of fingerprint or window. Shares are of the test fingerprints."""
 
     fold: str
@@ -61,7 +57,7 @@ class FoldLeakage(_Model):
     test_walks_training: int
 
 
-class SplitLeakage(_Model):
+class SplitLeakage(Record):
     """A split's leakage: each fold and, of several, all together; ``verdict`` says it in words."""
 
     name: str

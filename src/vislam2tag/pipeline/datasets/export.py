@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Literal
 
 import polars as pl
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
@@ -30,10 +31,8 @@ Progress = Callable[[str, int], None]
 """Called after each part of a stage (``build``, ``write``) with how many parts it has."""
 
 
-class ExportRecord(BaseModel):
+class ExportRecord(Record):
     """What an export holds (``export.json``), written last."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     program: Literal["vislam2tag export"] = "vislam2tag export"
     version: str = __version__

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from vislam2tag import __version__
+from vislam2tag.common.records import Record
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
 from vislam2tag.dataset.measures.floor_plan import floor_of
@@ -28,17 +28,13 @@ LAYERS = ("mean_dbm", "deviation_db", "sigma_db", "heard")
 """Bands of a GeoTIFF and arrays of a NumPy file."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
 class MapFile(RadioMap):
     """One access point of the index."""
 
     geotiff: str
 
 
-class FloorIndex(_Model):
+class FloorIndex(Record):
     """One floor and technology of the index."""
 
     building: str
@@ -60,7 +56,7 @@ class FloorIndex(_Model):
     access_points: tuple[MapFile, ...]
 
 
-class RadioMapIndex(_Model):
+class RadioMapIndex(Record):
     """``radio_maps.json``: what was made of what, and how good it is."""
 
     version: str

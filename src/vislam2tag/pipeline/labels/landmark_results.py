@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
@@ -25,11 +25,7 @@ SAME_PLACE_M = 0.5
 """A new id that was read once, and so near another landmark, may be that one's, misread."""
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class LandmarkRow(_Frozen):
+class LandmarkRow(Record):
     """One landmark in the BCS; None where something is not known. ``z_m`` is above the floor."""
 
     floor: int
@@ -52,7 +48,7 @@ class LandmarkRow(_Frozen):
     """Why it has no position, or what is odd about it."""
 
 
-class SessionRow(_Frozen):
+class SessionRow(Record):
     """What one session contributed."""
 
     floor: int
@@ -65,7 +61,7 @@ class SessionRow(_Frozen):
     """Why it was not used, or what of it."""
 
 
-class LandmarkSurvey(_Frozen):
+class LandmarkSurvey(Record):
     """A joint survey of all landmarks."""
 
     version: str

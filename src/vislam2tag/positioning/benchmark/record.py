@@ -6,20 +6,15 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
 from vislam2tag import __version__
+from vislam2tag.common.records import Record
 from vislam2tag.evaluation.record import Figure
 from vislam2tag.positioning.metrics import Score
 
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "polars", "torch")
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class RunRecord(_Model):
+class RunRecord(Record):
     """One model, trained and tested once."""
 
     key: str
@@ -41,14 +36,14 @@ class RunRecord(_Model):
     versions: dict[str, str]
 
 
-class FailedRun(_Model):
+class FailedRun(Record):
     """A run that could not be made."""
 
     run: str
     error: str
 
 
-class BenchmarkRow(_Model):
+class BenchmarkRow(Record):
     """One model on one fold of a split, or on all its folds."""
 
     split: str
@@ -62,7 +57,7 @@ class BenchmarkRow(_Model):
     """By the names of :data:`~vislam2tag.positioning.benchmark.rows.FIGURES`: the mean over seeds and its interval."""
 
 
-class ModelTime(_Model):
+class ModelTime(Record):
     """How long a model takes, on average over runs, and as a multiple of the reference's time in the same benchmark."""
 
     model: str
@@ -74,7 +69,7 @@ class ModelTime(_Model):
     predict_ratio: float | None
 
 
-class Benchmark(_Model):
+class Benchmark(Record):
     """All of it."""
 
     version: str

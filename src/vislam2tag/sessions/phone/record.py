@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.records import Record
 
 RECORD_FILE = "session.json"
 FORMAT = "vislam2tag-phone"
@@ -17,8 +18,8 @@ DEVICE_NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9._ -]{0,62}[A-Za-z0-9_-])?")
 STOPPED, KILLED = "stopped", "killed"
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="ignore")
+class _Model(Record, extra="ignore"):
+    """Newer apps may say more."""
 
 
 class End(_Model):

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.simulation.building.building import furnished
 from vislam2tag.simulation.building.site_ways import site_ways
@@ -24,10 +25,8 @@ _OFF_FLOOR_M = 1.0
 """A landmark farther off the walkable space than this hangs on no wall of it."""
 
 
-class SiteBuildingSettings(BaseModel):
+class SiteBuildingSettings(Record):
     """What plans do not tell; lengths in metres."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     storey_m: float = 3.6
     """Height of storeys without elevation."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import PurePosixPath
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import Field, FiniteFloat, model_validator
+
+from vislam2tag.common.records import Record
 
 SCALES = ("extent", "points", "distance", "unit_m")
 GREATEST_M = 1e6
@@ -14,8 +16,8 @@ Point = tuple[FiniteFloat, FiniteFloat]
 Metres = Annotated[float, Field(gt=0, le=GREATEST_M)]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+class _Part(Record, populate_by_name=True):
+    """Keys as files have them, or as Python has."""
 
 
 class Extent(_Part):
