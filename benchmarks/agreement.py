@@ -15,9 +15,9 @@ from data_sets import extract_agreement, landmarks_on
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings
-from vislam2tag.mapping import strategy_named
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import LabelRule, LabelSettings, Settings
 
 PUBLISHED = {

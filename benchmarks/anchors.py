@@ -19,8 +19,8 @@ import polars as pl
 
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.mapping import strategy_named
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings

@@ -26,7 +26,7 @@ from data_sets import Walk, agreement, generated, walks_of
 from scipy.special import ellipe
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.settings import SEVERITIES, TrackerSettings, stream

@@ -16,7 +16,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.evaluation.residuals import Residuals, residuals_at_truth
 from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate

@@ -20,8 +20,8 @@ import polars as pl
 
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate

@@ -30,7 +30,7 @@ from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.positioning.metrics import plane_error_m
 from vislam2tag.positioning.registry import model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate

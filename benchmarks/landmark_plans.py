@@ -25,7 +25,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.planning.floor import FloorDesign, Given, longest_free_m, plan_floor
 from vislam2tag.planning.places import Places
 from vislam2tag.planning.settings import PlanSettings

@@ -25,7 +25,7 @@ from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.landmark_survey.landmark_map import join
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings

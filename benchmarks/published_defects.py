@@ -29,7 +29,7 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Trajectory, Visit
 from vislam2tag.core.visits import find_visits, frames_without_landmark, usable_rank
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.strategies.global_ import GlobalMapping
 from vislam2tag.mapping.strategies.local import LocalMapping
 from vislam2tag.mapping.trajectory_builder import surveyed_part

@@ -22,7 +22,7 @@ from data_sets import walks_of
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.registration.network import Known, Shot
 from vislam2tag.registration.plane_search import search_plane
 from vislam2tag.registration.settings import RegistrationSettings

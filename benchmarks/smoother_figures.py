@@ -19,7 +19,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.truth import errors_at_frames
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 
 SEED = 3

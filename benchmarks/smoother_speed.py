@@ -22,7 +22,7 @@ from measure import seconds
 from process_speed import convert
 from threadpoolctl import threadpool_limits
 
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.sensors.devices import Locale

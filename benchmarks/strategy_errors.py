@@ -30,7 +30,7 @@ from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.reliability import added, reduce_errors
 from vislam2tag.labeling.results import ErrorRecord
-from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.mapping.registry import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.settings import Settings
 
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")

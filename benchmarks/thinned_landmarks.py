@@ -21,7 +21,7 @@ from plotly.subplots import make_subplots
 from static_figure import write_svg
 
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping.registry import strategy_named, strategy_names
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.settings import BuildingSettings
 

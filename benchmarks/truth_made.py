@@ -24,9 +24,9 @@ from vislam2tag.evaluation.control_points.press_truth import nearest_point_error
 from vislam2tag.evaluation.total_station.alignment import StationWalk, align_device
 from vislam2tag.evaluation.total_station.frame import StationFrame, fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
-from vislam2tag.mapping import strategy_named
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, paper_evaluation
 from vislam2tag.simulation.sensors.devices import Locale, make_device

@@ -13,9 +13,9 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings
-from vislam2tag.mapping import strategy_named
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import LabelRule, LabelSettings, Settings
 
 PUBLISHED = {

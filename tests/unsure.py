@@ -13,8 +13,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping import strategy_named
-from vislam2tag.mapping.registry import STRATEGIES
+from vislam2tag.mapping.registry import STRATEGIES, strategy_named
 from vislam2tag.settings import Settings
 
 SURE_M, UNSURE_M = 0.1, 0.9

@@ -30,7 +30,7 @@ from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import SessionResult, Summary
-from vislam2tag.mapping import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.mapping.registry import MappingStrategy, strategy_named, strategy_names
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord, export
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
@@ -48,8 +48,8 @@ from vislam2tag.positioning.model_file import save as save_model
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
-from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import (
     DatasetSettings,
     FindingSettings,

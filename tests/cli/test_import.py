@@ -14,7 +14,7 @@ from tests.dataset.formats.test_tampere import quartet
 from vislam2tag.cli.command_import import degrees_of, floor_words
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.formats import import_formats
+from vislam2tag.dataset.format_registry import import_formats
 from vislam2tag.dataset.model import FloorInfo
 
 

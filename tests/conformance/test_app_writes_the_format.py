@@ -18,11 +18,11 @@ from polars.testing import assert_frame_equal
 from tests.conformance.java import replay
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.receiving.filing import file_zip
-from vislam2tag.sessions import open_survey, read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate

@@ -14,7 +14,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
 from vislam2tag.figures.style import rendered
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 
 BCS_T_ACS = Similarity2(np.exp(0.4j), 2 - 1j)

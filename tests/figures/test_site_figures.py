@@ -12,7 +12,7 @@ from tests.walks import corridor_walk, landmarks_at
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.figures.style import rendered
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 

@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.evaluation.reliability import region_probability
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.walking.sampling import position_at

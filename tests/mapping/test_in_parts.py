@@ -16,7 +16,7 @@ from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracker_sections import longest_part, parts_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings, VisitSettings
 
 

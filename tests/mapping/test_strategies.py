@@ -12,7 +12,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping.registry import strategy_named, strategy_names
 from vislam2tag.settings import Settings
 
 STATIONS = {"a": (5.0, 0.6), "b": (15.0, -0.6), "c": (25.0, 0.6), "d": (35.0, -0.5)}

@@ -9,7 +9,7 @@ import pytest
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
-from vislam2tag.mapping import strategy_names
+from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.demo import run_demo
 from vislam2tag.settings import Settings

@@ -6,8 +6,8 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from vislam2tag.sessions import read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import read_session
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 START_NS = 41_000_000_000_000

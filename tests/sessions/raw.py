@@ -5,8 +5,8 @@ from __future__ import annotations
 import codecs
 from pathlib import Path
 
-from vislam2tag.sessions import read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import read_session
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 START_NS = 41_000_000_000_000

@@ -7,8 +7,8 @@ import pytest
 from tests.locks import lock
 from tests.survey.site import write_survey
 from vislam2tag.common.errors import SessionError
-from vislam2tag.sessions import hash_inputs, open_survey, read_session
 from vislam2tag.sessions.inspection import Inspection, inspect_survey
+from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
 
 
 def test_everything_of_a_survey_is_counted(tmp_path: Path) -> None:

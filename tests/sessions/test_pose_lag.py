@@ -8,10 +8,11 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vislam2tag.mapping import strategy_named
-from vislam2tag.sessions import corrected_session, open_survey, read_session
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.clock import pose_lag_of
+from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings, SmootherSettings
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.survey import simulate

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import make_survey
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.site_findings import press_findings
 
 

@@ -12,9 +12,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections
 

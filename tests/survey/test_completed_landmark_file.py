@@ -9,7 +9,7 @@ import pytest
 
 from tests.survey.site import write_survey
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 
 HEADER = "id,x,y,z,floor,sigma_m,heading_rad,heading_sigma_rad\n"
 

@@ -10,7 +10,7 @@ from tests.mutations import mutate
 from tests.survey.site import write_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections import (
     Corrections,
     corrected_landmarks,

@@ -12,7 +12,7 @@ from tests.mutations import mutate
 from tests.survey.site import plan_bytes, write_survey
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import SessionKey
 

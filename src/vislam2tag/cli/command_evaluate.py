@@ -28,7 +28,7 @@ from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
 from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
-from vislam2tag.mapping import strategy_names
+from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
 from vislam2tag.settings import LabelSettings, LocalSettings, Settings
 

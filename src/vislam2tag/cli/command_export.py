@@ -10,7 +10,7 @@ import typer
 
 from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, HashBssid, IncludeNomap, Jobs, NoSsid, privacy_of
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.dataset.formats import export_formats
+from vislam2tag.dataset.format_registry import export_formats
 from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, ExportRecord, export
 
 _FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in export_formats().items())

@@ -13,7 +13,7 @@ from vislam2tag.cli.progress import session_bar
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 from vislam2tag.dataset.description import read_description
-from vislam2tag.dataset.formats import import_formats
+from vislam2tag.dataset.format_registry import import_formats
 from vislam2tag.dataset.model import Dataset, FloorInfo
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
 

@@ -24,7 +24,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import Summary
-from vislam2tag.mapping import strategy_names
+from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.report.run_page.summary import labelled_share

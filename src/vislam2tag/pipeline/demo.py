@@ -18,7 +18,7 @@ from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.mapping import strategy_names
+from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.settings import Settings

@@ -13,7 +13,7 @@ import polars as pl
 
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.formats import ExportContext, ImportContext, export_named, import_named
+from vislam2tag.dataset.format_registry import ExportContext, ImportContext, export_named, import_named
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 

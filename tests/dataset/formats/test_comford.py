@@ -14,7 +14,7 @@ from comford.evaluation import evaluate
 from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import ODD_BSSID, exported, imported, odd_dataset, through, with_split
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.formats import import_format_of
+from vislam2tag.dataset.format_registry import import_format_of
 
 
 def loaded(root: Path) -> BaseDataset:

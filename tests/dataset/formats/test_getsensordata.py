@@ -15,7 +15,7 @@ import pytest
 from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.formats import ImportContext, import_format_of
+from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.getsensordata import read
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.reading.getsensordata_log import Log, looks_like_a_log, parse_log, parse_taps

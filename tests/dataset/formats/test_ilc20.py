@@ -16,7 +16,7 @@ from tests.conftest import shared_folder
 from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.formats import ImportContext, import_format_of
+from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.ilc20 import read
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.reading.archives import folder_of

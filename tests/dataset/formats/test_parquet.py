@@ -13,7 +13,7 @@ from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import exported, imported, odd_dataset, through, with_split
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.formats import import_format_of
+from vislam2tag.dataset.format_registry import import_format_of
 
 
 def test_everything_comes_back(tmp_path: Path) -> None:

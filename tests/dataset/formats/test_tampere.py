@@ -12,7 +12,7 @@ from sklearn.neighbors import NearestNeighbors
 
 from tests.conftest import shared_folder
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.formats import ImportContext, import_format_of
+from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.reading.points import OFFICIAL

@@ -12,7 +12,7 @@ from evo.tools import file_interface  # type: ignore[import-untyped]
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.fingerprinting.labelled import open_labelled
-from vislam2tag.dataset.formats import ExportContext, export_named
+from vislam2tag.dataset.format_registry import ExportContext, export_named
 
 
 def exported(labels: Path, folder: Path) -> tuple[Finding, ...]:

@@ -12,7 +12,8 @@ import pytest
 from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import ODD_BSSID, ODD_DEVICE, exported, imported, odd_dataset, through, with_split
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.dataset.formats import import_format_of, uji
+from vislam2tag.dataset.format_registry import import_format_of
+from vislam2tag.dataset.formats import uji
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.writing.samples import labelled
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.formats import ImportContext, import_format_of
+from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.uts import read
 from vislam2tag.dataset.reading.points import OFFICIAL
 

@@ -11,7 +11,7 @@ import pytest
 
 from tests.dataset.factory import small_dataset
 from tests.dataset.formats.round_trip import with_split
-from vislam2tag.dataset.formats import export_formats
+from vislam2tag.dataset.format_registry import export_formats
 from vislam2tag.dataset.schema import SCHEMAS
 from vislam2tag.dataset.writing.left_out import DERIVED, OF_SET, SET, left_out, left_out_of_dataset
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED

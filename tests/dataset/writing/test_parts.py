@@ -7,7 +7,7 @@ import pytest
 from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import with_split
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.formats import ExportContext
+from vislam2tag.dataset.format_registry import ExportContext
 from vislam2tag.dataset.writing.parts import chosen_parts
 
 

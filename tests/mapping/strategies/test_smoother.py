@@ -14,7 +14,7 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.settings import Settings
 from vislam2tag.smoother.noise import Noise
 

@@ -22,7 +22,7 @@ from tests.dataset.formats.round_trip import (
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.formats import ImportContext, export_formats, import_named
+from vislam2tag.dataset.format_registry import ImportContext, export_formats, import_named
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed

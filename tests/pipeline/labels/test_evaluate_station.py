@@ -9,8 +9,8 @@ import pytest
 from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, Found
 from vislam2tag.pipeline.labels.evaluate_station import AT_PRISM, evaluate_station, station_jobs
 from vislam2tag.pipeline.run.store import OutputFolder
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
 from vislam2tag.simulation.sensors.devices import Locale, make_device

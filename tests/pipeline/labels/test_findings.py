@@ -8,7 +8,7 @@ from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.settings import Settings
 

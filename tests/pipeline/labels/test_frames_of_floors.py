@@ -16,8 +16,8 @@ from vislam2tag.pipeline.labels.landmark_survey import reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.init import describe_published
 from vislam2tag.pipeline.site.write import write_changed_site
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate

@@ -16,8 +16,7 @@ import pytest
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.mapping import strategy_named
-from vislam2tag.mapping.registry import STRATEGIES
+from vislam2tag.mapping.registry import STRATEGIES, strategy_named
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey

@@ -11,7 +11,7 @@ from tests.conftest import shared_folder
 from tests.positioning.radio_world import STOREYS, radio_world
 from tests.positioning.scans.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.formats import ImportContext
+from vislam2tag.dataset.format_registry import ImportContext
 from vislam2tag.dataset.formats.tampere import read
 from vislam2tag.dataset.reading.points import OFFICIAL
 from vislam2tag.positioning.metrics import score

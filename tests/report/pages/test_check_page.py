@@ -15,7 +15,7 @@ from vislam2tag.report.pages.check_page import median_left_out_m, write_check_pa
 from vislam2tag.self_check.gain_map import GainMap, session_gains
 from vislam2tag.self_check.landmark_gain import Gains
 from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck, SurveyCheck
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 
 MARK = LeftOutMark(
     floor=1,

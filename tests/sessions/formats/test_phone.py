@@ -25,8 +25,7 @@ from tests.sessions.phone_raw import (
     write_session,
 )
 from vislam2tag.common.errors import SessionError
-from vislam2tag.sessions import open_survey, read_session
-from vislam2tag.sessions.registry import format_of, hash_inputs
+from vislam2tag.sessions.registry import format_of, hash_inputs, open_survey, read_session
 
 
 @pytest.fixture

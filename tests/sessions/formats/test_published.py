@@ -13,8 +13,8 @@ from tests.sessions.raw import FRAME_NS, FRAMES, clean_files, frame_ns, kinds, r
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import Status
-from vislam2tag.sessions import format_of, hash_inputs, open_survey, read_session
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import format_of, hash_inputs, open_survey, read_session
 from vislam2tag.survey.model import SessionKey, SessionRef
 
 PAPER_NAMES = {

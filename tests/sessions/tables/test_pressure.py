@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.sessions.raw import START_NS, clean_files, read_files
-from vislam2tag.sessions import corrected_session
+from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.corrections import Corrections, ShiftClock
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import UsageError
-from vislam2tag.sessions import open_survey, read_session
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import Scenario, regular_survey
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
 from vislam2tag.simulation.world import walk_and_track

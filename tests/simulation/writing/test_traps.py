@@ -11,8 +11,7 @@ import pytest
 from tests.simulation.worlds import clean_scenario, sessions_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.sessions import read_session
-from vislam2tag.sessions.registry import open_survey
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate

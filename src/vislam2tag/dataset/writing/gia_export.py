@@ -18,9 +18,8 @@ from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.writing.private_labels import PrivateLabels, hidden_wifi_file
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.formats.published import FILE_NAMES
-from vislam2tag.sessions.registry import format_of
+from vislam2tag.sessions.registry import format_of, open_survey
 from vislam2tag.survey.model import SessionKey
 
 WIFI_FILE, SENSORS_FILE = "wifi_annotated.csv", "sensors_annotated.csv"

@@ -12,7 +12,7 @@ from vislam2tag.evaluation.control_points.press_truth import is_faulty, nearest_
 from vislam2tag.evaluation.measuring import sure_points
 from vislam2tag.evaluation.paper.tables import WalkErrors
 from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.sessions.model import Session
 from vislam2tag.settings import Settings
 from vislam2tag.survey.model import Floor, SessionKey

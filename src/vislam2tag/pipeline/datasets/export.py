@@ -24,7 +24,7 @@ from vislam2tag.dataset.transmitters.privacy import NOMAP_LEFT_OUT, Privacy, wit
 from vislam2tag.dataset.writing.left_out import left_out, left_out_of_dataset
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
-from vislam2tag.sessions import open_survey
+from vislam2tag.sessions.registry import open_survey
 
 RECORD_FILE = "export.json"
 Progress = Callable[[str, int], None]

@@ -17,8 +17,8 @@ from vislam2tag.report.pages.check_page import write_check_page
 from vislam2tag.self_check.bad_landmarks import bad_landmarks
 from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 

@@ -14,7 +14,7 @@ from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.evaluation.trajectory_files import READERS
-from vislam2tag.mapping import strategy_named, strategy_names
+from vislam2tag.mapping.registry import strategy_named, strategy_names
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.labels.process import run_record
@@ -22,8 +22,8 @@ from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, 
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 

@@ -17,9 +17,9 @@ from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.floors_walked import CLIMB_M
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked

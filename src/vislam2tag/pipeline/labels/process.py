@@ -15,15 +15,15 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
-from vislam2tag.mapping import strategy_named
+from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files

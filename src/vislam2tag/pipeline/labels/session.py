@@ -20,14 +20,14 @@ from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import LabelledWalk, write_table
-from vislam2tag.mapping import strategy_modules, strategy_named
+from vislam2tag.mapping.registry import strategy_modules, strategy_named
 from vislam2tag.pipeline.labels.accuracy import truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
-from vislam2tag.sessions import format_module, hash_inputs
 from vislam2tag.sessions.floors_walked import ambiguous_landmarks
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import format_module, hash_inputs
 from vislam2tag.settings import Settings
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions import open_survey
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.discover import floor_folders, subfolders
