@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import http.client
+import functools
 import re
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,8 +21,10 @@ import numpy as np
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
+from tests.receiving.signing import signed
 from tests.receiving.zips import SESSION, digest, session_files, session_zip
 from tests.report.browser import running_browser
+from vislam2tag.receiving.server import UPLOADS
 
 PLACE = f"floor_4/LG/{SESSION}"
 
@@ -34,20 +37,18 @@ class Computer:
     host: str
     token: str
 
-    @property
-    def client(self) -> httpx.Client:
-        headers = {"Authorization": f"Bearer {self.token}"}
-        return httpx.Client(base_url=f"http://{self.host}", headers=headers, timeout=20)
+    def address(self, name: str) -> str:
+        return f"http://{self.host}{UPLOADS}/{name}"
 
     def state(self, name: str) -> dict[str, Any]:
-        with self.client as client:
-            content: dict[str, Any] = client.get(f"/v1/uploads/{name}").json()
-            return content
+        answer = httpx.get(self.address(name), headers=signed(self.token, "GET", name), timeout=20)
+        content: dict[str, Any] = answer.json()
+        return content
 
     def bring(self, data: bytes, offset: int, stop: int) -> httpx.Response:
-        headers = {"Upload-Offset": str(offset), "Upload-Length": str(len(data))}
-        with self.client as client:
-            return client.patch(f"/v1/uploads/{digest(data)}", content=data[offset:stop], headers=headers)
+        name, part = digest(data), data[offset:stop]
+        headers = signed(self.token, "PATCH", name, part, offset, len(data))
+        return httpx.patch(self.address(name), content=part, headers=headers, timeout=20)
 
     def end(self) -> tuple[int, str]:
         """End it by Ctrl-C; returns its exit code and what it told after its start."""
@@ -58,10 +59,10 @@ class Computer:
 
 
 @contextmanager
-def receiving(survey: Path, *options: str) -> Iterator[Computer]:
+def receiving(survey: Path, *options: str, before: Callable[[], None] | None = None) -> Iterator[Computer]:
     command = [sys.executable, "-m", "vislam2tag", "receive", str(survey), "--host", "127.0.0.1", "--port", "0"]
     command += options
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=before)
     try:
         assert process.stdout is not None
         told = ""
@@ -111,11 +112,13 @@ def _break_off(computer: Computer, data: bytes, sent: int) -> None:
     """A phone that dies amid a request: it announces everything and sends a part."""
     host, port = computer.host.split(":")
     with socket.create_connection((host, int(port))) as opened:
-        head = (
-            f"PATCH /v1/uploads/{digest(data)} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {computer.token}\r\n"
-            f"Upload-Offset: 0\r\nUpload-Length: {len(data)}\r\nContent-Length: {len(data)}\r\n\r\n"
-        )
-        opened.sendall(head.encode() + data[:sent])
+        opened.sendall(_head(computer, data).encode() + data[:sent])
+
+
+def _head(computer: Computer, data: bytes) -> str:
+    headers = signed(computer.token, "PATCH", digest(data), data, 0, len(data)) | {"Content-Length": str(len(data))}
+    lines = "".join(f"{name}: {value}\r\n" for name, value in headers.items())
+    return f"PATCH {UPLOADS}/{digest(data)} HTTP/1.1\r\nHost: x\r\n{lines}\r\n"
 
 
 def _until_kept(computer: Computer, name: str, least: int) -> int:
@@ -144,11 +147,10 @@ def test_the_same_session_again_and_one_damaged_on_the_way(tmp_path: Path) -> No
 def test_wrong_tokens_and_oversized_sessions_are_refused(tmp_path: Path) -> None:
     data = session_zip()
     with receiving(tmp_path, "--max-size", "1") as computer:
-        wrong = httpx.get(f"http://{computer.host}/v1/uploads/{digest(data)}", headers={"Authorization": "Bearer X"})
-        assert wrong.status_code == 401
-        headers = {"Upload-Offset": "0", "Upload-Length": "1000001"}
-        with computer.client as client:
-            assert client.patch(f"/v1/uploads/{digest(data)}", headers=headers).status_code == 413
+        address, name = computer.address(digest(data)), digest(data)
+        assert httpx.get(address, headers=signed("X" * 16, "GET", name)).status_code == 401
+        headers = signed(computer.token, "PATCH", name, b"", 0, 1_000_001)
+        assert httpx.patch(address, headers=headers).status_code == 413
     assert not (tmp_path / "floor_4").exists()
 
 
@@ -156,16 +158,8 @@ def test_ctrl_c_amid_an_upload_ends_it_and_keeps_what_came(tmp_path: Path) -> No
     data = large_session()
     with receiving(tmp_path) as computer:
         host, port = computer.host.split(":")
-        phone = http.client.HTTPConnection(host, int(port), timeout=20)
-        phone.putrequest("PATCH", f"/v1/uploads/{digest(data)}")
-        for header, value in {
-            "Authorization": f"Bearer {computer.token}",
-            "Upload-Offset": "0",
-            "Upload-Length": str(len(data)),
-            "Content-Length": str(len(data)),
-        }.items():
-            phone.putheader(header, value)
-        phone.endheaders(data[:100_000])
+        phone = socket.create_connection((host, int(port)), timeout=20)
+        phone.sendall(_head(computer, data).encode() + data[:100_000])
         _until_kept(computer, digest(data), least=1)
         code, told = computer.end()
         phone.close()
@@ -178,6 +172,43 @@ def test_a_second_receiver_of_a_survey_is_refused(tmp_path: Path) -> None:
     with receiving(tmp_path):
         error = the_error(vislam2tag("receive", tmp_path, "--host", "127.0.0.1", "--port", "0"))
     assert "another 'vislam2tag receive'" in error
+
+
+@pytest.mark.parametrize("addresses", [1, 250])
+def test_others_are_served_while_strangers_hold_connections_open(tmp_path: Path, addresses: int) -> None:
+    data, count = large_session(), 2000
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard < count + 500:
+        pytest.skip(f"this system lets a program open {hard} files, too few for {count} connections")
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, count + 500), hard))
+    few = functools.partial(resource.setrlimit, resource.RLIMIT_NOFILE, (256, hard))
+    opened: list[socket.socket] = []
+    try:
+        with receiving(tmp_path, before=few) as computer:
+            host, port = computer.host.split(":")
+            for number in range(count):
+                stranger = socket.socket()
+                opened.append(stranger)
+                stranger.bind((f"127.0.1.{number % addresses + 1}", 0))
+                stranger.connect((host, int(port)))
+                stranger.sendall(b"GET / HTTP/1.1\r\nHost: x\r\nX-Never: ")
+                if number % 400 == 399:
+                    assert computer.state(digest(data))["state"] == "none"
+            assert computer.bring(data, 0, len(data)).json()["session"] == PLACE
+            code, told = computer.end()
+        assert code == 0
+        assert len(told) < 1000
+    finally:
+        for stranger in opened:
+            stranger.close()
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_zips_are_not_filed_beside_a_server(tmp_path: Path) -> None:
+    path = tmp_path / "good.zip"
+    path.write_bytes(session_zip())
+    with receiving(tmp_path):
+        assert "another 'vislam2tag receive'" in the_error(vislam2tag("receive", tmp_path, path))
 
 
 def test_zips_are_filed_without_a_server(tmp_path: Path) -> None:

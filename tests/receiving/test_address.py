@@ -27,6 +27,12 @@ def test_an_address_of_another_computer_is_told() -> None:
         listen("192.0.2.77", 0)
 
 
+@pytest.mark.parametrize("host", ["../x", "a..b", "x" * 300, "\0"])
+def test_what_is_no_host_is_told(host: str) -> None:
+    with pytest.raises(UsageError, match="cannot be listened on"):
+        listen(host, 0)
+
+
 def test_a_computer_without_network_shows_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     def unreachable(self: socket.socket, address: object) -> None:
         raise OSError(101, "Network is unreachable")

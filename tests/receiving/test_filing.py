@@ -50,11 +50,27 @@ def test_another_session_of_that_name_is_refused_and_the_first_one_stays(survey:
     assert bytes_of(survey) == before
 
 
-def test_a_session_with_fewer_files_there_is_another_one(survey: Path) -> None:
+def test_a_file_that_lacks_of_a_session_comes_back(survey: Path) -> None:
     filed(survey, session_zip())
+    before = bytes_of(survey)
     (survey / PLACE / "ControlPoint.csv").unlink()
+    assert filed(survey, session_zip()) == (PLACE, False)
+    assert bytes_of(survey) == before
+
+
+def test_a_folder_with_other_files_is_not_filled_up(survey: Path) -> None:
+    (survey / PLACE).mkdir(parents=True)
+    (survey / PLACE / "wifi.csv").write_bytes(b"of another program")
     with pytest.raises(RefusedZipError, match="another session"):
         filed(survey, session_zip())
+    assert [path.name for path in (survey / PLACE).iterdir()] == ["wifi.csv"]
+
+
+@pytest.mark.parametrize("device", ["marker_dict.csv", "floorplan.PNG", "Tachymeter"])
+def test_a_device_is_not_called_as_a_file_of_the_floor(survey: Path, device: str) -> None:
+    with pytest.raises(RefusedZipError, match="another name"):
+        filed(survey, session_zip(session_files(device=device)))
+    assert not (survey / "floor_4").exists()
 
 
 def test_files_beside_a_session_that_is_there_do_not_make_it_another(survey: Path) -> None:

@@ -11,10 +11,12 @@ from typing import Any, BinaryIO
 import httpx
 import pytest
 
+from tests.receiving.signing import signed
 from tests.receiving.zips import SESSION, digest, session_zip
 from vislam2tag.receiving.filing import Filed
 from vislam2tag.receiving.page import PAGE
-from vislam2tag.receiving.server import MOST_PER_REQUEST, Listener, Receiver
+from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, TOLD_A_MINUTE, Listener, Receiver
+from vislam2tag.receiving.signature import answer_mac
 from vislam2tag.receiving.token import WRONG_ALLOWED, Guard
 from vislam2tag.receiving.uploads import Uploads
 
@@ -23,7 +25,6 @@ TOKEN = "ABCDEFGHIJKLMNOP"
 DATA = session_zip()
 NAME = digest(DATA)
 PLACE = f"floor_4/LG/{SESSION}"
-AUTHORIZED = {"Authorization": f"Bearer {TOKEN}"}
 
 
 class Phone:
@@ -48,7 +49,7 @@ class Phone:
         return asyncio.run(asked())
 
     def state(self, name: str = NAME) -> dict[str, Any]:
-        answer = self.ask("GET", f"/v1/uploads/{name}", headers=AUTHORIZED)
+        answer = self.ask("GET", f"/v2/uploads/{name}", headers=signed(TOKEN, "GET", name))
         assert answer.status_code == 200
         content: dict[str, Any] = answer.json()
         return content
@@ -56,8 +57,9 @@ class Phone:
     def bring(
         self, data: bytes, offset: int = 0, length: int = len(DATA), name: str = NAME, headers: Mapping[str, str] = {}
     ) -> httpx.Response:
-        all_headers = AUTHORIZED | {"Upload-Offset": str(offset), "Upload-Length": str(length), **headers}
-        return self.ask("PATCH", f"/v1/uploads/{name}", content=data, headers=all_headers)
+        wrong_offset, wrong_length = headers.get("Upload-Offset", offset), headers.get("Upload-Length", length)
+        own = signed(TOKEN, "PATCH", name, data, wrong_offset, wrong_length)
+        return self.ask("PATCH", f"/v2/uploads/{name}", content=data, headers={**own, **headers})
 
 
 @pytest.fixture
@@ -100,22 +102,55 @@ def test_the_same_session_packed_otherwise_is_there_already(phone: Phone) -> Non
     assert phone.told == [f"filed {PLACE}", f"already {PLACE}"]
 
 
-@pytest.mark.parametrize("headers", [{}, {"Authorization": "Bearer WRONG"}, {"Authorization": f"Basic {TOKEN}"}])
+@pytest.mark.parametrize("authorization", ["", f"Bearer {TOKEN}", f"Basic {TOKEN}", "wrong token"])
 @pytest.mark.parametrize("method", ["GET", "PATCH"])
-def test_nothing_without_the_token(phone: Phone, method: str, headers: dict[str, str], tmp_path: Path) -> None:
-    sizes = {"Upload-Offset": "0", "Upload-Length": "3"}
-    answer = phone.ask(method, f"/v1/uploads/{NAME}", headers=headers | sizes, content=b"abc")
+def test_nothing_without_a_proof_of_the_token(phone: Phone, method: str, authorization: str, tmp_path: Path) -> None:
+    headers = signed("QQQQQQQQQQQQQQQQ" if authorization == "wrong token" else TOKEN, method, NAME, b"abc", 0, 3)
+    headers |= {"Authorization": authorization} if authorization != "wrong token" else {}
+    answer = phone.ask(method, f"/v2/uploads/{NAME}", headers=headers, content=b"abc")
     assert answer.status_code == 401
     assert "token" in answer.json()["message"]
-    assert answer.headers["WWW-Authenticate"] == "Bearer"
+    assert answer.headers["WWW-Authenticate"] == "Vislam2tag"
+    assert ANSWER_MAC not in answer.headers
     assert list(tmp_path.rglob("*.part")) == []
 
 
+@pytest.mark.parametrize("header", ["Upload-Offset", "Upload-Length", BODY_SHA256])
+def test_a_proof_is_of_one_request_only(phone: Phone, header: str) -> None:
+    headers = signed(TOKEN, "PATCH", NAME, DATA, 0, len(DATA)) | {header: "1" * 64}
+    assert phone.ask("PATCH", f"/v2/uploads/{NAME}", headers=headers, content=DATA).status_code == 401
+    other = signed(TOKEN, "PATCH", "f" * 64, DATA, 0, len(DATA))
+    assert phone.ask("PATCH", f"/v2/uploads/{NAME}", headers=other, content=DATA).status_code == 401
+
+
+def test_bytes_that_were_changed_on_the_way_are_not_kept(phone: Phone) -> None:
+    phone.bring(DATA[:100])
+    headers = signed(TOKEN, "PATCH", NAME, DATA[100:], 100, len(DATA))
+    changed = DATA[100:-1] + bytes([DATA[-1] ^ 1])
+    answer = phone.ask("PATCH", f"/v2/uploads/{NAME}", headers=headers, content=changed)
+    assert (answer.status_code, answer.json()["received"]) == (409, 100)
+    assert phone.bring(DATA[100:], 100).json()["state"] == "filed"
+
+
+def test_answers_prove_who_answers(phone: Phone) -> None:
+    for data, offset in ((DATA[:100], 0), (DATA, 7), (DATA[100:], 100)):
+        headers = signed(TOKEN, "PATCH", NAME, data, offset, len(DATA))
+        answer = phone.ask("PATCH", f"/v2/uploads/{NAME}", headers=headers, content=data)
+        nonce = headers["Authorization"].split()[1]
+        assert answer.headers[ANSWER_MAC] == answer_mac(TOKEN, nonce, answer.status_code, answer.content)
+
+
+def test_an_app_that_would_send_the_token_is_told_to_be_updated(phone: Phone) -> None:
+    answer = phone.ask("GET", f"/v1/uploads/{NAME}", headers={"Authorization": f"Bearer {TOKEN}"})
+    assert answer.status_code == 410
+    assert "update the app" in answer.json()["message"]
+
+
 def test_who_guesses_must_wait(phone: Phone) -> None:
-    wrong = {"Authorization": "Bearer WRONG"}
-    codes = [phone.ask("GET", f"/v1/uploads/{NAME}", headers=wrong).status_code for _ in range(WRONG_ALLOWED + 1)]
+    wrong = signed("QQQQQQQQQQQQQQQQ", "GET", NAME)
+    codes = [phone.ask("GET", f"/v2/uploads/{NAME}", headers=wrong).status_code for _ in range(WRONG_ALLOWED + 1)]
     assert codes == [401] * WRONG_ALLOWED + [429]
-    right = phone.ask("GET", f"/v1/uploads/{NAME}", headers=AUTHORIZED)
+    right = phone.ask("GET", f"/v2/uploads/{NAME}", headers=signed(TOKEN, "GET", NAME))
     assert (right.status_code, right.headers["Retry-After"]) == (429, "60")
     phone.now_s += 60
     assert phone.state()["state"] == "none"
@@ -153,6 +188,20 @@ def test_a_wrong_offset_is_told_where_to_go_on(phone: Phone) -> None:
     assert phone.state()["received"] == 100
 
 
+def test_a_wrong_offset_does_not_begin_an_upload(phone: Phone) -> None:
+    assert phone.bring(DATA, 5, 2 * len(DATA)).status_code == 409
+    assert phone.bring(DATA).json()["state"] == "filed"
+
+
+def test_so_many_uploads_wait_and_no_more(phone: Phone, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.receiving.uploads.MOST_WAITING", 2)
+    for name in ("a", "b", "c"):
+        answer = phone.bring(b"x", 0, 10, name * 64)
+    assert answer.status_code == 507
+    assert "too many unfinished uploads" in answer.json()["message"]
+    assert phone.bring(b"x", 1, 10, "a" * 64).status_code == 200
+
+
 def test_another_length_is_refused(phone: Phone) -> None:
     phone.bring(DATA[:100])
     assert phone.bring(DATA[100:], 100, len(DATA) + 1).status_code == 400
@@ -179,7 +228,8 @@ def test_a_request_brings_so_much_and_no_more(tmp_path: Path) -> None:
             for _ in range(MOST_PER_REQUEST // 2**20 + 1):
                 yield bytes(2**20)
 
-        answer = phone.bring(unannounced(), 0, 2 * MOST_PER_REQUEST)  # type: ignore[arg-type]
+        headers = signed(TOKEN, "PATCH", NAME, b"", 0, 2 * MOST_PER_REQUEST)
+        answer = phone.ask("PATCH", f"/v2/uploads/{NAME}", content=unannounced(), headers=headers)
         assert answer.status_code == 413
         assert phone.state()["received"] <= MOST_PER_REQUEST
 
@@ -194,7 +244,7 @@ def test_a_damaged_upload_is_refused_and_may_come_again(phone: Phone) -> None:
 
 
 def test_an_answer_that_got_lost_is_asked_for_again(phone: Phone) -> None:
-    with phone.uploads.writing(NAME, len(DATA)) as file:
+    with phone.uploads.writing(NAME, len(DATA), 0) as file:
         file.write(DATA)
     assert phone.state()["received"] == len(DATA)
     assert phone.bring(b"", len(DATA)).json()["state"] == "filed"
@@ -207,14 +257,14 @@ def test_a_phone_that_fell_silent_does_not_hold_its_upload(phone: Phone, monkeyp
         yield DATA[:100]
         await asyncio.sleep(60)
 
-    headers = AUTHORIZED | {"Upload-Offset": "0", "Upload-Length": str(len(DATA))}
-    answer = phone.ask("PATCH", f"/v1/uploads/{NAME}", content=silent(), headers=headers)
+    headers = signed(TOKEN, "PATCH", NAME, DATA, 0, len(DATA))
+    answer = phone.ask("PATCH", f"/v2/uploads/{NAME}", content=silent(), headers=headers)
     assert (answer.status_code, answer.json()["received"]) == (409, 100)
     assert phone.bring(DATA[100:], 100).json()["state"] == "filed"
 
 
 def test_an_upload_that_somebody_else_writes_is_locked(phone: Phone) -> None:
-    with phone.uploads.writing(NAME, len(DATA)):
+    with phone.uploads.writing(NAME, len(DATA), 0):
         answer = phone.bring(DATA)
         assert (answer.status_code, answer.headers["Retry-After"]) == (423, "3")
     assert phone.bring(DATA).status_code == 200
@@ -222,13 +272,23 @@ def test_an_upload_that_somebody_else_writes_is_locked(phone: Phone) -> None:
 
 @pytest.mark.parametrize(("number", "told"), [(errno.ENOSPC, "full"), (errno.EIO, "cannot write")])
 def test_a_full_disk_is_told(phone: Phone, number: int, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(name: str, length: int) -> BinaryIO:
+    def full(name: str, length: int, offset: int) -> BinaryIO:
         raise OSError(number, "refused by the operating system")
 
     monkeypatch.setattr(phone.uploads, "writing", full)
     answer = phone.bring(DATA)
     assert answer.status_code == 507
     assert told in answer.json()["message"]
+
+
+def test_of_strangers_the_log_tells_some_and_how_many_more(phone: Phone) -> None:
+    for _ in range(50):
+        phone.ask("GET", f"/v2/uploads/{NAME}")
+    assert len(phone.told) == TOLD_A_MINUTE
+    phone.now_s += 61
+    phone.ask("GET", f"/v2/uploads/{NAME}")
+    assert phone.told[TOLD_A_MINUTE] == f"{50 - TOLD_A_MINUTE} more requests without the token in a minute"
+    assert len(phone.told) == TOLD_A_MINUTE + 2
 
 
 def test_the_page_needs_no_token_and_tells_none(phone: Phone) -> None:
@@ -240,8 +300,8 @@ def test_the_page_needs_no_token_and_tells_none(phone: Phone) -> None:
     assert answer.headers["Referrer-Policy"] == "no-referrer"
 
 
-@pytest.mark.parametrize(("method", "path"), [("GET", "/etc/passwd"), ("POST", "/"), ("DELETE", f"/v1/uploads/{NAME}")])
+@pytest.mark.parametrize(("method", "path"), [("GET", "/etc/passwd"), ("POST", "/"), ("DELETE", f"/v2/uploads/{NAME}")])
 def test_there_is_nothing_else(phone: Phone, method: str, path: str) -> None:
-    answer = phone.ask(method, path, headers=AUTHORIZED)
+    answer = phone.ask(method, path, headers=signed(TOKEN, method, NAME))
     assert answer.status_code in (404, 405)
     assert answer.json()["message"]

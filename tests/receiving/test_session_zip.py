@@ -119,6 +119,39 @@ def test_a_directory_of_very_many_entries_is_refused_unread(tmp_path: Path) -> N
         unpacked(tmp_path, data)
 
 
+def zip64_end(data: bytes, directory_bytes: int, directory_at: int) -> bytes:
+    """A zip whose end says in ZIP64's words where its directory is, and lies in the usual ones."""
+    end = data.rindex(b"PK\x05\x06")
+    record = struct.pack("<4sQHHLLQQQQ", b"PK\x06\x06", 44, 45, 45, 0, 0, 9, 9, directory_bytes, directory_at)
+    locator = struct.pack("<4sLQL", b"PK\x06\x07", 0, end, 1)
+    return data[:end] + record + locator + data[end : end + 8] + b"\1\0\1\0" + bytes(8) + data[end + 20 :]
+
+
+def test_zip64_s_word_for_a_large_directory_is_not_believed(tmp_path: Path) -> None:
+    data = packed({f"{SESSION}/{number}": b"" for number in range(2000)})
+    at = data.index(b"PK\x01\x02")
+    forged = zip64_end(data, data.rindex(b"PK\x05\x06") - at, at)
+    (tmp_path / "forged.zip").write_bytes(forged)
+    with zipfile.ZipFile(tmp_path / "forged.zip") as archive:
+        assert len(archive.infolist()) == 2000  # so reads the library
+    with pytest.raises(RefusedZipError, match="more files"):
+        unpacked(tmp_path, forged)
+
+
+def test_zip64_s_word_for_a_far_entry_is_not_believed(tmp_path: Path) -> None:
+    data = session_zip()
+    at, end = data.index(b"PK\x01\x02"), data.rindex(b"PK\x05\x06")
+    name = struct.unpack_from("<H", data, at + 28)[0]
+    entry = bytearray(data[at : at + 46 + name])
+    struct.pack_into("<H", entry, 30, 12)
+    struct.pack_into("<L", entry, 42, 0xFFFFFFFF)
+    directory = bytes(entry) + struct.pack("<HHQ", 1, 8, 2**63 - 1) + data[at + 46 + name : end]
+    tail = bytearray(data[end:])
+    struct.pack_into("<L", tail, 12, len(directory))
+    with pytest.raises(RefusedZipError, match="not whole"):
+        unpacked(tmp_path, data[:at] + directory + bytes(tail))
+
+
 @pytest.mark.parametrize("data", [b"", b"no zip", session_zip()[:-30], session_zip()[20:]])
 def test_what_is_no_whole_zip_is_refused(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(RefusedZipError):

@@ -1,16 +1,25 @@
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.receiving.zips import SESSION, digest, session_zip
+from tests.receiving.zips import SESSION, digest, session_files, session_zip
 from vislam2tag.common.errors import OutputError
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER
 from vislam2tag.receiving.session_zip import RefusedZipError
-from vislam2tag.receiving.uploads import BusyError, Uploads, UploadState, WrongLengthError
+from vislam2tag.receiving.uploads import (
+    MOST_WAITING_SIZES,
+    BusyError,
+    TooManyError,
+    Uploads,
+    UploadState,
+    WrongLengthError,
+    WrongOffsetError,
+)
 
 PLENTY = 1_000_000
 DATA = session_zip()
@@ -25,7 +34,7 @@ def uploads(tmp_path: Path) -> Iterator[Uploads]:
 
 
 def brought(uploads: Uploads, data: bytes, length: int = len(DATA), name: str = NAME) -> None:
-    with uploads.writing(name, length) as file:
+    with uploads.writing(name, length, uploads.state(name).received) as file:
         file.write(data)
 
 
@@ -53,7 +62,7 @@ def test_what_arrived_outlives_the_program(tmp_path: Path) -> None:
 
 def test_what_was_written_before_an_exception_stays(uploads: Uploads) -> None:
     def broken_off() -> None:
-        with uploads.writing(NAME, len(DATA)) as file:
+        with uploads.writing(NAME, len(DATA), 0) as file:
             file.write(DATA[:70])
             raise ConnectionError
 
@@ -63,20 +72,20 @@ def test_what_was_written_before_an_exception_stays(uploads: Uploads) -> None:
 
 
 def test_two_do_not_write_one_upload(uploads: Uploads) -> None:
-    with uploads.writing(NAME, 10):
-        with pytest.raises(BusyError), uploads.writing(NAME, 10):
+    with uploads.writing(NAME, 10, 0):
+        with pytest.raises(BusyError), uploads.writing(NAME, 10, 0):
             pass
         with pytest.raises(BusyError), uploads.finishing(NAME):
             pass
-        with uploads.writing("f" * 64, 10):
+        with uploads.writing("f" * 64, 10, 0):
             pass
-    with uploads.finishing(NAME), pytest.raises(BusyError), uploads.writing(NAME, 10):
+    with uploads.finishing(NAME), pytest.raises(BusyError), uploads.writing(NAME, 10, 0):
         pass
 
 
 def test_an_upload_keeps_its_length(uploads: Uploads) -> None:
     brought(uploads, b"1", length=10)
-    with pytest.raises(WrongLengthError), uploads.writing(NAME, 11):
+    with pytest.raises(WrongLengthError), uploads.writing(NAME, 11, 1):
         pass
 
 
@@ -102,6 +111,66 @@ def test_a_session_that_somebody_removed_may_come_again(uploads: Uploads, tmp_pa
     uploads.finish(NAME)
     shutil.rmtree(tmp_path / PLACE)
     assert uploads.state(NAME) == UploadState("none")
+
+
+@pytest.mark.parametrize("damage", ["removed file", "empty folder", "changed file", "no list", "another session"])
+def test_filed_is_said_only_of_files_that_lie_there_as_sent(uploads: Uploads, tmp_path: Path, damage: str) -> None:
+    brought(uploads, DATA)
+    uploads.finish(NAME)
+    place = tmp_path / PLACE
+    if damage == "removed file":
+        (place / "CameraPose.csv").unlink()
+    elif damage == "empty folder":
+        shutil.rmtree(place)
+        place.mkdir()
+    elif damage == "changed file":
+        (place / "CameraPose.csv").write_bytes(b"time_ns\n2\n")
+    elif damage == "no list":
+        (place / "SHA256SUMS").unlink()
+    else:
+        place.rename(tmp_path / "elsewhere")
+        other = session_zip(session_files() | {"ControlPoint.csv": b"time_ns,n,action\n1,0,press\n"})
+        brought(uploads, other, len(other), digest(other))
+        uploads.finish(digest(other))
+        shutil.rmtree(tmp_path / "elsewhere")
+    assert uploads.state(NAME) == UploadState("none")
+
+
+@pytest.mark.parametrize("lacking", [("CameraPose.csv",), ("SHA256SUMS",), ("CameraPose.csv", "session.json")])
+def test_what_lacks_of_a_filed_session_comes_back(uploads: Uploads, tmp_path: Path, lacking: tuple[str, ...]) -> None:
+    brought(uploads, DATA)
+    uploads.finish(NAME)
+    for name in lacking:
+        (tmp_path / PLACE / name).unlink()
+    brought(uploads, DATA)
+    assert not uploads.finish(NAME).already
+    assert uploads.state(NAME) == UploadState("filed", session=PLACE)
+
+
+def test_a_pipe_in_a_file_s_place_is_not_waited_for(uploads: Uploads, tmp_path: Path) -> None:
+    brought(uploads, DATA)
+    uploads.finish(NAME)
+    (tmp_path / PLACE / "CameraPose.csv").unlink()
+    os.mkfifo(tmp_path / PLACE / "CameraPose.csv")
+    assert uploads.state(NAME) == UploadState("none")
+
+
+def test_another_offset_is_refused_and_begins_nothing(uploads: Uploads, tmp_path: Path) -> None:
+    with pytest.raises(WrongOffsetError), uploads.writing(NAME, 2 * len(DATA), 1):
+        pass
+    with uploads.writing(NAME, 2 * len(DATA), 0):
+        pass
+    assert list((tmp_path / WORK_FOLDER).glob("*.part")) == []
+
+
+def test_unfinished_uploads_announce_so_much_and_no_more(tmp_path: Path) -> None:
+    with Uploads(tmp_path, 10, PLENTY) as uploads:
+        for number in range(MOST_WAITING_SIZES):
+            brought(uploads, b"x", 10, f"{number:064x}")
+        with pytest.raises(TooManyError), uploads.writing("f" * 64, 10, 0):
+            pass
+        with uploads.writing(f"{0:064x}", 10, 1):
+            pass
 
 
 def test_a_full_disk_keeps_the_upload(uploads: Uploads, tmp_path: Path) -> None:

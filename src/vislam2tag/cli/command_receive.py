@@ -25,7 +25,8 @@ after a restart. A session is checked whole before it appears, and never replace
 
 With ZIP files (shared by mail or cable) these are checked and filed, and no server is started.
 
-The connection is not encrypted: use a network that you trust, or the phone's or the computer's own hotspot.
+The token is never sent, only proof of it; what the sessions hold is sent as it is. Use a network that you trust, or the
+phone's or the computer's own hotspot, where others should not read them.
 
 Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
 address cannot be listened on.
@@ -59,7 +60,10 @@ def _receive(
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
     if zips:
-        refused = [path for path in zips if not _filed(survey, path, max_size * MEGABYTE)]
+        from vislam2tag.receiving.uploads import Uploads
+
+        with Uploads(survey, max_size * MEGABYTE, UNPACKED * max_size * MEGABYTE):
+            refused = [path for path in zips if not _filed(survey, path, max_size * MEGABYTE)]
         raise typer.Exit(1 if refused else 0)
     _serve(survey, host, port, max_size * MEGABYTE)
 
@@ -114,7 +118,8 @@ class _Screen:
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
-    from vislam2tag.receiving.server import Listener, Receiver, serve
+    from vislam2tag.receiving.connections import serve
+    from vislam2tag.receiving.server import Listener, Receiver
     from vislam2tag.receiving.uploads import Uploads
 
     console = Console()

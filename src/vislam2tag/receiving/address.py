@@ -19,8 +19,9 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         return socket.create_server((host, port), family=family, backlog=64)
-    except OSError as error:
-        raise UsageError(f"--host {host} --port {port}: cannot be listened on: {error.strerror}") from error
+    except (OSError, UnicodeError) as error:
+        why = getattr(error, "strerror", None) or "no name of a computer"
+        raise UsageError(f"--host {host} --port {port}: cannot be listened on: {why}") from error
 
 
 def local_address() -> str:

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.receiving.session_zip import RefusedZipError, UnpackedSession, unpack
+from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, sums_in, unpack
+from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.discover import floor_folders
 
 WORK_FOLDER = ".receiving"
@@ -23,24 +24,27 @@ _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 @dataclass(frozen=True)
 class Filed:
-    """Where a session lies: its path relative to the survey, and whether it had been there before."""
+    """Where a session lies: its path relative to the survey, and whether all of it had been there before."""
 
     path: str
     already: bool
+    sums_sha256: str
+    """SHA-256 of its list of checksums, by which :func:`lies_filed` knows it again."""
 
 
 def file_zip(survey: Path, path: Path, max_bytes: int) -> Filed:
     """Check a session's zip and move the session into the survey.
 
-    The same session again changes nothing. Raises RefusedZipError for a zip that is no whole session (see
-    :func:`~vislam2tag.receiving.session_zip.unpack`), or where another session has its place; OSError where the survey
-    cannot be written.
+    The same session again changes nothing, but brings back files of it that lack. Raises RefusedZipError for a zip that
+    is no whole session (see :func:`~vislam2tag.receiving.session_zip.unpack`), or where another session has its place;
+    OSError where the survey cannot be written.
     """
     work = survey / WORK_FOLDER / f"{UNPACKED}{uuid.uuid4().hex}"
     try:
         session = unpack(path, work, max_bytes)
         target = _place(survey, session)
-        return Filed(str(target.relative_to(survey)), _move(session.folder, target))
+        sums = _digest(session.folder / SUMS_FILE) or ""
+        return Filed(target.relative_to(survey).as_posix(), _move(session.folder, target), sums)
     finally:
         shutil.rmtree(work, ignore_errors=True)
 
@@ -69,23 +73,49 @@ def _move(folder: Path, target: Path) -> bool:
     except OSError as error:
         if error.errno not in _TAKEN:
             raise
-    if _same(folder, target):
-        return True
-    place = "/".join(target.parts[-3:])
-    raise RefusedZipError(f"another session lies at {place}; rename its folder and send this one again")
+    return _completed(folder, target)
 
 
-def _same(folder: Path, target: Path) -> bool:
-    """Tell whether every file of a session is in another folder, byte by byte."""
-    return all(_digest(path) == _digest(target / path.name) for path in folder.iterdir())
+def _completed(folder: Path, target: Path) -> bool:
+    """Bring back what lacks of a session at its place; True where nothing does.
+
+    Raises RefusedZipError where something else lies there.
+    """
+    files = sorted(folder.iterdir())
+    missing = [path for path in files if not (target / path.name).exists()]
+    same = {path.name for path in files if path not in missing and _digest(path) == _digest(target / path.name)}
+    known = {SUMS_FILE, RECORD_FILE} & same or (target.is_dir() and not any(target.iterdir()))
+    if not known or len(same) + len(missing) < len(files):
+        place = "/".join(target.parts[-3:])
+        raise RefusedZipError(f"another session lies at {place}; rename its folder and send this one again")
+    for path in missing:
+        path.rename(target / path.name)
+    _to_storage(target)
+    return not missing
+
+
+def lies_filed(folder: Path, sums_sha256: str) -> bool:
+    """Tell whether a session's files lie in a folder with the checksums that the phone sent.
+
+    ``sums_sha256`` is the SHA-256 of its list of checksums.
+    """
+    if _digest(folder / SUMS_FILE) != sums_sha256:
+        return False
+    try:
+        sums = sums_in((folder / SUMS_FILE).read_bytes())
+    except (OSError, RefusedZipError):
+        return False
+    return all(_digest(folder / name) == said for name, said in sums.items())
 
 
 def _digest(path: Path) -> str | None:
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        if path.is_file():
+            with path.open("rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
-        return None
+        pass
+    return None
 
 
 def _to_storage(path: Path) -> None:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import errno
-import signal
-import socket
-from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import contextmanager
+import hashlib
+import math
+from collections.abc import AsyncIterator, Callable
 from dataclasses import asdict, dataclass
+from typing import BinaryIO
 
-import uvicorn
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -18,19 +17,34 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
+from vislam2tag.receiving.connections import network_of
 from vislam2tag.receiving.filing import Filed
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
+from vislam2tag.receiving.signature import SCHEME, SignedRequest, answer_mac, shown_mac
 from vislam2tag.receiving.token import Guard
-from vislam2tag.receiving.uploads import UPLOAD_NAME, BusyError, Uploads, UploadState, WrongLengthError
+from vislam2tag.receiving.uploads import (
+    UPLOAD_NAME,
+    BusyError,
+    TooManyError,
+    Uploads,
+    UploadState,
+    WrongLengthError,
+    WrongOffsetError,
+)
 
 MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
 SILENT_S = 10.0
 """A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
+MINUTE_S, TOLD_A_MINUTE = 60.0, 10
 BUSY_S = 3
 """So long a client waits that finds its upload being written by a connection that may be dead."""
-_HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
+BODY_SHA256, ANSWER_MAC = "Upload-Body-SHA256", "Upload-Answer-MAC"
+UPLOADS = "/v2/uploads"
+_FORMER = "/v1/uploads/{name}"
+"""Where apps before version 2 of the upload ask, which send the token itself."""
+_HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "Connection": "close"}
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -41,6 +55,26 @@ class Listener:
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
     filed: Callable[[str, Filed], None] = lambda _name, _filed: None
     refused: Callable[[str, str], None] = lambda _address, _message: None
+
+
+@dataclass
+class RefusalLog:
+    """Tells of requests without a token, but not of each: of some in a minute, then how many more there were."""
+
+    tell: Callable[[str, str], None]
+    clock: Callable[[], float]
+    _since_s: float = -math.inf
+    _count: int = 0
+
+    def refused(self, address: str, message: str) -> None:
+        """Tell of a refusal, or count it only."""
+        if self.clock() - self._since_s >= MINUTE_S:
+            if self._count > TOLD_A_MINUTE:
+                self.tell("", f"{self._count - TOLD_A_MINUTE} more requests without the token in a minute")
+            self._since_s, self._count = self.clock(), 0
+        self._count += 1
+        if self._count <= TOLD_A_MINUTE:
+            self.tell(address, message)
 
 
 class RefusalError(Exception):
@@ -58,85 +92,101 @@ class Receiver:
 
     def __init__(self, uploads: Uploads, guard: Guard, listener: Listener) -> None:
         self._uploads, self._guard, self._listener = uploads, guard, listener
+        self._strangers = RefusalLog(listener.refused, guard.clock)
 
     def app(self) -> Starlette:
         """The application that a server runs."""
         routes = [
             Route("/", self._page, methods=["GET"]),
-            Route("/v1/uploads/{name}", self._state, methods=["GET"]),
-            Route("/v1/uploads/{name}", self._append, methods=["PATCH"]),
+            Route(f"{UPLOADS}/{{name}}", self._state, methods=["GET"]),
+            Route(f"{UPLOADS}/{{name}}", self._append, methods=["PATCH"]),
+            Route(_FORMER, self._former, methods=["GET", "PATCH"]),
         ]
         return Starlette(routes=routes, exception_handlers={RefusalError: self._refuse, HTTPException: self._unknown})
 
     async def _page(self, _request: Request) -> Response:
         return HTMLResponse(PAGE, headers=_HEADERS | PAGE_HEADERS)
 
+    async def _former(self, _request: Request) -> Response:
+        raise RefusalError(
+            410, "this app is older than the computer's program, and would send the token: update the app"
+        )
+
     async def _state(self, request: Request) -> Response:
-        return _answer(self._uploads.state(self._admitted(request)))
+        name = self._admitted(request)
+        return self._answer(request, await run_in_threadpool(self._uploads.state, name))
 
     async def _append(self, request: Request) -> Response:
         name = self._admitted(request)
         offset, length = _whole(request, "Upload-Offset"), _whole(request, "Upload-Length")
         self._check_length(request, length)
-        state = self._uploads.state(name)
+        state = await run_in_threadpool(self._uploads.state, name)
         if state.state == "filed":
-            return _answer(state)
+            return self._answer(request, state)
         try:
-            with self._uploads.writing(name, length) as file:
-                received = file.seek(0, 2)
-                if offset != received:
-                    state = UploadState("partial" if received else "none", received, length)
-                    raise RefusalError(409, f"{received} bytes are here; go on from there", state=state)
-                received = await self._keep(request, file.write, name, received, length)
+            with self._uploads.writing(name, length, offset) as file:
+                received = await self._keep(request, file, name, offset, length)
             if received < length:
-                return _answer(UploadState("partial", received, length))
-            return await self._finish(name)
+                return self._answer(request, UploadState("partial", received, length))
+            return self._answer(request, await self._finish(name))
         except BusyError:
             message = "this upload is being written by another connection; ask again"
             raise RefusalError(423, message, {"Retry-After": str(BUSY_S)}) from None
+        except WrongOffsetError:
+            raise _go_on(f"{state.received} bytes are here; go on from there", state) from None
         except WrongLengthError:
             raise RefusalError(400, "Upload-Length is another than when the upload began") from None
+        except TooManyError:
+            message = "too many unfinished uploads wait on the computer: finish them, or remove .receiving there"
+            raise RefusalError(507, message) from None
         except OSError as error:
             raise _storage_refusal(error) from error
 
-    async def _keep(
-        self, request: Request, write: Callable[[bytes], int | None], name: str, received: int, length: int
-    ) -> int:
-        """Write the body as it comes; returns how many bytes of the upload there are then."""
-        most = min(length, received + MOST_PER_REQUEST)
+    async def _keep(self, request: Request, file: BinaryIO, name: str, offset: int, length: int) -> int:
+        """Write the body as it comes; returns how many bytes of the upload there are then.
+
+        What comes before a connection breaks stays: the SHA-256 of the whole zip, its name, is checked in the end.
+        """
+        received, most, digest = offset, min(length, offset + MOST_PER_REQUEST), hashlib.sha256()
         try:
             async for block in _blocks(request):
                 if received + len(block) > most:
                     raise RefusalError(400 if most == length else 413, "the request brings more bytes than it may")
-                _write_all(write, block)
+                _write_all(file.write, block)
+                digest.update(block)
                 received += len(block)
                 self._listener.received(name, received, length)
         except ClientDisconnect:
             raise RefusalError(400, "the request broke off; what came is kept") from None
         except TimeoutError:
-            state = UploadState("partial" if received else "none", received, length)
-            raise RefusalError(409, "nothing came for too long; go on from what is kept", state=state) from None
+            raise _go_on("nothing came for too long; go on from what is kept", _partial(received, length)) from None
+        if digest.hexdigest() != request.headers.get(BODY_SHA256):
+            file.truncate(offset)
+            raise _go_on("the bytes were changed on the way; send them again", _partial(offset, length))
         return received
 
-    async def _finish(self, name: str) -> Response:
+    async def _finish(self, name: str) -> UploadState:
         try:
             with self._uploads.finishing(name):
                 filed = await run_in_threadpool(self._uploads.finish, name)
         except RefusedZipError as error:
             raise RefusalError(422, str(error)) from error
         self._listener.filed(name, filed)
-        return _answer(self._uploads.state(name))
+        return UploadState("filed", session=filed.path)
 
     def _admitted(self, request: Request) -> str:
-        """The upload's name, once the token was right."""
-        address = request.client.host if request.client else ""
+        """The upload's name, once the request proved that its sender knows the token."""
+        address = network_of(request.client.host if request.client else "")
         wait_s = self._guard.waiting_s(address)
         if wait_s:
             raise RefusalError(429, f"too many wrong tokens; wait {wait_s} s", {"Retry-After": str(wait_s)})
-        scheme, _, shown = request.headers.get("Authorization", "").partition(" ")
-        if scheme.lower() != "bearer" or not self._guard.admits(address, shown):
+        shown = shown_mac(request.headers.get("Authorization", ""))
+        if shown is None:
+            self._guard.refuse(address)
+        if shown is None or not self._guard.admits(address, _signed(request, shown[0]), shown[1]):
             message = "the token is missing or wrong; scan the code again"
-            raise RefusalError(401, message, {"WWW-Authenticate": "Bearer"})
+            raise RefusalError(401, message, {"WWW-Authenticate": SCHEME})
+        request.state.nonce = shown[0]
         name = str(request.path_params["name"])
         if not UPLOAD_NAME.fullmatch(name):
             raise RefusalError(400, "an upload is named by its SHA-256, 64 lower-case hexadecimal digits")
@@ -153,10 +203,25 @@ class Receiver:
 
     async def _refuse(self, request: Request, error: Exception) -> Response:
         assert isinstance(error, RefusalError)
+        known = hasattr(request.state, "nonce")
+        if known:
+            await _drain(request)
         if error.status not in (409, 423):
-            self._listener.refused(request.client.host if request.client else "", error.message)
+            tell = self._listener.refused if known else self._strangers.refused
+            tell(request.client.host if request.client else "", error.message)
         content = {**(asdict(error.state) if error.state else {}), "message": error.message}
-        return JSONResponse(content, error.status, headers=_HEADERS | error.headers)
+        return self._proved(request, JSONResponse(content, error.status, headers=_HEADERS | error.headers))
+
+    def _answer(self, request: Request, state: UploadState) -> Response:
+        words = {"none": "nothing arrived yet", "partial": "more is to come", "filed": f"filed as {state.session}"}
+        return self._proved(request, JSONResponse({**asdict(state), "message": words[state.state]}, headers=_HEADERS))
+
+    def _proved(self, request: Request, answer: Response) -> Response:
+        """Add the MAC that proves to an admitted request who answers."""
+        nonce = getattr(request.state, "nonce", None)
+        if nonce is not None:
+            answer.headers[ANSWER_MAC] = answer_mac(self._guard.token, nonce, answer.status_code, bytes(answer.body))
+        return answer
 
     async def _unknown(self, _request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
@@ -173,6 +238,18 @@ async def _blocks(request: Request) -> AsyncIterator[bytes]:
         except StopAsyncIteration:
             return
         yield block
+
+
+async def _drain(request: Request) -> None:
+    """Take what a phone still sends: it does not read why it is refused before."""
+    left = MOST_PER_REQUEST
+    try:
+        async for block in _blocks(request):
+            left -= len(block)
+            if left < 0:
+                return
+    except (ClientDisconnect, TimeoutError, RuntimeError):  # gone, silent, or all was read before
+        return
 
 
 def _whole(request: Request, header: str) -> int:
@@ -194,31 +271,14 @@ def _storage_refusal(error: OSError) -> RefusalError:
     return RefusalError(507, f"the computer cannot write the session ({error.strerror}); look there, then go on")
 
 
-def _answer(state: UploadState) -> Response:
-    words = {"none": "nothing arrived yet", "partial": "more is to come", "filed": f"filed as {state.session}"}
-    return JSONResponse({**asdict(state), "message": words[state.state]}, headers=_HEADERS)
+def _partial(received: int, length: int) -> UploadState:
+    return UploadState("partial" if received else "none", received, length)
 
 
-GRACE_S = 2
-"""Requests still running when the server is ended have so long; what they brought is kept anyway."""
+def _go_on(message: str, state: UploadState) -> RefusalError:
+    return RefusalError(409, message, state=state)
 
 
-class _Server(uvicorn.Server):
-    """A server that Ctrl-C ends, and that is the end of it: uvicorn's own would send itself the signal again."""
-
-    @contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        before = {number: signal.signal(number, self.handle_exit) for number in (signal.SIGINT, signal.SIGTERM)}
-        try:
-            yield
-        finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
-
-
-def serve(app: Starlette, opened: socket.socket) -> None:
-    """Serve an application on an open socket until SIGINT or SIGTERM."""
-    config = uvicorn.Config(
-        app, log_level="critical", access_log=False, lifespan="off", timeout_graceful_shutdown=GRACE_S, http="h11"
-    )
-    _Server(config).run(sockets=[opened])
+def _signed(request: Request, nonce: str) -> SignedRequest:
+    offset, length, body = (request.headers.get(name, "") for name in ("Upload-Offset", "Upload-Length", BODY_SHA256))
+    return SignedRequest(request.method, request.url.path, offset, length, body, nonce)

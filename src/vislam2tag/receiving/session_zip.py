@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import re
 import stat
 import struct
@@ -10,6 +11,7 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.sessions.formats.phone import FILE_NAMES
@@ -23,9 +25,10 @@ _ENCRYPTED = 0x1
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _MOST_SUMS, _MOST_RECORD = 10_000, 1_000_000
 """Bytes that SHA256SUMS and session.json are expected to stay below."""
-_END, _END_BYTES, _LONGEST_END = b"PK\x05\x06", 22, 22 + 0xFFFF
-_ZIP64 = 0xFFFFFFFF
 _MOST_DIRECTORY = 100_000
+"""Bytes of the directory of entries, and of the search for it: some thousand names, a session has ten."""
+_NO_DEVICE = re.compile(r"(?i:tachymeter|.*\.(csv|jpe?g|png))")
+"""A floor's own files and folders: as a device's folder they would stand in their place."""
 
 
 class RefusedZipError(SessionError):
@@ -49,36 +52,57 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
     that is missing, wrong or not ended. What was unpacked by then is the caller's to remove.
     """
     try:
-        _check_directory(path)
-        with zipfile.ZipFile(path) as archive:
-            name, entries = _entries(archive, max_bytes)
+        with path.open("rb") as opened, zipfile.ZipFile(reads := _BoundedReads(opened)) as archive:
+            name, entries = _entries(archive, max_bytes, path.stat().st_size)
+            reads.most = 2 * _BLOCK
             folder.mkdir(parents=True)
             left = max_bytes
             sums = {}
             for file, info in entries.items():
                 sums[file], size = _extract(archive, info, folder / file, left)
                 left -= size
-    except (zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, EOFError, ValueError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        struct.error,
+        NotImplementedError,
+        EOFError,
+        ValueError,
+        OverflowError,
+    ) as error:
         raise RefusedZipError(f"the zip is damaged ({error}); send it again") from error
     _check_sums(folder, sums)
     return UnpackedSession(name, _record(folder, name), folder)
 
 
-def _check_directory(path: Path) -> None:
-    """Refuse a directory of entries that no session has, before it is read into memory."""
-    with path.open("rb") as file:
-        length = file.seek(0, 2)
-        file.seek(max(0, length - _LONGEST_END))
-        end = file.read()
-    at = end.rfind(_END)
-    if at < 0 or len(end) - at < _END_BYTES:
-        raise RefusedZipError("the file is no zip, or not whole")
-    size = int.from_bytes(end[at + 12 : at + 16], "little")
-    if size > _MOST_DIRECTORY and not (size == _ZIP64 and length > _ZIP64):
-        raise RefusedZipError("the zip holds more files than a session has")
+class _BoundedReads(io.RawIOBase):
+    """A file that refuses to be read in greater pieces than ``most`` bytes.
+
+    The zip library reads the directory of entries at once, as large as the file says in one of several places.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self.most = file, _MOST_DIRECTORY
+
+    def read(self, size: int = -1) -> bytes:
+        if size > self.most:
+            raise RefusedZipError("the zip holds more files than a session has")
+        data = self._file.read(self.most + 1 if size < 0 else size)
+        if len(data) > self.most:
+            raise RefusedZipError("the zip is not whole, or holds more files than a session has")
+        return data
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def seekable(self) -> bool:
+        return True
 
 
-def _entries(archive: zipfile.ZipFile, max_bytes: int) -> tuple[str, dict[str, zipfile.ZipInfo]]:
+def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str, dict[str, zipfile.ZipInfo]]:
     """The session's name and its files by name; nothing is unpacked yet."""
     folders, files = set[str](), dict[str, zipfile.ZipInfo]()
     for info in archive.infolist():
@@ -88,7 +112,7 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int) -> tuple[str, dict[str, z
             continue
         if not slash or file not in KNOWN_FILES or file in files:
             raise RefusedZipError(f"the zip holds {info.orig_filename!a:.80}, which no session has, or has twice")
-        if info.header_offset < 0:
+        if not 0 <= info.header_offset < length:
             raise RefusedZipError("the zip is not whole; send it again")
         if info.flag_bits & _ENCRYPTED or info.compress_type not in _METHODS or _is_special(info):
             raise RefusedZipError(f"{file} is encrypted, a link, or packed in a way that sessions are not")
@@ -125,16 +149,23 @@ def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, left
 
 def _check_sums(folder: Path, sums: dict[str, str]) -> None:
     """Compare the files unpacked with ``SHA256SUMS``: each other file is in it once, with its sum."""
-    data = _small(folder / SUMS_FILE, _MOST_SUMS)
-    lines = [_SUMS_LINE.fullmatch(line) for line in data.decode("utf-8", errors="replace").splitlines()]
-    said = {match.group(2): match.group(1) for match in lines if match}
-    if None in lines or len(said) < len(lines) or said.keys() != sums.keys() - {SUMS_FILE}:
+    said = sums_in(_small(folder / SUMS_FILE, _MOST_SUMS))
+    if said.keys() != sums.keys() - {SUMS_FILE}:
         raise RefusedZipError(f"{SUMS_FILE} does not list the files of the zip, each once")
     wrong = [name for name in sorted(said) if said[name] != sums[name]]
     if wrong:
         raise RefusedZipError(
             f"the checksum of {', '.join(wrong)} is wrong: the file is damaged; send the session again"
         )
+
+
+def sums_in(data: bytes) -> dict[str, str]:
+    """SHA-256 by file of a ``SHA256SUMS``; raises RefusedZipError where it has another form or names a file twice."""
+    lines = [_SUMS_LINE.fullmatch(line) for line in data.decode("utf-8", errors="replace").splitlines()]
+    said = {match.group(2): match.group(1) for match in lines if match}
+    if None in lines or len(said) < len(lines):
+        raise RefusedZipError(f"{SUMS_FILE} does not list the files of the zip, each once")
+    return said
 
 
 def _record(folder: Path, name: str) -> PhoneRecord:
@@ -144,6 +175,10 @@ def _record(folder: Path, name: str) -> PhoneRecord:
         raise RefusedZipError(f"{RECORD_FILE}: {error}") from error
     except SessionError as error:
         raise RefusedZipError(str(error)) from error
+    if _NO_DEVICE.fullmatch(record.device):
+        raise RefusedZipError(
+            f"the device is called {record.device}, as a file of the floor may be: give it another name"
+        )
     if record.session != name:
         raise RefusedZipError(f"{RECORD_FILE} is of session {record.session}, the zip of {name}")
     if record.end is None:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import hmac
-import re
 import secrets
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil
 
+from vislam2tag.receiving.signature import SignedRequest
+
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
 LENGTH = 16
 """80 bits: too many to guess, few enough to type."""
 WRONG_ALLOWED = 5
-"""So many wrong tokens an address may show before it must wait ..."""
+"""So many requests of an address may prove nothing before it must wait ..."""
 WAIT_S = 60.0
 """... this long."""
 ADDRESSES = 1000
@@ -31,11 +32,6 @@ def grouped(token: str) -> str:
     return "-".join(token[start : start + 4] for start in range(0, len(token), 4))
 
 
-def normalised(text: str) -> str:
-    """What a person typed, without hyphens and blanks, in upper case."""
-    return re.sub(r"[\s-]", "", text).upper()
-
-
 @dataclass
 class _Wrong:
     count: int = 0
@@ -44,7 +40,7 @@ class _Wrong:
 
 @dataclass
 class Guard:
-    """Compares tokens, and lets addresses wait that showed too many wrong ones; ``clock`` gives seconds."""
+    """Checks who knows the token, and lets addresses wait that did not too often; ``clock`` gives seconds."""
 
     token: str
     clock: Callable[[], float]
@@ -55,11 +51,16 @@ class Guard:
         known = self._wrong.get(address)
         return max(0, ceil(known.until_s - self.clock())) if known else 0
 
-    def admits(self, address: str, shown: str) -> bool:
-        """Tell whether a token is right; a wrong one counts against the address."""
-        if hmac.compare_digest(normalised(shown).encode(), self.token.encode()):
+    def admits(self, address: str, request: SignedRequest, mac: str) -> bool:
+        """Tell whether a request's MAC is right; a wrong one counts against the address."""
+        if hmac.compare_digest(mac, request.mac(self.token)):
             self._wrong.pop(address, None)
             return True
+        self.refuse(address)
+        return False
+
+    def refuse(self, address: str) -> None:
+        """Count a request without a right MAC against its address."""
         known = self._wrong.pop(address, _Wrong())
         known.count += 1
         if known.count >= WRONG_ALLOWED:
@@ -67,4 +68,3 @@ class Guard:
         self._wrong[address] = known
         while len(self._wrong) > ADDRESSES:
             self._wrong.popitem(last=False)
-        return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import shutil
 from collections.abc import Iterator
@@ -12,13 +11,28 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
+from pydantic import BaseModel, ValidationError
+
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
-from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip
+from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip, lies_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
 _PART = re.compile(rf"({UPLOAD_NAME.pattern})\.(\d{{1,15}})\.part")
+
+
+MOST_WAITING = 100
+"""So many uploads may wait to go on ..."""
+MOST_WAITING_SIZES = 20
+"""... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
+
+
+class _FiledRecord(BaseModel):
+    """Where an upload was filed, and the SHA-256 of its list of checksums."""
+
+    session: str
+    sums_sha256: str
 
 
 @dataclass(frozen=True)
@@ -35,6 +49,14 @@ class WrongLengthError(Exception):
     """An upload goes on with another length than it began with."""
 
 
+class WrongOffsetError(Exception):
+    """An upload goes on elsewhere than what is kept of it ends."""
+
+
+class TooManyError(Exception):
+    """So many uploads wait to go on that no other may begin."""
+
+
 class BusyError(Exception):
     """An upload is being written by somebody else."""
 
@@ -43,6 +65,7 @@ class Uploads:
     """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
 
     def __init__(self, survey: Path, max_bytes: int, max_unpacked_bytes: int) -> None:
+        """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most."""
         self._survey, self._max_unpacked = survey, max_unpacked_bytes
         self.max_bytes = max_bytes
         self._folder = survey / WORK_FOLDER
@@ -70,7 +93,10 @@ class Uploads:
         return [self.state(match.group(1)) for match in names if match]
 
     def state(self, name: str) -> UploadState:
-        """How far an upload is; ``name`` is the SHA-256 of its zip."""
+        """How far an upload is; ``name`` is the SHA-256 of its zip.
+
+        Filed is one whose files lie there with the checksums that were sent: they are read for that.
+        """
         session = self._filed(name)
         if session is not None:
             return UploadState("filed", session=session)
@@ -80,22 +106,36 @@ class Uploads:
         return UploadState("partial", part[0].stat().st_size, part[1])
 
     @contextmanager
-    def writing(self, name: str, length: int) -> Iterator[BinaryIO]:
-        """Open an upload of ``length`` bytes for appending; what is written stays, also after an exception.
+    def writing(self, name: str, length: int, offset: int) -> Iterator[BinaryIO]:
+        """Open an upload of ``length`` bytes to go on at ``offset``; what is written stays, also after an exception.
 
-        Raises BusyError while another request writes it, WrongLengthError where it began with another length.
+        Raises BusyError while another request writes it, WrongLengthError where it began with another length,
+        WrongOffsetError where another offset comes next, TooManyError where it would be one upload too many.
         """
         if name in self._busy:
             raise BusyError
         part = self._part(name)
         if part is not None and part[1] != length:
             raise WrongLengthError
+        if offset != (part[0].stat().st_size if part else 0):
+            raise WrongOffsetError
+        if part is None:
+            self._refuse_too_many(length)
+        path = self._folder / f"{name}.{length}.part"
         self._busy.add(name)
         try:
-            with (self._folder / f"{name}.{length}.part").open("ab", buffering=0) as file:
+            with path.open("ab", buffering=0) as file:
                 yield file
         finally:
             self._busy.discard(name)
+            if path.is_file() and not path.stat().st_size:
+                path.unlink()
+
+    def _refuse_too_many(self, length: int) -> None:
+        begun = [part for path in self._folder.glob("*.part") if (part := _PART.fullmatch(path.name))]
+        size = sum(int(part.group(2)) for part in begun)
+        if len(begun) >= MOST_WAITING or size + length > MOST_WAITING_SIZES * self.max_bytes:
+            raise TooManyError
 
     @contextmanager
     def finishing(self, name: str) -> Iterator[None]:
@@ -123,7 +163,7 @@ class Uploads:
         except RefusedZipError:
             path.unlink(missing_ok=True)
             raise
-        self._remember(name, filed.path)
+        self._remember(name, filed)
         path.unlink(missing_ok=True)
         return filed
 
@@ -135,15 +175,16 @@ class Uploads:
         return None
 
     def _filed(self, name: str) -> str | None:
-        """Where an upload was filed, if it still lies there."""
+        """Where an upload was filed, if all of it still lies there."""
         try:
-            session = json.loads((self._folder / f"{name}.filed").read_text(encoding="utf-8"))["session"]
-        except (OSError, ValueError, KeyError, TypeError):
+            filed = _FiledRecord.model_validate_json((self._folder / f"{name}.filed").read_bytes())
+        except (OSError, ValidationError):
             return None
-        return session if isinstance(session, str) and (self._survey / session).is_dir() else None
+        return filed.session if lies_filed(self._survey / filed.session, filed.sums_sha256) else None
 
-    def _remember(self, name: str, session: str) -> None:
+    def _remember(self, name: str, filed: Filed) -> None:
         path = self._folder / f"{name}.filed"
         partial = path.with_suffix(".tmp")
-        partial.write_text(json.dumps({"session": session}) + "\n", encoding="utf-8")
+        record = _FiledRecord(session=filed.path, sums_sha256=filed.sums_sha256)
+        partial.write_text(record.model_dump_json() + "\n", encoding="utf-8")
         partial.replace(path)

@@ -12,7 +12,9 @@ import android.widget.TextView;
 import android.widget.Toast;
 import java.io.File;
 import java.io.IOException;
+import java.util.HashSet;
 import java.util.List;
+import java.util.Set;
 import java.util.concurrent.ExecutorService;
 import java.util.concurrent.Executors;
 import java.util.concurrent.atomic.AtomicBoolean;
@@ -29,6 +31,8 @@ public final class SessionsActivity extends Activity {
 
   private final ExecutorService work = Executors.newSingleThreadExecutor();
   private final AtomicBoolean stopped = new AtomicBoolean();
+  /** Addresses of computers that the collector agreed to send to. */
+  private final Set<String> agreed = new HashSet<>();
   private final SessionText text = new SessionText(this::getString);
   private SessionStore store;
   private HandOver handOver;
@@ -100,6 +104,24 @@ public final class SessionsActivity extends Activity {
       say(getString(R.string.receiver_wrong));
       return;
     }
+    if (agreed.contains(receiver.address())) {
+      send(session, receiver);
+    } else {
+      confirmReceiver(session, receiver);
+    }
+  }
+
+  /** Any page or message can hold a link that names another computer. */
+  private void confirmReceiver(StoredSession session, Receiver receiver) {
+    new AlertDialog.Builder(this).setMessage(getString(R.string.receiver_question, receiver.address()))
+        .setNegativeButton(android.R.string.cancel, null)
+        .setPositiveButton(R.string.send, (dialog, which) -> {
+          agreed.add(receiver.address());
+          send(session, receiver);
+        }).show();
+  }
+
+  private void send(StoredSession session, Receiver receiver) {
     run(() -> {
       File zip = handOver.pack(session, this::packed);
       String filed = handOver.send(zip, receiver, (bytes, of) -> {

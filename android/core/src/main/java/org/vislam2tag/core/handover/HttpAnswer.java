@@ -15,13 +15,15 @@ final class HttpAnswer {
   private static final int MOST_BODY = 1 << 20;
 
   final int status;
+  final byte[] bytes;
   final String body;
   private final Map<String, String> headers;
 
-  private HttpAnswer(int status, Map<String, String> headers, String body) {
+  private HttpAnswer(int status, Map<String, String> headers, byte[] bytes) {
     this.status = status;
     this.headers = headers;
-    this.body = body;
+    this.bytes = bytes;
+    body = new String(bytes, StandardCharsets.UTF_8);
   }
 
   /**
@@ -36,6 +38,11 @@ final class HttpAnswer {
     }
     Map<String, String> headers = headers(in);
     return new HttpAnswer(Integer.parseInt(first[1]), headers, body(in, headers.get("content-length")));
+  }
+
+  /** A header's value; null where there is none. */
+  String header(String name) {
+    return headers.get(name);
   }
 
   /** A header's value as a whole number; {@code other} where there is none. */
@@ -72,7 +79,7 @@ final class HttpAnswer {
   }
 
   /** As long as told, else to the end of the connection. */
-  private static String body(InputStream in, String length) throws IOException {
+  private static byte[] body(InputStream in, String length) throws IOException {
     boolean told = length != null && length.matches("[0-9]{1,9}");
     int most = told ? Math.min(Integer.parseInt(length), MOST_BODY) : MOST_BODY;
     ByteArrayOutputStream body = new ByteArrayOutputStream();
@@ -86,6 +93,6 @@ final class HttpAnswer {
       }
       body.write(b);
     }
-    return new String(body.toByteArray(), StandardCharsets.UTF_8);
+    return body.toByteArray();
   }
 }

@@ -25,27 +25,39 @@ final class HttpRequest {
     void write(OutputStream out) throws IOException;
   }
 
+  private static final String OFFSET = "Upload-Offset";
+  private static final String LENGTH = "Upload-Length";
+
   private final Receiver receiver;
-  private final String first;
+  private final String method;
+  private final String path;
+  private final String nonce = Proof.nonce();
   private final Map<String, String> headers = new LinkedHashMap<>();
   private Body body = out -> {};
+  private String bodySha = Sha256.of(new byte[0]);
 
   HttpRequest(Receiver receiver, String method, String path) {
     this.receiver = receiver;
-    first = method + " " + path + " HTTP/1.1";
-    header("Host", receiver.address());
-    header("Authorization", "Bearer " + receiver.token);
-    header("Connection", "close");
+    this.method = method;
+    this.path = path;
+    headers.put("Host", receiver.address());
+    headers.put("Connection", "close");
   }
 
-  HttpRequest header(String name, String value) {
-    headers.put(name, value);
+  /** A piece of an upload: {@code length} bytes with this SHA-256, from {@code offset} on, of {@code whole}. */
+  HttpRequest body(long offset, long length, long whole, String sha256, Body writer) {
+    body = writer;
+    bodySha = sha256;
+    headers.put("Content-Type", "application/octet-stream");
+    headers.put("Content-Length", Long.toString(length));
+    headers.put(OFFSET, Long.toString(offset));
+    headers.put(LENGTH, Long.toString(whole));
     return this;
   }
 
-  HttpRequest body(long length, Body writer) {
-    body = writer;
-    return header("Content-Length", Long.toString(length));
+  /** Is an answer from the computer that knows the token? */
+  boolean isAnsweredBy(HttpAnswer answer) {
+    return Proof.isSame(answer.header("upload-answer-mac"), Proof.ofAnswer(receiver.token, nonce, answer.status, answer.bytes));
   }
 
   /** Sends it and waits for the answer; throws an IOException where the connection fails. */
@@ -76,7 +88,12 @@ final class HttpRequest {
   }
 
   private String head() {
-    StringBuilder text = new StringBuilder(first).append("\r\n");
+    String offset = headers.getOrDefault(OFFSET, "");
+    String length = headers.getOrDefault(LENGTH, "");
+    headers.put("Upload-Body-SHA256", bodySha);
+    headers.put("Authorization",
+        "Vislam2tag " + nonce + " " + Proof.ofRequest(receiver.token, method, path, offset, length, bodySha, nonce));
+    StringBuilder text = new StringBuilder(method).append(" ").append(path).append(" HTTP/1.1\r\n");
     headers.forEach((name, value) -> text.append(name).append(": ").append(value).append("\r\n"));
     return text.append("\r\n").toString();
   }

@@ -4,6 +4,7 @@ import java.io.File;
 import java.io.FileInputStream;
 import java.io.IOException;
 import java.io.InputStream;
+import java.io.RandomAccessFile;
 import java.security.MessageDigest;
 import java.security.NoSuchAlgorithmException;
 
@@ -25,7 +26,26 @@ final class Sha256 {
     return hexadecimal(digest.digest());
   }
 
-  private static String hexadecimal(byte[] bytes) {
+  /** Of bytes. */
+  static String of(byte[] bytes) {
+    return hexadecimal(digest().digest(bytes));
+  }
+
+  /** Of {@code length} bytes of a file from {@code from} on. */
+  static String of(RandomAccessFile file, long from, long length) throws IOException {
+    MessageDigest digest = digest();
+    byte[] buffer = new byte[BUFFER];
+    file.seek(from);
+    for (long done = 0; done < length; ) {
+      int n = (int) Math.min(buffer.length, length - done);
+      file.readFully(buffer, 0, n);
+      digest.update(buffer, 0, n);
+      done += n;
+    }
+    return hexadecimal(digest.digest());
+  }
+
+  static String hexadecimal(byte[] bytes) {
     StringBuilder text = new StringBuilder(2 * bytes.length);
     for (byte b : bytes) {
       text.append(Character.forDigit(b >> 4 & 0xF, 16)).append(Character.forDigit(b & 0xF, 16));

@@ -57,7 +57,7 @@ public final class Upload {
    * @throws IOException if the zip cannot be read
    */
   public String send(File zip, Progress progress) throws UploadException, IOException, InterruptedException {
-    String path = "/v1/uploads/" + Sha256.of(zip);
+    String path = "/v2/uploads/" + Sha256.of(zip);
     try (RandomAccessFile file = new RandomAccessFile(zip, "r")) {
       return send(path, file, progress);
     } catch (Stopped e) {
@@ -71,8 +71,9 @@ public final class Upload {
     long most = -1;
     UploadState state = null;
     for (int failures = 0; failures < TRIES; failures++) {
-      HttpAnswer answer = answer(state == null ? ask(path) : chunk(path, file, state.received, progress));
-      state = answer == null ? null : stateOf(answer);
+      HttpRequest request = state == null ? ask(path) : chunk(path, file, state.received, progress);
+      HttpAnswer answer = answer(request);
+      state = answer == null ? null : stateOf(request, answer);
       if (state == null) {
         pause.milliseconds(answer == null ? RETRY_MS : waitMs(answer));
       } else if (state.filed) {
@@ -103,9 +104,8 @@ public final class Upload {
 
   private HttpRequest chunk(String path, RandomAccessFile file, long from, Progress progress) throws IOException {
     long length = Math.min(CHUNK, file.length() - from);
-    return new HttpRequest(receiver, "PATCH", path).header("Content-Type", "application/octet-stream")
-        .header("Upload-Offset", Long.toString(from)).header("Upload-Length", Long.toString(file.length()))
-        .body(length, out -> copy(file, from, length, out, progress));
+    return new HttpRequest(receiver, "PATCH", path).body(from, length, file.length(), Sha256.of(file, from, length),
+        out -> copy(file, from, length, out, progress));
   }
 
   private static void copy(RandomAccessFile file, long from, long length, OutputStream out, Progress progress)
@@ -124,11 +124,16 @@ public final class Upload {
   }
 
   /** The state that an answer tells; null where it says to wait. */
-  private static UploadState stateOf(HttpAnswer answer) throws UploadException {
+  private static UploadState stateOf(HttpRequest request, HttpAnswer answer) throws UploadException {
     switch (answer.status) {
       case 200:
       case 409:
+        if (!request.isAnsweredBy(answer)) {
+          throw new UploadException(Cause.NOT_UNDERSTOOD, "the answer is not from the computer that shows this token");
+        }
         return understood(answer);
+      case 404:
+        throw new UploadException(Cause.NOT_UNDERSTOOD, "the computer's program is older than this app: update it");
       case 423:
       case 429:
         return null;

@@ -21,8 +21,10 @@ import java.util.ArrayDeque;
 import java.util.ArrayList;
 import java.util.Arrays;
 import java.util.Deque;
+import java.util.HashSet;
 import java.util.List;
 import java.util.Random;
+import java.util.Set;
 import javax.net.SocketFactory;
 import org.junit.After;
 import org.junit.Before;
@@ -40,6 +42,9 @@ public class UploadTest {
   private final ByteArrayOutputStream kept = new ByteArrayOutputStream();
   private final List<String> requests = new ArrayList<>();
   private final List<Long> pauses = new ArrayList<>();
+  private final Set<String> nonces = new HashSet<>();
+  /** The token of who answers. */
+  private String answersWith = TOKEN;
   /** What the computer answers before it does as it should: a status, and headers and body for some. */
   private final Deque<String> instead = new ArrayDeque<>();
   /** The computer breaks the connection after so many bytes of a body, once. */
@@ -54,7 +59,7 @@ public class UploadTest {
     zip = temporary.newFile("s.zip");
     Files.write(zip.toPath(), zipBytes);
     computer = HttpServer.create(new InetSocketAddress(InetAddress.getLoopbackAddress(), 0), 0);
-    computer.createContext("/v1/uploads/" + Sha256.of(zip), this::answer);
+    computer.createContext("/v2/uploads/" + Sha256.of(zip), this::answer);
     computer.start();
   }
 
@@ -63,8 +68,11 @@ public class UploadTest {
   }
 
   private void answer(HttpExchange call) throws IOException {
-    assertEquals("Bearer " + TOKEN, call.getRequestHeaders().getFirst("Authorization"));
-    String offset = call.getRequestHeaders().getFirst("Upload-Offset");
+    String offset = header(call, "Upload-Offset");
+    String[] shown = header(call, "Authorization").split(" ");
+    nonces.add(shown[1]);
+    assertEquals(Proof.ofRequest(TOKEN, call.getRequestMethod(), call.getRequestURI().getPath(), offset == null ? "" : offset,
+        offset == null ? "" : "" + LENGTH, header(call, "Upload-Body-SHA256"), shown[1]), shown[2]);
     requests.add(call.getRequestMethod() + (offset == null ? "" : " " + offset));
     if (!instead.isEmpty()) {
       String[] words = instead.removeFirst().split(" ", 2);
@@ -79,6 +87,10 @@ public class UploadTest {
     } else {
       call.close();
     }
+  }
+
+  private static String header(HttpExchange call, String name) {
+    return call.getRequestHeaders().getFirst(name);
   }
 
   private boolean take(InputStream body) throws IOException {
@@ -103,8 +115,10 @@ public class UploadTest {
         + ", \"session\": " + (filed ? "\"floor_4/LG/2021-12-20T132523\"" : "null") + ", \"message\": \"\"}";
   }
 
-  private static void send(HttpExchange call, int status, String body) throws IOException {
+  private void send(HttpExchange call, int status, String body) throws IOException {
     byte[] bytes = body.getBytes(StandardCharsets.UTF_8);
+    String nonce = header(call, "Authorization").split(" ")[1];
+    call.getResponseHeaders().add("Upload-Answer-MAC", Proof.ofAnswer(answersWith, nonce, status, bytes));
     call.sendResponseHeaders(status, bytes.length);
     call.getResponseBody().write(bytes);
     call.close();
@@ -130,6 +144,7 @@ public class UploadTest {
     assertEquals("floor_4/LG/2021-12-20T132523", upload((bytes, ofBytes) -> told.add(bytes)));
     assertArrayEquals(zipBytes, kept.toByteArray());
     assertEquals(Arrays.asList("GET", "PATCH 0", "PATCH 4194304", "PATCH 8388608"), requests);
+    assertEquals(4, nonces.size());
     assertEquals(LENGTH, (long) told.get(told.size() - 1));
     for (int i = 1; i < told.size(); i++) {
       assertTrue(told.get(i) >= told.get(i - 1));
@@ -190,6 +205,17 @@ public class UploadTest {
     refused(Cause.NOT_UNDERSTOOD, "JSON: a value expected at character 0");
     instead.add("200 {\"state\": \"partial\", \"received\": 10000001}");
     refused(Cause.NOT_UNDERSTOOD, "the computer has 10000001 bytes of 10000000");
+  }
+
+  @Test public void anotherComputersWordThatItIsFiledIsNotBelieved() throws Exception {
+    kept.write(zipBytes, 0, LENGTH);
+    answersWith = "ZZZZZZZZZZZZZZZZ";
+    refused(Cause.NOT_UNDERSTOOD, "the answer is not from the computer that shows this token");
+  }
+
+  @Test public void anOlderProgramIsToldAsSuch() throws Exception {
+    instead.add("404");
+    refused(Cause.NOT_UNDERSTOOD, "the computer's program is older than this app: update it");
   }
 
   @Test public void itDoesNotTryForEver() throws Exception {
