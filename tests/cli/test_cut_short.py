@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import shutil
 import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
-import psutil
 import pytest
 
 from tests.cli.command import the_error, vislam2tag, vislam2tag_process
+from tests.struck import Strike, struck
 from tests.surveys import bytes_of, make_survey
 
-COPIES = 9
-GRACE_S = 5.0
-"""Workers must be gone this long after the main process has ended."""
+COPIES = 5
 
 
 @pytest.fixture(scope="module")
@@ -41,37 +35,14 @@ def whole(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, s
     return bytes_of(out)
 
 
-def wait_for_sessions(out: Path, running: subprocess.Popen[str], number: int) -> None:
-    """Wait until so many sessions are done; for 0 until the run has begun and its workers are starting."""
-    while not (out / "run.json").exists() or len(list(out.glob("sessions/*.json"))) < number:
-        assert running.poll() is None, running.communicate()
-        time.sleep(0.005)
-
-
-def interrupt(survey: Path, out: Path, jobs: int, sessions: int) -> tuple[int, str]:
-    """Start a run, press Ctrl-C after some sessions (the terminal tells all its processes); exit code and message."""
-    command = [sys.executable, "-m", "vislam2tag", "process", str(survey), "--out", str(out), "--jobs", str(jobs)]
-    running = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    wait_for_sessions(out, running, sessions)
-    children = psutil.Process(running.pid).children(recursive=True)
-    os.killpg(running.pid, signal.SIGINT)
-    stdout, stderr = running.communicate(timeout=30)
-    assert stdout == ""
-    _, alive = psutil.wait_procs(children, timeout=GRACE_S)
-    assert not alive, "worker processes outlived the main process"
-    return running.returncode, stderr
-
-
 @pytest.mark.parametrize(("jobs", "sessions"), [(1, 2), (2, 0), (2, 2)])
 def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
     survey: Path, whole: dict[str, str], tmp_path: Path, jobs: int, sessions: int
 ) -> None:
     out = tmp_path / "out"
-    code, message = interrupt(survey, out, jobs, sessions)
-    assert code == 130
-    assert message.count("\n") == 1
+    strike = Strike(2 * sessions + 2, "/sessions/", signal.SIGINT)  # each removes an old result, then writes its own
+    done = struck(out, strike, "process", survey, "--out", out, "--jobs", str(jobs))
+    message = the_error(done, 130) + "\n"
     assert message.startswith("interrupted: ")
     assert message.endswith(f" sessions are done and kept in {out}; run the same command again to go on\n")
     assert not (out / ".partial").exists()

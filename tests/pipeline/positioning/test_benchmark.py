@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,9 +11,12 @@ from typing import Any
 import polars as pl
 import pytest
 
+from tests.cli.command import vislam2tag
 from tests.dataset.formats.test_tampere import quartet
-from tests.positioning.benchmarked import MODELS, SLOW_S, benchmark_dataset, known_models
+from tests.positioning.benchmarked import MODELS, benchmark_dataset, known_models
+from tests.struck import Strike, struck
 from tests.surveys import bytes_of
+from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, public_dataset
@@ -199,46 +199,34 @@ def test_half_a_public_set_is_told(tmp_path: Path) -> None:
         public_dataset("tampere", tmp_path).__enter__()
 
 
-COMMAND = """
-import signal
-
+PROGRAM = """
 import vislam2tag.pipeline.positioning.benchmark
 from tests.positioning.benchmarked import register_all
-from vislam2tag.cli.app import main
+from vislam2tag.cli import main
 register_all()
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts deaf to it
 vislam2tag.pipeline.positioning.benchmark.benchmark_figures = lambda *_: iter(())
 main()
 """
 
 
-def command(dataset: Path, out: Path) -> list[str]:
-    options = ["--model", "test-slow", "--split", "device", "--seeds", "3", "--out", str(out)]
-    return [sys.executable, "-c", COMMAND, "benchmark", str(dataset), *options]
-
-
-def killed(dataset: Path, out: Path, number: int, how: signal.Signals) -> int:
-    """Kill a benchmark as soon as it keeps so many runs; return its exit code."""
-    with subprocess.Popen(command(dataset, out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        begun = time.monotonic()
-        while len(list(out.glob("runs/*.json"))) < number and process.poll() is None:
-            assert time.monotonic() - begun < 60
-            time.sleep(SLOW_S / 10)
-        process.send_signal(how)
-        return process.wait()
-
-
-def test_killed_and_continued_it_comes_to_the_same(dataset: Dataset, tmp_path: Path) -> None:
+def test_killed_and_continued_it_comes_to_the_same(tmp_path: Path) -> None:
     folder = tmp_path / "ds"
     benchmark_dataset(folder)
-    killed(folder, tmp_path / "killed", 2, signal.SIGKILL)
-    kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "killed" / "runs").glob("*.json")}
-    assert 2 <= len(kept) < 6
-    assert not (tmp_path / "killed" / "benchmark.json").exists()
-    assert killed(folder, tmp_path / "killed", len(kept) + 1, signal.SIGINT) == 130
-    assert 3 <= len(list((tmp_path / "killed" / "runs").glob("*.json"))) < 6
+    command = ("benchmark", folder, "--model", "test-drawn", "--split", "device", "--seeds", "3", "--out")
+
+    def runs_kept(step: int, sent: signal.Signals, code: int) -> dict[str, int]:
+        """When the runs were written that are there after a strike; each run writes two files."""
+        out = tmp_path / "killed"
+        done = struck(out, Strike(step, "/runs/", sent), *command, out, main=PROGRAM)
+        assert done.returncode == code, done.stderr
+        assert not (out / "benchmark.json").exists()
+        return {path.name: path.stat().st_mtime_ns for path in out.glob("runs/*.json")}
+
+    kept = runs_kept(5, signal.SIGKILL, -signal.SIGKILL)
+    assert len(kept) == 2
+    assert len(runs_kept(3, signal.SIGINT, INTERRUPTED)) == 3
     for out in ("killed", "whole"):
-        done = subprocess.run(command(folder, tmp_path / out), capture_output=True, text=True, timeout=60, check=False)
+        done = vislam2tag(*command, tmp_path / out)
         assert done.returncode == 0, done.stderr
     assert untimed(tmp_path / "killed") == untimed(tmp_path / "whole")
     again = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "killed" / "runs").glob("*.json")}

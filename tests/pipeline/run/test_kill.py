@@ -1,76 +1,59 @@
-"""Killed at any moment, a run is finished by the next one to the same bytes as if nothing had happened."""
+"""Killed at any step, a run is finished by the next one to the same bytes as if nothing had happened."""
 
 from __future__ import annotations
 
-import random
+import math
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import NamedTuple
 
-import psutil
 import pytest
 
+from tests.struck import MAIN, Strike, struck
 from tests.surveys import bytes_of, make_survey
+from vislam2tag.pipeline.labels.process import process
 
-KILLS = 20
-PARTS = 4
-"""Parts that may run side by side."""
-GRACE_S = 5.0
-"""Workers must be gone this long after the main process was killed."""
+COUNTING = f"import atexit\natexit.register(lambda: print(seen))\n{MAIN}"
+MOMENTS = 24
+QUICK = (1, MOMENTS // 2, MOMENTS)
 
 
 class Whole(NamedTuple):
-    """An undisturbed run: exit code, seconds it took, files it wrote."""
+    """An undisturbed run: how many steps of writing it took, and what it wrote."""
 
-    code: int
-    length_s: float
+    steps: int
     files: dict[str, str]
 
 
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four sessions, not all of which can be mapped."""
     return make_survey(tmp_path_factory.mktemp("kill") / "survey", floors=2, seconds=20.0, severity="default")
-
-
-def command(survey: Path, out: Path) -> list[str]:
-    return [sys.executable, "-m", "vislam2tag", "process", str(survey), "--out", str(out), "--jobs", "2"]
-
-
-def run(survey: Path, out: Path) -> int:
-    done = subprocess.run(command(survey, out), capture_output=True, timeout=120, check=False)
-    assert b"Traceback" not in done.stderr
-    return done.returncode
-
-
-def run_and_kill(survey: Path, out: Path, after_s: float) -> None:
-    with subprocess.Popen(command(survey, out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        time.sleep(after_s)
-        children = psutil.Process(process.pid).children(recursive=True) if process.poll() is None else []
-        process.send_signal(signal.SIGKILL)
-    _, alive = psutil.wait_procs(children, timeout=GRACE_S)
-    assert not alive, "worker processes outlived the main process"
 
 
 @pytest.fixture(scope="module")
 def whole(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> Whole:
-    """What an undisturbed run makes of the survey."""
     out = tmp_path_factory.mktemp("whole") / "out"
-    start = time.monotonic()
-    code = run(survey, out)
-    return Whole(code, time.monotonic() - start, bytes_of(out))
+    done = struck(out, Strike(0), "process", survey, "--out", out, "--jobs", "1", main=COUNTING)
+    return Whole(int(done.stdout.splitlines()[-1]), bytes_of(out))
 
 
-@pytest.mark.parametrize("part", range(PARTS))
-def test_sigkill_at_random_moments(survey: Path, whole: Whole, tmp_path: Path, part: int) -> None:
-    moments = random.Random(part)
-    unfinished = 0
-    for kill in range(KILLS // PARTS):
-        out = tmp_path / f"killed{kill}"
-        run_and_kill(survey, out, moments.uniform(0.3, 1.0) * whole.length_s)
-        unfinished += not (out / "report.html").exists()
-        assert run(survey, out) == whole.code
-        assert bytes_of(out) == whole.files
-    assert unfinished > 0, "all kills came too late to test anything"
+def killed_and_continued(survey: Path, out: Path, step: int, jobs: int) -> dict[str, str]:
+    """What is there after a run was killed at a step and another ended."""
+    done = struck(out, Strike(step), "process", survey, "--out", out, "--jobs", str(jobs))
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    process(survey, out)
+    return bytes_of(out)
+
+
+@pytest.mark.parametrize(
+    "moment", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in range(1, MOMENTS + 1)]
+)
+def test_killed_at_moments_spread_over_the_run(survey: Path, whole: Whole, tmp_path: Path, moment: int) -> None:
+    step = math.ceil(whole.steps * moment / MOMENTS)
+    assert killed_and_continued(survey, tmp_path / "out", step, jobs=1) == whole.files
+
+
+@pytest.mark.parametrize("step", [10, 15])
+def test_killed_while_a_worker_is_busy(survey: Path, whole: Whole, tmp_path: Path, step: int) -> None:
+    assert killed_and_continued(survey, tmp_path / "out", step, jobs=2) == whole.files

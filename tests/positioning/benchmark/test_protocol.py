@@ -120,5 +120,5 @@ def test_unknown_parameters_are_told_before_any_run(dataset: Dataset) -> None:
 
 def test_progress_reaches_the_model(dataset: Dataset, data: LearningData) -> None:
     told: list[float] = []
-    execute(run_of(dataset, "test-slow", 0), data, "key", told.append)
+    execute(run_of(dataset, "test-telling", 0), data, "key", told.append)
     assert told == [0.5]

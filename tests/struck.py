@@ -1,0 +1,77 @@
+"""Commands that a signal strikes at a given step of what they write, never at a time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from subprocess import CompletedProcess
+from tempfile import TemporaryFile
+
+import psutil
+
+HUNG_S = 300.0
+"""What has not ended after so long never will."""
+WATCHED = """
+import os, signal, sys
+folder, text, step, sent = sys.argv[1:5]
+sys.argv[:5] = ["vislam2tag"]
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts deaf to it
+seen = 0
+
+def watch(event, arguments):
+    global seen
+    if event == "open" and (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR) or event in ("os.mkdir", "os.remove"):
+        path = arguments[0]
+    elif event == "os.rename":
+        path = arguments[1]
+    else:
+        return
+    if isinstance(path, (str, os.PathLike)) and os.fspath(path).startswith(folder) and text in os.fspath(path):
+        seen += 1
+        if seen == int(step):
+            os.killpg(0, signal.SIGINT) if int(sent) == signal.SIGINT else os.kill(os.getpid(), int(sent))
+
+sys.addaudithook(watch)
+"""
+MAIN = "from vislam2tag.cli import main\nmain()\n"
+
+
+@dataclass(frozen=True)
+class Strike:
+    """A signal that comes just before the ``step``-th file is opened for writing, made, renamed or removed.
+
+    Counted are those that the main process touches below the output folder, with ``text`` in their path. As a terminal
+    does, SIGINT reaches all processes of the command; any other only the main one.
+    """
+
+    step: int
+    text: str = ""
+    sent: signal.Signals = signal.SIGKILL
+
+
+def struck(out: Path, strike: Strike, *arguments: str | Path, main: str = MAIN) -> CompletedProcess[str]:
+    """Run the program ``main``, which writes to ``out``, until it is struck; none of its processes is left then."""
+    watched = [str(out), strike.text, str(strike.step), str(int(strike.sent))]
+    command = [sys.executable, "-c", WATCHED + main, *watched, *map(str, arguments)]
+    with TemporaryFile("w+") as stdout, TemporaryFile("w+") as stderr:
+        with subprocess.Popen(command, stdout=stdout, stderr=stderr, start_new_session=True) as process:
+            code = process.wait(HUNG_S)
+        _, alive = psutil.wait_procs(list(_of_session(process.pid)), timeout=HUNG_S)
+        assert not alive, "worker processes outlived the main process"
+        stdout.seek(0)
+        stderr.seek(0)
+        return CompletedProcess(command, code, stdout.read(), stderr.read())
+
+
+def _of_session(leader: int) -> Iterator[psutil.Process]:
+    """Processes of the session that a process began."""
+    for process in psutil.process_iter():
+        with suppress(ProcessLookupError, PermissionError):
+            if os.getsid(process.pid) == leader:
+                yield process
