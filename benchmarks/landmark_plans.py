@@ -26,9 +26,9 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.planning.floor import FloorDesign, Given, longest_free_m, plan_floor
-from vislam2tag.planning.places import Places
+from vislam2tag.planning.floor import FloorConstraints, FloorDesign, longest_free_m, plan_floor
 from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.planning.sheet_places import SheetPlaces
 from vislam2tag.planning.sigma_map import CLASS_M
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks, site_building
@@ -43,7 +43,7 @@ from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.plans.source import Extent, PlanSource
 from vislam2tag.walkable.graph import corridor_graph
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
-from vislam2tag.walkable.walking import WalkingDistances
+from vislam2tag.walkable.walking_distances import WalkingDistances
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 NEAR_M = 0.5
@@ -165,16 +165,16 @@ def walkable(floor: Floor) -> SiteFloor:
 
 def longest(design: FloorDesign, choice: IntArray) -> float:
     """Longest walk without one of the landmarks at these places, metres, at most :data:`MOST_M`."""
-    chosen = np.isin(np.arange(len(design.stations.way)), design.places.station[choice])
-    return longest_free_m(design.ways, design.stations, chosen, MOST_M / 2)
+    chosen = np.isin(np.arange(len(design.stations.corridor)), design.places.station[choice])
+    return longest_free_m(design.corridors, design.stations, chosen, MOST_M / 2)
 
 
-def nothing_given() -> Given:
+def nothing_given() -> FloorConstraints:
     """No fixed landmarks, no forbidden walls."""
-    return Given(np.empty((0, 2)), (), np.empty((0, 4)))
+    return FloorConstraints(np.empty((0, 2)), (), np.empty((0, 4)))
 
 
-def hung(places: Places, choice: IntArray) -> SiteLandmarks:
+def hung(places: SheetPlaces, choice: IntArray) -> SiteLandmarks:
     """Landmarks at some of the places."""
     chosen = places.take(choice)
     return SiteLandmarks(
@@ -186,14 +186,14 @@ def hung(places: Places, choice: IntArray) -> SiteLandmarks:
     )
 
 
-def at_random(places: Places, count: int, draw: int) -> IntArray:
+def at_random(places: SheetPlaces, count: int, draw: int) -> IntArray:
     """So many of the places, one a station."""
     order = np.random.default_rng(draw).permutation(len(places.station))
     _, first = np.unique(places.station[order], return_index=True)
     return order[np.sort(first)[:count]]
 
 
-def on_a_grid(space: WalkableSpace, places: Places, count: int) -> IntArray:
+def on_a_grid(space: WalkableSpace, places: SheetPlaces, count: int) -> IntArray:
     """So many places nearest to the crossings of a square grid, as coarse as can be."""
     left, right, low, high = space.area.grid.extent_m
     for pitch in np.arange(40.0, 1.0, -0.1):
@@ -254,7 +254,7 @@ def print_comparison(designs: dict[str, FloorDesign], tasks: list[Task], surveye
     print("| --- " * 9 + "|")
     every = list(zip(tasks, surveyed, strict=True))
     for name, design in designs.items():
-        head = f"{name} | {design.ways.length_m.sum():.0f} m | {len(design.place)} | {design.cover.bound}"
+        head = f"{name} | {design.corridors.length_m.sum():.0f} m | {len(design.place)} | {design.cover.bound}"
         print_rows(head, [one for one in every if one[0].building == name])
     print_rows("all | | | ", every)
     planned = measures_of(every, "planned")

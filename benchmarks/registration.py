@@ -23,10 +23,10 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.registration.network import Known, Shot
-from vislam2tag.registration.plane_search import search_plane
+from vislam2tag.registration.network import KnownPoint, Shot
+from vislam2tag.registration.network_search import search_network
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.tape_file import Distance, Target
+from vislam2tag.registration.tape_file import TapeDistance, Target
 from vislam2tag.registration.trilateration import trilaterate
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
@@ -43,7 +43,7 @@ class Network:
 
     truth: dict[str, complex]
     shots: list[Shot]
-    known: list[Known]
+    known: list[KnownPoint]
 
 
 def main() -> None:
@@ -76,7 +76,7 @@ def network(rng: np.random.Generator, stations: int, known: int, *, landmarks: i
                 place = round_mm(complex(turn * truth[name] + shift + complex(*rng.normal(0, SHOT_M, 2))))
                 shots.append(Shot(point=name, station=f"S{number + 1}", place=place, sigma_m=SHOT_M))
     given = [
-        Known(point=name, place=round_mm(truth[name] + complex(*rng.normal(0, KNOWN_M, 2))), sigma_m=KNOWN_M)
+        KnownPoint(point=name, place=round_mm(truth[name] + complex(*rng.normal(0, KNOWN_M, 2))), sigma_m=KNOWN_M)
         for name in names[:known]
     ]
     return Network(truth, shots, given)
@@ -97,7 +97,7 @@ def print_regions(draws: int) -> None:
         error, sigma, square, alarms = [], [], [], 0
         for draw in range(draws):
             drawn = network(np.random.default_rng((stations, known, draw)), stations, known)
-            found = search_plane(drawn.shots, drawn.known, SETTINGS)
+            found = search_network(drawn.shots, drawn.known, SETTINGS)
             alarms += bool(found.errors)
             for name in found.fit.places:
                 if not name.startswith("K"):
@@ -175,7 +175,7 @@ def shot_off(by_m: float) -> Callable[[Network, np.random.Generator], tuple[Netw
 def named_errors(drawn: Network) -> list[str]:
     """What is said to be wrong, also where too little is left to go on."""
     try:
-        return [error.text for error in search_plane(drawn.shots, drawn.known, SETTINGS).errors]
+        return [error.text for error in search_network(drawn.shots, drawn.known, SETTINGS).errors]
     except SurveyError as error:
         return str(error).partition("left out as wrong: ")[2].split("; ")
 
@@ -226,7 +226,7 @@ def print_tape(draws: int) -> None:
             targets["west"] = Target("west", complex(x, 0), complex(x, 8), CORNER_M)
             targets["south"] = Target("south", complex(0, y), complex(12, y), CORNER_M)
             exact = {name: abs(place - at) for name, at in corners.items()} | {"west": place.real, "south": place.imag}
-            distances = [Distance("7", name, max(exact[name] + rng.normal(0, TAPE_M), 0), TAPE_M) for name in to]
+            distances = [TapeDistance("7", name, max(exact[name] + rng.normal(0, TAPE_M), 0), TAPE_M) for name in to]
             found = trilaterate(distances, targets, SETTINGS, extent_m=(0, 12, 0, 8))
             alarms += bool(found.errors)
             if one := found.placed.get("7"):
@@ -269,8 +269,8 @@ def by_stations(exact: Landmarks) -> Landmarks:
         for name, place in (corners | truth).items():
             seen = complex(turn * place + shift) + complex(*rng.normal(0, SHOT_M, 2))
             shots.append(Shot(point=name, station=f"S{number}", place=seen, sigma_m=SHOT_M))
-    known = [Known(point=name, place=place, sigma_m=KNOWN_M) for name, place in corners.items()]
-    fit = search_plane(shots, known, SETTINGS).fit
+    known = [KnownPoint(point=name, place=place, sigma_m=KNOWN_M) for name, place in corners.items()]
+    fit = search_network(shots, known, SETTINGS).fit
     return replace(
         exact,
         position_bcs=np.array([(fit.places[name].real, fit.places[name].imag) for name in exact.ids]),

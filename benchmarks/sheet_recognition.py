@@ -22,14 +22,14 @@ import numpy as np
 import pypdfium2
 from PIL import Image
 
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import Features, GreyImage, features_of, orb, reference
-from vislam2tag.sheets.layout import layout
-from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.making import SheetOptions, make_sheets
+from vislam2tag.sheets.page_layout import page_layout
 from vislam2tag.sheets.quality import HARD_VIEW
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, FEATURES, FRAME_FEATURES, Recogniser
 from vislam2tag.sheets.sheet_folder import PDF_FILE, SheetsRecord
-from vislam2tag.sheets.views import FRAME_PX, Rectangle, View, bordered, seen
+from vislam2tag.sheets.views import FRAME_PX, Rectangle, View, bordered, camera_frame
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 CONDITIONS = {
@@ -80,7 +80,7 @@ def main() -> None:
         print(about(made), flush=True)
         looked = np.linspace(0, options.ids - 1, min(options.views, options.ids)).astype(int).tolist()
         pages = {index: page(Path(folder) / "sheets" / PDF_FILE, index) for index in looked}
-    images = [picture(0, one.landmark, one.attempt) for one in made.images]
+    images = [dead_leaves_picture(0, one.landmark, one.attempt) for one in made.images]
     rows = []
     for name in options.detectors:
         for row in measured(name, images, pages, options.voters):
@@ -108,7 +108,7 @@ def about(made: SheetsRecord) -> str:
 
 def page(pdf: Path, index: int) -> tuple[GreyImage, Rectangle]:
     """Render a page at the images' own resolution; return it and where on it the image stands."""
-    box = layout(SHEET_SIZES["A4"], SHEET_SIZES["A4"].image_m, 1.0, "").image
+    box = page_layout(SHEET_SIZES["A4"], SHEET_SIZES["A4"].image_m, 1.0, "").image
     pixels_a_metre = 640 / box.width_m
     document = pypdfium2.PdfDocument(pdf)
     shown = document[index].render(scale=pixels_a_metre * 0.0254 / 72).to_pil().convert("L")
@@ -129,7 +129,7 @@ def measured(
     wall = clutter()
     for condition, view in CONDITIONS.items():
         yield looked_at(name, condition, recogniser, {i: (*pages[i], view) for i in pages}, finder, wall)
-    strange = {-2 - i: (*bordered(picture(1, str(i))), View()) for i in range(len(pages))}
+    strange = {-2 - i: (*bordered(dead_leaves_picture(1, str(i))), View()) for i in range(len(pages))}
     yield looked_at(name, STRANGE, recogniser, strange, finder, wall)
 
 
@@ -144,7 +144,7 @@ def looked_at(
     """Count what is recognised of sheets given by the index that they must be found as; none has a negative one."""
     inliers, wrong, errors = [], 0, []
     for index, (paper, image, view) in sheets.items():
-        frame = seen(paper, image, view, wall, seed=abs(index))
+        frame = camera_frame(paper, image, view, wall, seed=abs(index))
         features: Features = features_of(frame.image, finder)
         found = recogniser.best(features)
         right = found.index == index
@@ -168,9 +168,9 @@ def looked_at(
 
 def clutter() -> GreyImage:
     """A wall with large soft shapes behind the sheets, and some sharp ones."""
-    soft = cv2.resize(cv2.GaussianBlur(picture(9, "wall"), (0, 0), 6), FRAME_PX)
+    soft = cv2.resize(cv2.GaussianBlur(dead_leaves_picture(9, "wall"), (0, 0), 6), FRAME_PX)
     wall = np.array(soft // 2 + 100, np.uint8)
-    wall[:, :90] = np.array(Image.fromarray(picture(9, "poster")).resize((90, FRAME_PX[1])), np.uint8)
+    wall[:, :90] = np.array(Image.fromarray(dead_leaves_picture(9, "poster")).resize((90, FRAME_PX[1])), np.uint8)
     return wall
 
 

@@ -26,8 +26,8 @@ from vislam2tag.survey.model import ControlPoints, Floor
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.plans.model import FloorPlan
 from vislam2tag.survey.plans.source import Extent, PlanSource
-from vislam2tag.walkable.drawing import cells_in
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind, corridor_graph
+from vislam2tag.walkable.plan_cells import cells_in
 from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
 

@@ -14,7 +14,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.sheets.printed import printed
 from tests.survey.site import write_survey
 from tests.surveys import bytes_of
-from vislam2tag.sheets.leaves import picture
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 
 
 def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_own_images_keep_their_width(tmp_path: Path) -> None:
     own = tmp_path / "own"
     own.mkdir()
     for name in ("1", "2"):
-        Image.fromarray(picture(3, name)).save(own / f"{name}.png", optimize=True)
+        Image.fromarray(dead_leaves_picture(3, name)).save(own / f"{name}.png", optimize=True)
     done = vislam2tag("sheets", "--images", own, "--width", "0.1", "--out", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n1,1.png,0.1\n2,2.png,0.1\n"

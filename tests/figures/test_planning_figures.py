@@ -11,7 +11,7 @@ from tests.planning.floors import nothing_given, ring
 from vislam2tag.figures.planning_figures import ASIDE_M, SHEET_IN, landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.planning.floor import FloorDesign, plan_floor
-from vislam2tag.planning.records import FloorSummary, floor_summary, new_ids
+from vislam2tag.planning.records import FloorPlanRecord, floor_summary, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.survey.model import ControlPoints, Floor
 
@@ -25,11 +25,13 @@ def design() -> FloorDesign:
 
 
 @pytest.fixture(scope="module")
-def summary(design: FloorDesign) -> FloorSummary:
+def summary(design: FloorDesign) -> FloorPlanRecord:
     return floor_summary(design, 2, "Second", new_ids(len(design.place), 31, ()), SETTINGS)
 
 
-def test_the_plan_shows_ids_sizes_the_tour_and_what_hangs_already(design: FloorDesign, summary: FloorSummary) -> None:
+def test_the_plan_shows_ids_sizes_the_tour_and_what_hangs_already(
+    design: FloorDesign, summary: FloorPlanRecord
+) -> None:
     figure = landmark_plan(design, FLOOR, summary)
     (axes,) = figure.axes
     texts = {text.get_text() for text in axes.texts}
@@ -44,7 +46,7 @@ def test_the_plan_shows_ids_sizes_the_tour_and_what_hangs_already(design: FloorD
     assert np.isclose(off, ASIDE_M).any()
 
 
-def test_the_map_shows_the_sigma_and_what_would_gain(design: FloorDesign, summary: FloorSummary) -> None:
+def test_the_map_shows_the_sigma_and_what_would_gain(design: FloorDesign, summary: FloorPlanRecord) -> None:
     figure = sigma_figure(design, FLOOR, summary)
     axes = figure.axes[0]
     shown = np.asarray(axes.images[0].get_array())
@@ -53,7 +55,7 @@ def test_the_map_shows_the_sigma_and_what_would_gain(design: FloorDesign, summar
     assert f"+1: {100 * summary.further[0].gain_m:.2f} cm" in texts
 
 
-def test_equal_drawings_have_equal_bytes(design: FloorDesign, summary: FloorSummary) -> None:
+def test_equal_drawings_have_equal_bytes(design: FloorDesign, summary: FloorPlanRecord) -> None:
     for kind in ("png", "pdf"):
         assert rendered(landmark_plan(design, FLOOR, summary), kind) == rendered(
             landmark_plan(design, FLOOR, summary), kind

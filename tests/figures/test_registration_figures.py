@@ -5,7 +5,7 @@ import numpy as np
 from tests.registration.networks import survey
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.registration.register import Measured, register_floor
+from vislam2tag.registration.register import FloorMeasurements, register_floor
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.model import ControlPoints, Floor
 
@@ -14,7 +14,7 @@ FLOOR = Floor(1, "", 60.0, 30.0, None, None, ControlPoints((), np.empty((0, 2)))
 
 def test_points_regions_and_residuals_are_drawn() -> None:
     drawn = survey(1)
-    found = register_floor(1, Measured(shots=drawn.shots, known=drawn.known), RegistrationSettings())
+    found = register_floor(1, FloorMeasurements(shots=drawn.shots, known=drawn.known), RegistrationSettings())
     figure = residual_figure(FLOOR, found)
     plan, residuals = figure.axes
     assert plan.get_xlim() == (0, 60)
@@ -25,5 +25,5 @@ def test_points_regions_and_residuals_are_drawn() -> None:
 
 
 def test_nothing_registered_is_still_a_figure() -> None:
-    empty = register_floor(1, Measured(), RegistrationSettings())
+    empty = register_floor(1, FloorMeasurements(), RegistrationSettings())
     assert rendered(residual_figure(FLOOR, empty), "png").startswith(b"\x89PNG")

@@ -10,9 +10,9 @@ from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.planning.floor import Given
-from vislam2tag.planning.places import Stations
-from vislam2tag.planning.ways import Ways
+from vislam2tag.planning.corridors import Corridors
+from vislam2tag.planning.floor import FloorConstraints
+from vislam2tag.planning.sheet_places import Stations
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind
 from vislam2tag.walkable.space import WalkableSpace
 
@@ -42,10 +42,10 @@ def graph_of(
     )
 
 
-def ways_with(lengths: Sequence[int], joined: Sequence[tuple[int, int]], ends: int) -> Ways:
+def ways_with(lengths: Sequence[int], joined: Sequence[tuple[int, int]], ends: int) -> Corridors:
     """Ways of whole metres, wherever they lie: only how they hang together counts."""
     lines = tuple(np.array([(0.0, 10.0 * i), (float(length), 10.0 * i)]) for i, length in enumerate(lengths))
-    return Ways(
+    return Corridors(
         ends=np.zeros((ends, 2)),
         is_open=np.zeros(ends, dtype=np.bool_),
         joined=np.array(joined, dtype=np.int64).reshape(-1, 2),
@@ -54,7 +54,7 @@ def ways_with(lengths: Sequence[int], joined: Sequence[tuple[int, int]], ends: i
     )
 
 
-def stations_each_metre(ways: Ways) -> Stations:
+def stations_each_metre(ways: Corridors) -> Stations:
     """A station in the middle of each metre of the ways."""
     lengths = ways.length_m.round().astype(int).tolist()
     way = np.repeat(np.arange(len(lengths)), lengths)
@@ -81,8 +81,8 @@ def ring() -> tuple[WalkableSpace, CorridorGraph]:
     return space, graph_of(corners, [(0, 1), (1, 2), (2, 3), (3, 0)], [NodeKind.TURN] * 4)
 
 
-def nothing_given() -> Given:
-    return Given(np.empty((0, 2)), (), np.empty((0, 4)))
+def nothing_given() -> FloorConstraints:
+    return FloorConstraints(np.empty((0, 2)), (), np.empty((0, 4)))
 
 
 def write_ring_site(root: Path, floors: Sequence[int] = (1,)) -> Path:

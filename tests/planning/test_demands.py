@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from tests.planning.floors import graph_of, stations_each_metre, ways_with
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.planning.cover import cover
-from vislam2tag.planning.demands import broken, demands_of, hall_rows, walking_m, without_wider
-from vislam2tag.planning.ways import Ways, ways_of
+from vislam2tag.planning.corridors import Corridors, corridors_of
+from vislam2tag.planning.demands import broken_spacing, demands_of, hall_rows, walking_distances, without_supersets
+from vislam2tag.planning.set_cover import cover
 from vislam2tag.walkable.graph import NodeKind
 
 
 @st.composite
-def floor_ways(draw: st.DrawFn) -> Ways:
+def floor_ways(draw: st.DrawFn) -> Corridors:
     """A few ways of whole metres that hang together, rings and parallel ways among them."""
     ends = draw(st.integers(2, 5))
     joined = [(draw(st.integers(0, end - 1)), end) for end in range(1, ends)]
@@ -27,7 +27,7 @@ def floor_ways(draw: st.DrawFn) -> Ways:
     return ways_with(lengths, joined, ends)
 
 
-def longest_walk_m(ways: Ways, chosen: BoolArray) -> float:
+def longest_walk_m(ways: Corridors, chosen: BoolArray) -> float:
     """Longest walk between two landmarks, metre by metre: another way than windows to find the same.
 
     Each metre has its station in its middle, so that ``m`` metres without one between two landmarks are ``m + 1`` m.
@@ -65,24 +65,28 @@ def longest_walk_m(ways: Ways, chosen: BoolArray) -> float:
 
 @settings(max_examples=150)
 @given(floor_ways(), st.integers(3, 8), st.integers(0, 2**32 - 1), st.floats(0.1, 0.9))
-def test_a_walk_is_found_broken_exactly_where_it_is_too_long(ways: Ways, spacing: int, seed: int, share: float) -> None:
+def test_a_walk_is_found_broken_exactly_where_it_is_too_long(
+    ways: Corridors, spacing: int, seed: int, share: float
+) -> None:
     stations = stations_each_metre(ways)
-    chosen = np.random.default_rng(seed).random(len(stations.way)) < share
+    chosen = np.random.default_rng(seed).random(len(stations.corridor)) < share
     everywhere = np.ones(len(chosen), dtype=np.bool_)
-    assert bool(broken(ways, stations, everywhere, chosen, float(spacing))) == (longest_walk_m(ways, chosen) > spacing)
+    assert bool(broken_spacing(ways, stations, everywhere, chosen, float(spacing))) == (
+        longest_walk_m(ways, chosen) > spacing
+    )
 
 
 @settings(max_examples=100)
 @given(floor_ways(), st.integers(3, 9))
-def test_every_cover_is_a_cover_and_the_bound_holds(ways: Ways, spacing: int) -> None:
+def test_every_cover_is_a_cover_and_the_bound_holds(ways: Corridors, spacing: int) -> None:
     stations = stations_each_metre(ways)
-    everywhere = np.ones(len(stations.way), dtype=np.bool_)
+    everywhere = np.ones(len(stations.corridor), dtype=np.bool_)
     demands = demands_of(ways, stations, everywhere, float(spacing), 3.0)
     assert demands.gaps == ()
     found = cover(
         demands.rows,
         ~everywhere,
-        lambda chosen: broken(ways, stations, everywhere, chosen, float(spacing)),
+        lambda chosen: broken_spacing(ways, stations, everywhere, chosen, float(spacing)),
         allowed=everywhere,
         gap=0.0,
         nodes=1000,
@@ -91,7 +95,7 @@ def test_every_cover_is_a_cover_and_the_bound_holds(ways: Ways, spacing: int) ->
     assert longest_walk_m(ways, found.chosen) <= spacing
     assert found.bound <= found.number <= 1.1 * found.bound
     for way, length in enumerate(ways.length_m.tolist()):
-        assert length < 3.0 or found.chosen[stations.way == way].any()
+        assert length < 3.0 or found.chosen[stations.corridor == way].any()
 
 
 def test_a_spacing_that_no_wall_allows_is_told_with_its_place() -> None:
@@ -110,14 +114,14 @@ def test_a_spacing_that_no_wall_allows_is_told_with_its_place() -> None:
 def test_a_way_between_turns_without_a_wall_is_told_unless_it_is_short() -> None:
     ways = ways_with([4, 2, 9], [(0, 1), (1, 2), (2, 3)], 4)
     stations = stations_each_metre(ways)
-    usable = stations.way == 2
+    usable = stations.corridor == 2
     gaps = demands_of(ways, stations, usable, 50.0, 3.0).gaps
     assert [gap.length_m for gap in gaps if gap.kind == "turn"] == [4.0]
 
 
 def test_open_areas_have_a_landmark_within_half_the_spacing_of_each_place() -> None:
     nodes = [(0.0, 0.0), (6.0, 0.0), (12.0, 0.0), (18.0, 0.0)]
-    ways = ways_of(graph_of(nodes, [(0, 1), (1, 2), (2, 3)], [NodeKind.OPEN] * 4), 0.6)
+    ways = corridors_of(graph_of(nodes, [(0, 1), (1, 2), (2, 3)], [NodeKind.OPEN] * 4), 0.6)
     stations = stations_each_metre(ways)
     rows, gaps = hall_rows(ways, stations, np.ones(18, dtype=np.bool_), 7.5)
     assert gaps == []
@@ -130,7 +134,7 @@ def test_open_areas_have_a_landmark_within_half_the_spacing_of_each_place() -> N
 
 def test_walking_distances_take_the_shorter_of_two_ways() -> None:
     ways = ways_with([3, 9], [(0, 1), (0, 1)], 2)
-    distance = walking_m(ways, stations_each_metre(ways))
+    distance = walking_distances(ways, stations_each_metre(ways))
     assert distance[0, 2] == pytest.approx(2.0)
     assert distance[3, 11] == pytest.approx(0.5 + 3.0 + 0.5)
     assert np.allclose(distance, distance.T)
@@ -138,7 +142,7 @@ def test_walking_distances_take_the_shorter_of_two_ways() -> None:
 
 @given(st.lists(st.frozensets(st.integers(0, 8), min_size=1), max_size=30))
 def test_rows_left_out_say_nothing_more(rows: list[frozenset[int]]) -> None:
-    kept = without_wider(rows)
+    kept = without_supersets(rows)
     assert set(kept) <= set(rows)
     assert all(any(one <= row for one in kept) for row in rows)
     assert not any(a < b for a in kept for b in kept)

@@ -9,10 +9,10 @@ import pytest
 
 from tests.planning.floors import graph_of, nothing_given, ring
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.planning.demands import broken
-from vislam2tag.planning.floor import STEPS, FloorDesign, Given, plan_floor
-from vislam2tag.planning.further import further_landmarks
-from vislam2tag.planning.prediction import expected_on, mean_error_m
+from vislam2tag.planning.demands import broken_spacing
+from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
+from vislam2tag.planning.further_landmarks import further_landmarks
+from vislam2tag.planning.prediction import expected_on_walks, mean_error_m
 from vislam2tag.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.typical_walks import typical_walks
@@ -27,21 +27,21 @@ def design() -> FloorDesign:
 
 def chosen_of(design: FloorDesign) -> np.ndarray:
     held = design.fixed_station[design.fixed_station >= 0]
-    return np.isin(np.arange(len(design.stations.way)), [*design.places.station[design.place], *held])
+    return np.isin(np.arange(len(design.stations.corridor)), [*design.places.station[design.place], *held])
 
 
 def test_a_ring_has_a_landmark_after_each_turn_and_none_too_far(design: FloorDesign) -> None:
     chosen = chosen_of(design)
     everywhere = np.ones(len(chosen), dtype=np.bool_)
-    assert not broken(design.ways, design.stations, everywhere, chosen, SETTINGS.spacing_m)
-    assert {int(way) for way in design.stations.way[chosen]} == {0, 1, 2, 3}
+    assert not broken_spacing(design.corridors, design.stations, everywhere, chosen, SETTINGS.spacing_m)
+    assert {int(way) for way in design.stations.corridor[chosen]} == {0, 1, 2, 3}
     assert len(design.place) == design.cover.bound == 6
     assert 14.0 < design.longest_m <= 15.0
-    assert broken(design.ways, design.stations, everywhere, chosen, design.longest_m - 0.2)
+    assert broken_spacing(design.corridors, design.stations, everywhere, chosen, design.longest_m - 0.2)
 
 
 def test_landmarks_lie_off_one_line_and_are_numbered_along_the_tour(design: FloorDesign) -> None:
-    assert design.widths_m.min() > 0.3
+    assert design.line_deviations_m.min() > 0.3
     met = list(dict.fromkeys(design.tour.visit.tolist()))
     assert met == list(range(len(design.place)))
     for landmark, at in zip(design.tour.visit.tolist(), design.tour.visit_m.tolist(), strict=True):
@@ -65,7 +65,7 @@ def test_every_step_is_told_once() -> None:
 
 def test_a_plan_with_its_own_landmarks_fixed_needs_no_more(design: FloorDesign) -> None:
     positions = design.places.position[design.place]
-    fixed = Given(positions, tuple(str(i) for i in range(len(positions))), np.empty((0, 4)))
+    fixed = FloorConstraints(positions, tuple(str(i) for i in range(len(positions))), np.empty((0, 4)))
     again = plan_floor(*ring(), SETTINGS, fixed)
     assert len(again.place) == 0
     assert (again.fixed_station >= 0).all()
@@ -73,7 +73,7 @@ def test_a_plan_with_its_own_landmarks_fixed_needs_no_more(design: FloorDesign) 
 
 
 def test_fixed_landmarks_count_and_hidden_ones_do_not(design: FloorDesign) -> None:
-    fixed = Given(np.array([(10.0, 0.0), (2.5, 8.0)]), ("a", "b"), np.empty((0, 4)))
+    fixed = FloorConstraints(np.array([(10.0, 0.0), (2.5, 8.0)]), ("a", "b"), np.empty((0, 4)))
     found = plan_floor(*ring(), SETTINGS, fixed)
     assert found.fixed_station[0] >= 0
     assert found.fixed_station[1] >= 0 or len(found.place) == len(design.place) - 1
@@ -81,7 +81,7 @@ def test_fixed_landmarks_count_and_hidden_ones_do_not(design: FloorDesign) -> No
 
 
 def test_a_fixed_landmark_outside_is_told() -> None:
-    outside = Given(np.array([(15.0, 8.0)]), ("12",), np.empty((0, 4)))
+    outside = FloorConstraints(np.array([(15.0, 8.0)]), ("12",), np.empty((0, 4)))
     with pytest.raises(SurveyError, match=r"landmark 12 at \(15.00, 8.00\) lies more than 1 m outside the walkable"):
         plan_floor(*ring(), SETTINGS, outside)
 
@@ -111,15 +111,15 @@ def test_one_landmark_more_gains_what_is_told(design: FloorDesign) -> None:
     (further,) = design.further
     assert further.gain_m > 0
     paths = typical_walks(ring()[1])
-    before = mean_error_m(expected_on(paths, design.sheets, SETTINGS.survey_sigma_m))
+    before = mean_error_m(expected_on_walks(paths, design.landmarks, SETTINGS.survey_sigma_m))
     foot = design.stations.point[design.places.station[further.place]]
-    more = design.sheets.with_one(
+    more = design.landmarks.with_one(
         design.places.position[further.place], foot, float(design.places.pass_m[further.place])
     )
-    after = mean_error_m(expected_on(paths, more, SETTINGS.survey_sigma_m))
+    after = mean_error_m(expected_on_walks(paths, more, SETTINGS.survey_sigma_m))
     assert before - after == pytest.approx(further.gain_m)
     none = np.zeros(len(design.places.station), dtype=np.bool_)
-    assert further_landmarks(paths, design.sheets, design.places, design.stations, none, 2, 0.02) == []
+    assert further_landmarks(paths, design.landmarks, design.places, design.stations, none, 2, 0.02) == []
 
 
 def test_the_summary_says_what_the_plan_is(design: FloorDesign) -> None:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from vislam2tag.planning.prediction import (
-    Sheets,
-    comes_by,
+    PassedLandmarks,
     expected_along,
-    expected_on,
+    expected_on_walks,
     mean_error_m,
+    passes_near,
     smoothed_walk,
 )
 from vislam2tag.smoother.noise import Noise
@@ -18,9 +18,9 @@ from vislam2tag.smoother.noise import Noise
 STRAIGHT = np.column_stack((np.arange(0.0, 60.05, 0.1), np.zeros(601)))
 
 
-def sheets_at(*x: float) -> Sheets:
+def sheets_at(*x: float) -> PassedLandmarks:
     foot = np.array([(at, 0.0) for at in x]).reshape(-1, 2)
-    return Sheets(foot + np.array((0.0, 1.1)), foot, np.full(len(x), 0.5))
+    return PassedLandmarks(foot + np.array((0.0, 1.1)), foot, np.full(len(x), 0.5))
 
 
 def test_labels_are_surest_at_landmarks_and_least_sure_beyond_them() -> None:
@@ -42,16 +42,16 @@ def test_one_landmark_more_makes_no_label_less_sure() -> None:
 
 def test_noisier_trackers_and_poorer_surveys_are_expected_to_label_worse() -> None:
     marks = sheets_at(10.0, 30.0, 50.0)
-    usual = expected_on([STRAIGHT], marks, 0.02)
+    usual = expected_on_walks([STRAIGHT], marks, 0.02)
     noisy = expected_along(STRAIGHT, marks, 0.02, Noise(position_m=0.05, sighting_m=0.3))
     assert noisy is not None
     assert mean_error_m([noisy]) > 1.5 * mean_error_m(usual)
-    assert mean_error_m(expected_on([STRAIGHT], marks, 0.3)) > 1.3 * mean_error_m(usual)
+    assert mean_error_m(expected_on_walks([STRAIGHT], marks, 0.3)) > 1.3 * mean_error_m(usual)
 
 
 def test_a_walk_past_fewer_than_two_landmarks_cannot_be_mapped() -> None:
     assert expected_along(STRAIGHT, sheets_at(10.0), 0.02) is None
-    assert expected_on([STRAIGHT], sheets_at(), 0.02) == []
+    assert expected_on_walks([STRAIGHT], sheets_at(), 0.02) == []
     assert np.isnan(mean_error_m([]))
 
 
@@ -61,8 +61,8 @@ def test_each_time_a_walk_comes_by_is_a_pass() -> None:
     assert smoothed is not None
     assert smoothed.model.walked.passes.at.tolist() == [100, 400, 801, 1101]
     assert smoothed.model.walked.passes.landmark.tolist() == [0, 1, 1, 0]
-    assert comes_by(STRAIGHT, np.array((20.0, 0.5)))
-    assert not comes_by(STRAIGHT, np.array((20.0, 1.5)))
+    assert passes_near(STRAIGHT, np.array((20.0, 0.5)))
+    assert not passes_near(STRAIGHT, np.array((20.0, 1.5)))
 
 
 def test_landmarks_that_a_walk_does_not_pass_change_nothing() -> None:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from tests.planning.floors import stations_each_metre, ways_with
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.planning.demands import demands_of, walking_m
-from vislam2tag.planning.places import Places
-from vislam2tag.planning.refine import choose_walls, improved, neighbourhoods, width_m
+from vislam2tag.planning.demands import demands_of, walking_distances
+from vislam2tag.planning.refine import choose_walls, improve_stations, line_deviation_m, neighbourhoods
+from vislam2tag.planning.sheet_places import SheetPlaces
 from vislam2tag.planning.walk_costs import StationPasses, WalkCosts, gap_costs
 
 
@@ -26,7 +26,9 @@ def test_three_landmarks_in_a_corridor_end_up_evenly_spread() -> None:
     everywhere = np.ones(30, dtype=np.bool_)
     passes = StationPasses.of([there_and_back(30.0)], stations.point)
     crowded = np.isin(np.arange(30), [0, 1, 2])
-    moved = improved(crowded, crowded, everywhere, [], walking_m(ways, stations), passes, gap_costs(0.02))
+    moved = improve_stations(
+        crowded, crowded, everywhere, [], walking_distances(ways, stations), passes, gap_costs(0.02)
+    )
     spread = np.flatnonzero(moved)
     # Who turns round at the end of a corridor is lost for twice the way: the outer ones stand nearer to the ends.
     assert spread[0] <= 7
@@ -47,7 +49,7 @@ def test_moves_break_no_row_leave_fixed_ones_and_help(seed: int, share: float) -
     fixed = chosen & (rng.random(24) < 0.3)
     passes = StationPasses.of([there_and_back(9.0), there_and_back(7.0)], stations.point)
     costs = gap_costs(0.02)
-    moved = improved(chosen, chosen & ~fixed, everywhere, met, walking_m(ways, stations), passes, costs)
+    moved = improve_stations(chosen, chosen & ~fixed, everywhere, met, walking_distances(ways, stations), passes, costs)
     assert moved.sum() == chosen.sum()
     assert moved[fixed].all()
     assert all(moved[sorted(row)].any() for row in met)
@@ -58,14 +60,14 @@ def test_moves_break_no_row_leave_fixed_ones_and_help(seed: int, share: float) -
 def test_the_width_is_how_far_points_lie_off_their_line(angle: float, off: float) -> None:
     turn = np.array([(np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))])
     points = np.array([(-20.0, off), (20.0, off), (-20.0, -off), (20.0, -off)]) @ turn.T
-    assert width_m(points) == pytest.approx(off, abs=1e-6)
-    assert width_m(points[:2]) == 0.0
+    assert line_deviation_m(points) == pytest.approx(off, abs=1e-6)
+    assert line_deviation_m(points[:2]) == 0.0
 
 
 def test_walls_are_chosen_so_that_landmarks_lie_off_one_line() -> None:
     station = np.repeat(np.arange(4), 2)
     position = np.array([(10.0 * i, y) for i in range(4) for y in (0.0, 2.4)])
-    places = Places(
+    places = SheetPlaces(
         station,
         position,
         np.tile([(0.0, 1.0), (0.0, -1.0)], (4, 1)),
@@ -78,7 +80,7 @@ def test_walls_are_chosen_so_that_landmarks_lie_off_one_line() -> None:
     chosen = choose_walls(np.arange(4), places, np.empty((0, 2)), np.empty(0, dtype=np.int64), distance)
     assert places.station[chosen].tolist() == [0, 1, 2, 3]
     for group in neighbourhoods(np.arange(4), distance):
-        assert width_m(position[chosen][group]) > 0.9
+        assert line_deviation_m(position[chosen][group]) > 0.9
 
 
 def test_a_neighbourhood_is_a_landmark_and_its_nearest_ones() -> None:

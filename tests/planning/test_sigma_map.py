@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.planning.floors import INNER, ring
-from vislam2tag.planning.prediction import Expected
+from vislam2tag.planning.prediction import ExpectedLabels
 from vislam2tag.planning.sigma_map import distance_classes, sigma_map
 
 
-def walk(y: float, variance: float) -> Expected:
+def walk(y: float, variance: float) -> ExpectedLabels:
     path = np.column_stack((np.arange(1.0, 29.0, 0.1), np.full(280, y)))
-    return Expected(path, np.tile(np.eye(2) * variance, (280, 1, 1)))
+    return ExpectedLabels(path, np.tile(np.eye(2) * variance, (280, 1, 1)))
 
 
 def test_cells_hold_what_their_walks_expect_and_nothing_lies_in_walls() -> None:
@@ -29,7 +29,7 @@ def test_cells_hold_what_their_walks_expect_and_nothing_lies_in_walls() -> None:
 
 def test_all_that_can_be_walked_has_a_value_however_far_from_a_walk() -> None:
     space, _ = ring()
-    short = Expected(np.array([(1.0, 1.0)]), np.eye(2)[None] * 0.04)
+    short = ExpectedLabels(np.array([(1.0, 1.0)]), np.eye(2)[None] * 0.04)
     found = sigma_map(space, [short])
     cells = np.argwhere(np.ones(found.grid.shape, dtype=np.bool_))
     walkable = (space.clearance_at(found.grid.centres_m(cells)) > 0.2).reshape(found.grid.shape)

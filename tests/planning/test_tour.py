@@ -8,17 +8,17 @@ from hypothesis import given, settings
 
 from tests.planning.floors import graph_of, ring, ways_with
 from tests.planning.test_demands import floor_ways
+from vislam2tag.planning.corridors import Corridors, arc_lengths, corridors_of
 from vislam2tag.planning.tour import plan_tour
-from vislam2tag.planning.ways import Ways, along, ways_of
 
 
-def ways_walked(ways: Ways, line: np.ndarray) -> float:
-    return float(along(line)[-1])
+def ways_walked(ways: Corridors, line: np.ndarray) -> float:
+    return float(arc_lengths(line)[-1])
 
 
 @settings(max_examples=80)
 @given(floor_ways())
-def test_a_tour_walks_every_way_and_meets_every_landmark(ways: Ways) -> None:
+def test_a_tour_walks_every_way_and_meets_every_landmark(ways: Corridors) -> None:
     middle = ways.length_m / 2
     tour = plan_tour(ways, np.arange(len(ways.lines)), middle)
     assert set(tour.visit.tolist()) == set(range(len(ways.lines)))
@@ -32,12 +32,12 @@ def test_a_tour_walks_every_way_and_meets_every_landmark(ways: Ways) -> None:
 
 
 def test_a_ring_is_walked_once_and_a_dead_end_twice() -> None:
-    ways = ways_of(ring()[1], 0.6)
+    ways = corridors_of(ring()[1], 0.6)
     tour = plan_tour(ways, np.array([0, 2]), np.array([5.0, 5.0]))
     assert tour.length_m == pytest.approx(ways.length_m.sum())
     assert tour.twice_m == 0.0
     assert np.allclose(tour.line[0], tour.line[-1])
-    crossing = ways_of(graph_of([(0.0, 0.0), (9.0, 0.0), (20.0, 0.0), (9.0, 7.0)], [(0, 1), (1, 2), (1, 3)]), 0.6)
+    crossing = corridors_of(graph_of([(0.0, 0.0), (9.0, 0.0), (20.0, 0.0), (9.0, 7.0)], [(0, 1), (1, 2), (1, 3)]), 0.6)
     assert plan_tour(crossing, np.array([0]), np.array([1.0])).length_m == pytest.approx(2 * 27.0)
 
 

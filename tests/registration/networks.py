@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.registration.network import Known, Shot
+from vislam2tag.registration.network import KnownPoint, Shot
 
 SHOT_M, KNOWN_M = 0.003, 0.005
 
@@ -16,7 +16,7 @@ SHOT_M, KNOWN_M = 0.003, 0.005
 class Survey:
     truth: dict[str, complex]
     shots: list[Shot]
-    known: list[Known]
+    known: list[KnownPoint]
 
 
 def survey(
@@ -34,7 +34,7 @@ def survey(
                 place = complex(turn * truth[name] + shift) + noise * complex(*rng.normal(0, SHOT_M, 2))
                 shots.append(Shot(point=name, station=f"S{number}", place=place, sigma_m=SHOT_M))
     given = [
-        Known(point=name, place=truth[name] + noise * complex(*rng.normal(0, KNOWN_M, 2)), sigma_m=KNOWN_M)
+        KnownPoint(point=name, place=truth[name] + noise * complex(*rng.normal(0, KNOWN_M, 2)), sigma_m=KNOWN_M)
         for name in names[:known]
     ]
     return Survey(truth, shots, given)

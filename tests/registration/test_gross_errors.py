@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.registration.gross_errors import Change, explanations, mistyped
-from vislam2tag.registration.least_squares import Noise, adjust
+from vislam2tag.registration.gross_errors import ValueChange, explanations, mistyped
+from vislam2tag.registration.least_squares import NoiseLevel, adjust
 
 NUMBERS = st.decimals(min_value=-999, max_value=999, places=3).map(float)
 
@@ -42,10 +42,10 @@ def test_a_certain_value_that_fits_beats_leaving_out_and_equals_cannot_be_told()
     groups = [np.array([i]) for i in range(9)]
     misclosure = np.array((0.0, 0, 0, 0, 900, 0, 0, 0, 0))
     adjusted = adjust(np.ones((9, 1)), misclosure, 10.0)[1]
-    change = Change("typed", (4,), np.array([4]), np.array([-900.0]), 100)
+    change = ValueChange("typed", (4,), np.array([4]), np.array([-900.0]), 100)
     sigma_m = np.full(9, 0.003)
-    (best,) = explanations(adjusted, groups, sigma_m, Noise(1, 10), [4], [change])
+    (best,) = explanations(adjusted, groups, sigma_m, NoiseLevel(1, 10), [4], [change])
     assert (best.text, best.measurements) == ("typed", (4,))
     pair = adjust(np.ones((2, 1)), np.array((0.0, 900)), 10.0)[1]
-    both = explanations(pair, groups[:2], sigma_m[:2], Noise(1, 10), [0, 1], [])
+    both = explanations(pair, groups[:2], sigma_m[:2], NoiseLevel(1, 10), [0, 1], [])
     assert sorted(one.measurements for one in both) == [(0,), (1,)]

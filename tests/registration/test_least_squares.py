@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.registration.least_squares import Noise, SingularError, adjust, suspicious
+from vislam2tag.registration.least_squares import NoiseLevel, SingularError, adjust, suspicious
 
 
 def random_problem(seed: int, rows: int = 12, unknowns: int = 4) -> tuple[np.ndarray, np.ndarray]:
@@ -48,12 +48,12 @@ def test_a_measurement_that_nothing_checks_is_never_suspicious() -> None:
     design = np.array(((1.0, 0), (1, 0), (1, 0), (0, 1)))
     adjusted = adjust(design, np.array((0.0, 0, 0, 1e6)), 10.0)[1]
     assert adjusted.reduction_without(np.array([3])) == (0.0, 0)
-    assert suspicious(adjusted, [np.array([i]) for i in range(4)], Noise(1, 12), 0.01) == []
+    assert suspicious(adjusted, [np.array([i]) for i in range(4)], NoiseLevel(1, 12), 0.01) == []
 
 
 def test_the_measurement_that_is_off_is_the_most_suspicious() -> None:
     adjusted = adjust(np.ones((9, 1)), np.array((0.0, 0, 0, 0, 9, 0, 0, 0, 0)), 10.0)[1]
-    found = suspicious(adjusted, [np.array([i]) for i in range(9)], Noise(1.0, 10), 0.01)
+    found = suspicious(adjusted, [np.array([i]) for i in range(9)], NoiseLevel(1.0, 10), 0.01)
     assert found[0][0] == 4
 
 

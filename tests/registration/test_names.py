@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.registration.names import NameRules, Role, called, role_of
+from vislam2tag.registration.names import NameRules, Role, point_label, role_of
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_what_matches_no_pattern_is_a_tie() -> None:
     rules = NameRules(landmarks="LM*")
     assert rules.key("LM07") == rules.key("lm7") == "7"
     assert rules.key("7") == "tie 7"
-    assert called("tie 7") == "7"
+    assert point_label("tie 7") == "7"
 
 
 @pytest.mark.parametrize("pattern", ["LM", "L*M*", ""])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.registration.record import RegisteredPoint, Source
+from vislam2tag.registration.record import PositionSource, RegisteredPoint
 from vislam2tag.registration.site_output import control_point_text, landmark_text
 from vislam2tag.survey.landmark_file import read_landmark_file
 
@@ -17,7 +17,7 @@ def point(name: str, x_m: float, y_m: float, **further: float) -> RegisteredPoin
         y_m=y_m,
         sigma_m=0.003,
         covariance_m2=((9e-6, 0), (0, 9e-6)),
-        source=Source.STATION,
+        source=PositionSource.STATION,
         measurements=1,
         checked=0,
     )

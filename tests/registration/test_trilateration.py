@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.registration.networks import as_array, squares
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.tape_file import Distance, Target
+from vislam2tag.registration.tape_file import TapeDistance, Target
 from vislam2tag.registration.trilateration import trilaterate
 
 SETTINGS = RegistrationSettings()
@@ -33,10 +33,10 @@ def targets(rng: np.random.Generator | None = None) -> dict[str, Target]:
     }
 
 
-def taped(place: complex, to: str, rng: np.random.Generator | None = None, name: str = "7") -> Distance:
+def taped(place: complex, to: str, rng: np.random.Generator | None = None, name: str = "7") -> TapeDistance:
     true_m = {"west": place.real - 10, "south": place.imag - 10}.get(to)
     true_m = abs(place - CORNERS[to]) if true_m is None else true_m
-    return Distance(name, to, max(true_m + (rng.normal(0, 0.02) if rng else 0.0), 0.0), 0.02)
+    return TapeDistance(name, to, max(true_m + (rng.normal(0, 0.02) if rng else 0.0), 0.0), 0.02)
 
 
 @settings(max_examples=30)
@@ -81,7 +81,7 @@ def test_mirror_places_are_told_and_decided_by_what_was_expected() -> None:
 
 def test_a_wall_counts_only_beside_itself() -> None:
     short = {"w": Target("w", 10 + 0j, 14 + 0j, 0.01), "p": Target("p", 15 + 3j, None, 0.01)}
-    distances = [Distance("7", "w", 2.0, 0.01), Distance("7", "p", 3.0, 0.01)]
+    distances = [TapeDistance("7", "w", 2.0, 0.01), TapeDistance("7", "p", 3.0, 0.01)]
     found = trilaterate(distances, short, SETTINGS)
     assert found.placed["7"].place == pytest.approx(15 - 8**0.5 + 2j, abs=1e-4)
 
@@ -123,17 +123,17 @@ def test_landmarks_tie_one_another() -> None:
     distances = [taped(places["7"], name) for name in ("west", "south")]
     distances += [taped(places["8"], name, name="8") for name in ("south", "c2")]
     distances += [
-        Distance(one, two, abs(places[one] - places[two]), 0.02) for one, two in itertools.combinations(places, 2)
+        TapeDistance(one, two, abs(places[one] - places[two]), 0.02) for one, two in itertools.combinations(places, 2)
     ]
     found = trilaterate(distances, targets(), SETTINGS, extent_m=ROOM, expected={"9": 16 + 15j})
     assert {name: one.place for name, one in found.placed.items()} == pytest.approx(places, abs=1e-3)
 
 
 def test_too_little_is_told() -> None:
-    distances = [taped(13 + 12j, "c1"), Distance("8", "nowhere", 3.0, 0.02)]
+    distances = [taped(13 + 12j, "c1"), TapeDistance("8", "nowhere", 3.0, 0.02)]
     found = trilaterate(distances, targets(), SETTINGS)
     assert set(found.unplaced) == {"7", "8"}
     assert found.errors == ["nowhere is neither a known point, a wall nor a landmark: distances to it are left out"]
     parallel = {"a": Target("a", 0j, 10 + 0j, 0.01), "b": Target("b", 5j, 10 + 5j, 0.01)}
-    flat = trilaterate([Distance("7", "a", 2.0, 0.02), Distance("7", "b", 3.0, 0.02)], parallel, SETTINGS)
+    flat = trilaterate([TapeDistance("7", "a", 2.0, 0.02), TapeDistance("7", "b", 3.0, 0.02)], parallel, SETTINGS)
     assert set(flat.unplaced) == {"7"}

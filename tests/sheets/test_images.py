@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import GreyImage
-from vislam2tag.sheets.images import Likeness, confused, generated_image, likenesses, own_files, own_images
-from vislam2tag.sheets.leaves import picture
+from vislam2tag.sheets.images import Lookalike, confused, generated_image, lookalikes, own_files, own_images
 
 PLAIN: GreyImage = np.full((400, 400), 200, np.uint8)
 
@@ -33,11 +33,11 @@ def test_an_image_does_not_depend_on_other_ids_or_runs() -> None:
 
 def test_an_unfit_picture_is_generated_anew_the_same_way_each_time() -> None:
     def draw(seed: int, landmark: str, attempt: int) -> GreyImage:
-        return PLAIN if attempt < 2 else picture(seed, landmark, attempt)
+        return PLAIN if attempt < 2 else dead_leaves_picture(seed, landmark, attempt)
 
     image = generated_image(0, "7", draw)
     assert image.attempt == 2
-    np.testing.assert_array_equal(image.pixels, picture(0, "7", 2))
+    np.testing.assert_array_equal(image.pixels, dead_leaves_picture(0, "7", 2))
 
 
 def test_a_seed_that_never_gives_a_fit_picture_is_told() -> None:
@@ -46,17 +46,17 @@ def test_a_seed_that_never_gives_a_fit_picture_is_told() -> None:
 
 
 def test_own_images_are_read_by_name(tmp_path: Path) -> None:
-    coloured = np.dstack([picture(0, "1")] * 3)
-    folder = folder_of(tmp_path / "own", {"007.png": picture(0, "2"), "lobby.JPG": coloured})
+    coloured = np.dstack([dead_leaves_picture(0, "1")] * 3)
+    folder = folder_of(tmp_path / "own", {"007.png": dead_leaves_picture(0, "2"), "lobby.JPG": coloured})
     (tmp_path / "own" / "notes.txt").write_text("no image")
     first, second = own_images(folder, own_files(folder))
     assert (first.landmark, second.landmark) == ("7", "lobby")
-    np.testing.assert_array_equal(first.pixels, picture(0, "2"))
+    np.testing.assert_array_equal(first.pixels, dead_leaves_picture(0, "2"))
     assert second.pixels.shape == (640, 640)
 
 
 def test_a_large_or_transparent_image_is_brought_to_grey_on_white(tmp_path: Path) -> None:
-    drawn = picture(0, "1")
+    drawn = dead_leaves_picture(0, "1")
     see_through = np.dstack([drawn, drawn, drawn, np.where(np.arange(640) < 64, 0, 255) * np.ones((640, 1))])
     folder = folder_of(
         tmp_path / "own", {"a.png": see_through.astype(np.uint8), "b.png": np.kron(drawn, np.ones((4, 4), np.uint8))}
@@ -67,7 +67,9 @@ def test_a_large_or_transparent_image_is_brought_to_grey_on_white(tmp_path: Path
 
 
 def test_unfit_own_images_are_refused_by_name_all_at_once(tmp_path: Path) -> None:
-    folder = folder_of(tmp_path / "own", {"sky.png": PLAIN, "fine.png": picture(0, "1"), "wall.png": PLAIN[:200]})
+    folder = folder_of(
+        tmp_path / "own", {"sky.png": PLAIN, "fine.png": dead_leaves_picture(0, "1"), "wall.png": PLAIN[:200]}
+    )
     with pytest.raises(SurveyError) as told:
         own_images(folder, own_files(folder))
     message = str(told.value)
@@ -101,8 +103,10 @@ def test_a_missing_folder_and_a_broken_image(tmp_path: Path) -> None:
 
 def test_copies_are_confused_and_named_once() -> None:
     images = [generated_image(0, name) for name in ("1", "2", "3")]
-    copy = generated_image(0, "9", lambda seed, landmark, attempt: np.ascontiguousarray(picture(0, "2")[::-1, ::-1]))
-    found = tuple(likenesses([*images, copy]))
+    copy = generated_image(
+        0, "9", lambda seed, landmark, attempt: np.ascontiguousarray(dead_leaves_picture(0, "2")[::-1, ::-1])
+    )
+    found = tuple(lookalikes([*images, copy]))
     assert confused(found) == ("2 and 9",)
-    assert confused(tuple(likenesses(images))) == ()
-    assert confused((Likeness("b", "a", 20), Likeness("a", "b", 30), Likeness("c", "a", 19))) == ("a and b",)
+    assert confused(tuple(lookalikes(images))) == ()
+    assert confused((Lookalike("b", "a", 20), Lookalike("a", "b", 30), Lookalike("c", "a", 19))) == ("a and b",)

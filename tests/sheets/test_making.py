@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.sheets.leaves import picture
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.making import SheetOptions, make_sheets
 
 
@@ -18,7 +18,7 @@ def _own(tmp_path: Path) -> Path:
     folder = tmp_path / "own"
     folder.mkdir()
     for name in ("3", "4", "spare"):
-        Image.fromarray(picture(8, name)).save(folder / f"{name}.png")
+        Image.fromarray(dead_leaves_picture(8, name)).save(folder / f"{name}.png")
     return folder
 
 
@@ -68,7 +68,7 @@ def test_a_folder_of_others_is_refused_before_any_work(own: Path, tmp_path: Path
 
 
 def test_a_set_that_fails_leaves_nothing(own: Path, tmp_path: Path) -> None:
-    Image.fromarray(picture(8, "3")).save(own / "copy.png")
+    Image.fromarray(dead_leaves_picture(8, "3")).save(own / "copy.png")
     with pytest.raises(SurveyError, match="these would be taken for each other: 3 and copy"):
         make_sheets(SheetOptions(images=own), tmp_path / "out")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["own"]

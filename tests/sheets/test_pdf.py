@@ -10,23 +10,23 @@ import pypdfium2
 import pytest
 
 from tests.sheets.printed import printed
-from vislam2tag.sheets.asked import Asked
-from vislam2tag.sheets.layout import largest_width_m, layout
-from vislam2tag.sheets.leaves import picture
-from vislam2tag.sheets.page import Sheet, write_pdf
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
+from vislam2tag.sheets.page import SheetPage, write_pdf
+from vislam2tag.sheets.page_layout import largest_width_m, page_layout
+from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
-LOBBY = Asked("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)
+LOBBY = SheetRequest("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)
 
 
-def sheet(asked: Asked, paper: str = "A4", width_m: float | None = None, aspect: float = 1.0) -> Sheet:
+def sheet(request: SheetRequest, paper: str = "A4", width_m: float | None = None, aspect: float = 1.0) -> SheetPage:
     size = SHEET_SIZES[paper]
-    return Sheet(asked, layout(size, width_m or largest_width_m(size, aspect), aspect, asked.landmark))
+    return SheetPage(request, page_layout(size, width_m or largest_width_m(size, aspect), aspect, request.landmark))
 
 
-def written(folder: Path, *sheets: Sheet) -> Path:
+def written(folder: Path, *sheets: SheetPage) -> Path:
     path = folder / "sheets.pdf"
-    write_pdf(path, sheets, {one.asked.landmark: picture(0, one.asked.landmark) for one in sheets})
+    write_pdf(path, sheets, {one.request.landmark: dead_leaves_picture(0, one.request.landmark) for one in sheets})
     return path
 
 
@@ -81,8 +81,8 @@ def test_the_border_around_the_image_is_white_but_for_the_marks(tmp_path: Path) 
 
 
 def test_the_code_reads_building_floor_and_id(tmp_path: Path) -> None:
-    umlaut = Asked("Küche", "", 2)
-    path = written(tmp_path, sheet(LOBBY), sheet(umlaut, "Letter"), sheet(Asked("9")))
+    umlaut = SheetRequest("Küche", "", 2)
+    path = written(tmp_path, sheet(LOBBY), sheet(umlaut, "Letter"), sheet(SheetRequest("9")))
     for number, text in enumerate(("Main building/1/lobby", "2/Küche", "9")):
         shown = printed(path, number).shown
         assert cv2.QRCodeDetector().detectAndDecode(shown[shown.shape[0] // 2 :])[0] == text
@@ -102,17 +102,17 @@ def test_people_read_what_they_need(tmp_path: Path) -> None:
 
 
 def test_what_is_unknown_is_left_out(tmp_path: Path) -> None:
-    bare = sheet(Asked("7"))
+    bare = sheet(SheetRequest("7"))
     text = printed(written(tmp_path, bare), dpi=25.4).text
     assert "floor " not in text.replace("above the floor", "")
     assert "Place" not in text
     assert "Hang its centre 1.40 m above the floor." in text
-    assert sheet(Asked("7", floor=3, floor_name="Floor 3")).place == "floor 3"
+    assert sheet(SheetRequest("7", floor=3, floor_name="Floor 3")).place == "floor 3"
 
 
 def test_the_largest_print_is_the_id_and_long_ones_shrink(tmp_path: Path) -> None:
     long = "a-landmark-with-a-name-that-takes-far-more-room-than-there-is"
-    path = written(tmp_path, sheet(Asked("42")), sheet(Asked(long)))
+    path = written(tmp_path, sheet(SheetRequest("42")), sheet(SheetRequest(long)))
     for number in range(2):
         page = printed(path, number)
         gap = page.part(0.169, 0.03, 0.1735, 0.075)  # between text and QR code
@@ -126,7 +126,7 @@ def test_the_largest_print_is_the_id_and_long_ones_shrink(tmp_path: Path) -> Non
 
 
 def test_same_sheets_same_bytes_and_one_page_each(tmp_path: Path) -> None:
-    sheets = [sheet(Asked(str(number), floor=number % 2), "A4" if number % 2 else "A3") for number in range(4)]
+    sheets = [sheet(SheetRequest(str(number), floor=number % 2), "A4" if number % 2 else "A3") for number in range(4)]
     first = written(tmp_path, *sheets).read_bytes()
     assert written(tmp_path, *sheets).read_bytes() == first
     document = pypdfium2.PdfDocument(first)
@@ -139,5 +139,5 @@ def test_same_sheets_same_bytes_and_one_page_each(tmp_path: Path) -> None:
 
 def test_one_image_on_two_pages_is_stored_once(tmp_path: Path) -> None:
     one = len(written(tmp_path, sheet(LOBBY)).read_bytes())
-    two = len(written(tmp_path, sheet(LOBBY), sheet(Asked("lobby", floor=2))).read_bytes())
+    two = len(written(tmp_path, sheet(LOBBY), sheet(SheetRequest("lobby", floor=2))).read_bytes())
     assert two < 1.2 * one

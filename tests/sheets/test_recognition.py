@@ -6,18 +6,18 @@ import cv2
 import numpy as np
 import pytest
 
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import Features, GreyImage, features_of, orb
-from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.quality import HARD_VIEW, reference_features
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, FRAME_FEATURES, VOTERS, Recogniser, sighting
-from vislam2tag.sheets.views import FRAME_PX, View, bordered, seen
+from vislam2tag.sheets.views import FRAME_PX, View, bordered, camera_frame
 
 WALL: GreyImage = np.full((FRAME_PX[1], FRAME_PX[0]), 170, np.uint8)
 
 
 @pytest.fixture(scope="module", name="images")
 def _images() -> list[GreyImage]:
-    return [picture(0, str(number)) for number in range(12)]
+    return [dead_leaves_picture(0, str(number)) for number in range(12)]
 
 
 @pytest.fixture(scope="module", name="recogniser")
@@ -26,7 +26,7 @@ def _recogniser(images: list[GreyImage]) -> Recogniser:
 
 
 def looked_at(image: GreyImage, view: View) -> tuple[Features, np.ndarray]:
-    frame = seen(*bordered(image), view, WALL)
+    frame = camera_frame(*bordered(image), view, WALL)
     return features_of(frame.image, orb(FRAME_FEATURES)), frame.corners
 
 
@@ -56,7 +56,7 @@ def test_views_are_recognised_as_the_right_image_in_the_right_place(
 
 
 def test_what_is_not_in_the_set_is_not_recognised(recogniser: Recogniser) -> None:
-    assert recogniser.best(looked_at(picture(1, "0"), View())[0]).inliers < ENOUGH_INLIERS
+    assert recogniser.best(looked_at(dead_leaves_picture(1, "0"), View())[0]).inliers < ENOUGH_INLIERS
     nothing = features_of(WALL, orb(FRAME_FEATURES))
     assert (recogniser.best(nothing).index, recogniser.best(nothing).inliers) == (-1, 0)
 

@@ -13,10 +13,17 @@ from PIL import Image
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.whole_folder import whole_folder
-from vislam2tag.sheets.asked import Asked
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.images import LandmarkImage, generated_image
-from vislam2tag.sheets.leaves import picture
-from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
+from vislam2tag.sheets.sheet_folder import (
+    SheetsRecord,
+    checked_lookalikes,
+    is_sheets,
+    lay_out_sheets,
+    sheets_record,
+    write_sheets,
+)
+from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 A4 = SHEET_SIZES["A4"]
@@ -27,17 +34,17 @@ def _images() -> list[LandmarkImage]:
     return [generated_image(0, name) for name in ("7", 'a,"b', "日")]
 
 
-def write(out: Path, asked: list[Asked], images: list[LandmarkImage]) -> SheetsRecord:
-    sheets = laid_out(asked, images, A4, None)
+def write(out: Path, requests: list[SheetRequest], images: list[LandmarkImage]) -> SheetsRecord:
+    sheets = lay_out_sheets(requests, images, A4, None)
     with whole_folder(out, is_sheets) as folder:
-        record = recorded(sheets, images, apart(images, 0, lambda: None), 0)
+        record = sheets_record(sheets, images, checked_lookalikes(images, 0, lambda: None), 0)
         write_sheets(folder, record, sheets, images)
     return record
 
 
 def test_the_phone_finds_each_image_with_its_width(images: list[LandmarkImage], tmp_path: Path) -> None:
-    asked = [Asked("7"), Asked('a,"b', sheet=SHEET_SIZES["A3"]), Asked("日", width_m=0.1)]
-    record = write(tmp_path / "out", asked, images)
+    requests = [SheetRequest("7"), SheetRequest('a,"b', sheet=SHEET_SIZES["A3"]), SheetRequest("日", width_m=0.1)]
+    record = write(tmp_path / "out", requests, images)
     with (tmp_path / "out/images/manifest.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["id"], row["width_m"]) for row in rows] == [("7", "0.19"), ('a,"b', "0.277"), ("日", "0.1")]
@@ -51,8 +58,8 @@ def test_the_phone_finds_each_image_with_its_width(images: list[LandmarkImage], 
 
 
 def test_the_record_tells_what_was_measured(images: list[LandmarkImage], tmp_path: Path) -> None:
-    asked = [Asked("7", floor=1), Asked("7", floor=2), Asked('a,"b'), Asked("日")]
-    record = write(tmp_path / "out", asked, images)
+    requests = [SheetRequest("7", floor=1), SheetRequest("7", floor=2), SheetRequest('a,"b'), SheetRequest("日")]
+    record = write(tmp_path / "out", requests, images)
     told = json.loads((tmp_path / "out/sheets.json").read_text())
     assert SheetsRecord.model_validate(told) == record
     assert [(page["page"], page["landmark"], page["floor"], page["code"]) for page in told["pages"]] == [
@@ -68,44 +75,44 @@ def test_the_record_tells_what_was_measured(images: list[LandmarkImage], tmp_pat
 
 
 def test_images_of_a_set_do_not_depend_on_the_others(images: list[LandmarkImage], tmp_path: Path) -> None:
-    write(tmp_path / "all", [Asked(image.landmark) for image in images], images)
-    write(tmp_path / "one", [Asked("7")], images[:1])
+    write(tmp_path / "all", [SheetRequest(image.landmark) for image in images], images)
+    write(tmp_path / "one", [SheetRequest("7")], images[:1])
     assert (tmp_path / "all/images/7.png").read_bytes() == (tmp_path / "one/images/7.png").read_bytes()
 
 
 def test_one_id_has_one_width(images: list[LandmarkImage]) -> None:
-    asked = [Asked("7", floor=1, sheet=SHEET_SIZES["A3"]), Asked("7", floor=2)]
+    requests = [SheetRequest("7", floor=1, sheet=SHEET_SIZES["A3"]), SheetRequest("7", floor=2)]
     with pytest.raises(UsageError, match=r"landmark 7: its image is 0.277 m wide on one floor, 0.19 m on another"):
-        laid_out(asked, images, A4, None)
-    same = laid_out(asked, images, A4, 0.15)
+        lay_out_sheets(requests, images, A4, None)
+    same = lay_out_sheets(requests, images, A4, 0.15)
     assert [sheet.layout.image.width_m for sheet in same] == [0.15, 0.15]
     assert [sheet.layout.paper.name for sheet in same] == ["A3", "A4"]
 
 
 def test_a_tall_image_fits_by_its_height(images: list[LandmarkImage]) -> None:
-    tall = np.vstack((picture(0, "1"), picture(0, "2")))
+    tall = np.vstack((dead_leaves_picture(0, "1"), dead_leaves_picture(0, "2")))
     image = LandmarkImage("7", tall, images[0].features, images[0].quality)
-    (sheet,) = laid_out([Asked("7")], [image], A4, None)
+    (sheet,) = lay_out_sheets([SheetRequest("7")], [image], A4, None)
     assert (sheet.layout.image.width_m, sheet.layout.image.height_m) == pytest.approx((0.095, 0.19))
 
 
 def test_images_that_would_be_confused_are_refused(images: list[LandmarkImage]) -> None:
     copy = LandmarkImage("copy", images[0].pixels, images[0].features, images[0].quality)
     with pytest.raises(SurveyError, match="these would be taken for each other: 7 and copy; replace one of each"):
-        apart([*images, copy], None, lambda: None)
+        checked_lookalikes([*images, copy], None, lambda: None)
     with pytest.raises(UsageError, match="--seed 4: these would be taken for each other: 7 and copy; choose another"):
-        apart([*images, copy], 4, lambda: None)
+        checked_lookalikes([*images, copy], 4, lambda: None)
 
 
 def test_only_folders_with_sheets_are_replaced(images: list[LandmarkImage], tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert not is_sheets(out)
-    write(out, [Asked("7")], images[:1])
+    write(out, [SheetRequest("7")], images[:1])
     assert is_sheets(out)
-    write(out, [Asked("日")], images[2:])
+    write(out, [SheetRequest("日")], images[2:])
     assert not (out / "images/7.png").exists()
     other = tmp_path / "other"
     other.mkdir()
     (other / "sheets.json").write_text("{}")
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
-        write(other, [Asked("7")], images[:1])
+        write(other, [SheetRequest("7")], images[:1])

@@ -13,7 +13,7 @@ from pyproj import Transformer
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.survey.georeference import georeference_of, to_wgs84
-from vislam2tag.survey.plans.source import Extent, KnownDistance, KnownPoint, PlanSource
+from vislam2tag.survey.plans.source import Extent, PlanSource, ScaleDistance, ScalePoint
 from vislam2tag.survey.site_file import (
     FloorPart,
     GeoreferencePart,
@@ -30,7 +30,7 @@ two_points = st.tuples(places, places).filter(lambda ends: ends[0] != ends[1])
 names = st.text(max_size=12)
 extents = st.builds(Extent, width_m=lengths, height_m=lengths, lower_left_m=places)
 distances = st.builds(
-    lambda ends, metres, corner: KnownDistance.model_validate(
+    lambda ends, metres, corner: ScaleDistance.model_validate(
         {"from": ends[0], "to": ends[1], "metres": metres, "lower_left_m": corner}
     ),
     two_points,
@@ -38,7 +38,7 @@ distances = st.builds(
     places,
 )
 known_points = st.builds(
-    lambda plan, bcs: (KnownPoint(plan=plan[0], bcs_m=bcs[0]), KnownPoint(plan=plan[1], bcs_m=bcs[1])),
+    lambda plan, bcs: (ScalePoint(plan=plan[0], bcs_m=bcs[0]), ScalePoint(plan=plan[1], bcs_m=bcs[1])),
     two_points,
     two_points,
 )

@@ -16,7 +16,7 @@ from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE, SUMMARY_FILE, PlanRequest, write_plans
 from vislam2tag.planning.floor import STEPS
-from vislam2tag.planning.records import FloorSummary, PlanSummary
+from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
 from vislam2tag.planning.settings import CameraSettings, PlanSettings
 from vislam2tag.survey.sheet_size import sheet_size
 
@@ -150,7 +150,7 @@ def _table(result: PlanSummary) -> Table:
     return rows
 
 
-def _notes(floor: FloorSummary) -> list[str]:
+def _notes(floor: FloorPlanRecord) -> list[str]:
     notes = [finding.message for finding in floor.findings] + [unmet.message for unmet in floor.unmet]
     if floor.not_passed:
         notes.append(f"no way leads past landmark {', '.join(floor.not_passed)}")

@@ -15,8 +15,8 @@ from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.site import register as registering
-from vislam2tag.registration.columns import parse_columns
 from vislam2tag.registration.names import NameRules
+from vislam2tag.registration.point_file import parse_columns
 from vislam2tag.registration.record import RegisteredPoint, Registration
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.report.pages.click_page import write_click_page

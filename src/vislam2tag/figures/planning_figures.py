@@ -12,9 +12,9 @@ from matplotlib.patheffects import withStroke
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.figures.panels import aspect_of, draw_plan, extent_around, in_metres, panel_grid, show
 from vislam2tag.figures.style import LANDMARK, QUIET, print_quality
+from vislam2tag.planning.corridors import arc_lengths
 from vislam2tag.planning.floor import FloorDesign
-from vislam2tag.planning.records import FloorSummary, PlannedLandmark
-from vislam2tag.planning.ways import along
+from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark
 from vislam2tag.survey.model import Floor
 
 SHEET_IN = (10.8, 15.6)
@@ -31,7 +31,7 @@ ARROWS_M = 8.0
 
 
 @print_quality
-def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorSummary) -> Figure:
+def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
     """Draw the plan to take along: sheets with id and size, which way they face, the tour."""
     figure, axes = _floor_axes(design, floor, summary)
     _draw_tour(axes, design)
@@ -53,7 +53,7 @@ def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorSummary) -> F
 
 
 @print_quality
-def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorSummary) -> Figure:
+def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
     """Draw the label sigma to expect, and where further landmarks would gain most."""
     figure, axes = _floor_axes(design, floor, summary)
     sigma = design.sigma.sigma_m
@@ -83,12 +83,14 @@ def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorSummary) -> Fi
     return figure
 
 
-def _floor_axes(design: FloorDesign, floor: Floor, summary: FloorSummary) -> tuple[Figure, Axes]:
-    extent = extent_around(np.vstack((design.ways.ends, design.sheets.position, design.space.walls.reshape(-1, 2))))
+def _floor_axes(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> tuple[Figure, Axes]:
+    extent = extent_around(
+        np.vstack((design.corridors.ends, design.landmarks.position, design.space.walls.reshape(-1, 2)))
+    )
     width = SHEET_IN[summary.number > MANY]
     figure, (axes,) = panel_grid(1, 1, width, aspect_of(extent))
     draw_plan(axes, floor)
-    for line in design.ways.lines:
+    for line in design.corridors.lines:
         axes.plot(*line.T, color=QUIET, linewidth=0.4, zorder=1)
     axes.lines[-1].set_label("ways")
     in_metres(axes)
@@ -112,8 +114,8 @@ def _draw_landmarks(axes: Axes, landmarks: Sequence[PlannedLandmark], *, sizes: 
         _write(axes, behind, f"{one.id}\n{one.sheet}" if sizes else one.id, LANDMARK, away=-normal)
 
 
-def _draw_fixed(axes: Axes, design: FloorDesign, summary: FloorSummary) -> None:
-    for name, place in zip(summary.fixed, design.given.fixed, strict=True):
+def _draw_fixed(axes: Axes, design: FloorDesign, summary: FloorPlanRecord) -> None:
+    for name, place in zip(summary.fixed, design.constraints.fixed, strict=True):
         axes.plot(*place, "s", color=FIXED, markersize=3.5, zorder=6, label="hangs already")
         _write(axes, place, name, FIXED)
 
@@ -122,7 +124,7 @@ def _draw_tour(axes: Axes, design: FloorDesign) -> None:
     """The tour a little right of the middle, with arrows, and where it begins."""
     line = _aside(design.tour.line)
     axes.plot(*line.T, color=TOUR_COLOUR, linewidth=0.7, alpha=0.8, zorder=3, label="tour")
-    at = along(line)
+    at = arc_lengths(line)
     middles = np.arange(ARROWS_M / 2, at[-1], ARROWS_M)
     for here, there in zip(middles, middles + 0.3, strict=True):
         start, stop = ([float(np.interp(s, at, line[:, axis])) for axis in (0, 1)] for s in (here, there))

@@ -20,14 +20,14 @@ from vislam2tag.figures.panels import (
     show,
 )
 from vislam2tag.figures.style import LANDMARK, PAGE_IN, QUIET, TRUTH, print_quality
-from vislam2tag.registration.record import RegisteredPoint, Registration, Residual, Source
+from vislam2tag.registration.record import PositionSource, RegisteredPoint, Registration, Residual
 from vislam2tag.survey.model import Floor
 
 REGION_95 = 5.991
 """Squared Mahalanobis distance in the plane that holds 95 %."""
 _LONGEST_SHARE = 0.08
 """Length of the longest arrow, of the plan's longer side."""
-_COLOURS = {Source.STATION: LANDMARK, Source.TAPE: "#009e73", Source.CLICK: "#cc79a7"}
+_COLOURS = {PositionSource.STATION: LANDMARK, PositionSource.TAPE: "#009e73", PositionSource.CLICK: "#cc79a7"}
 _ODD_SIGMAS = 3.0
 
 

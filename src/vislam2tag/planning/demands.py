@@ -1,11 +1,11 @@
 """What a set of landmarks must fulfil, as rows: of each row's stations one at least has a landmark.
 
-*Spacing*: a walk goes along the ways and turns round only where a way ends. Whenever it has gone ``spacing_m`` since a
-landmark it has passed another one. Walks that are longer without a landmark hold a window of that length that begins
-just after a station, an end of a way, or an open area, so that a row for each such window says the same of all walks.
-*Turns*: between two critical turns (junctions, corners, dead ends, mouths of open areas) that are not close together
-lies a landmark. *Open areas*, where nobody can be made to pass a wall, have a landmark within half the spacing of each
-of their places.
+*Spacing*: a walk goes along the corridors and turns round only where a corridor ends. Whenever it has gone
+``spacing_m`` since a landmark it has passed another one. Walks that are longer without a landmark hold a window of that
+length that begins just after a station, an end of a corridor, or an open area, so that a row for each such window says
+the same of all walks. *Turns*: between two critical turns (junctions, corners, dead ends, mouths of open areas) that
+are not close together lies a landmark. *Open areas*, where nobody can be made to pass a wall, have a landmark within
+half the spacing of each of their places.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.planning.places import Stations
-from vislam2tag.planning.ways import Ways
+from vislam2tag.planning.corridors import Corridors
+from vislam2tag.planning.sheet_places import Stations
 
 MOST_WINDOWS = 64
 """From one start at most so many windows are taken before the search; others follow when they are found broken."""
@@ -27,7 +27,7 @@ LONGEST = 8.0
 """A walk that finds no wall at all is followed for so many times the spacing."""
 SLACK_M = 1e-6
 
-Row = frozenset[int]
+StationSet = frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Gap:
 class Demands:
     """Rows of stations, of which one must have a landmark, and what cannot be demanded."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[StationSet, ...]
     gaps: tuple[Gap, ...]
 
 
@@ -59,14 +59,14 @@ class Window:
     stop: tuple[float, float]
 
 
-class Walks:
-    """Walks along the ways past those stations that ``usable`` (s,) marks."""
+class CorridorWalks:
+    """Walks along the corridors past those stations that ``usable`` (s,) marks."""
 
-    def __init__(self, ways: Ways, stations: Stations, usable: BoolArray) -> None:
-        self.ways, self.stations = ways, stations
+    def __init__(self, corridors: Corridors, stations: Stations, usable: BoolArray) -> None:
+        self.corridors, self.stations = corridors, stations
         self._on: list[tuple[list[int], list[float]]] = []
-        for way, length in enumerate(ways.length_m.tolist()):
-            rows = np.flatnonzero((stations.way == way) & usable)
+        for corridor, length in enumerate(corridors.length_m.tolist()):
+            rows = np.flatnonzero((stations.corridor == corridor) & usable)
             at = stations.offset_m[rows]
             self._on.append((rows.tolist(), at.tolist()))
             self._on.append((rows[::-1].tolist(), (length - at[::-1]).tolist()))
@@ -78,8 +78,8 @@ class Walks:
             for offset in at:
                 yield half, offset
 
-    def after(self, chosen: BoolArray) -> Iterator[tuple[int, float]]:
-        """The starts at ends of ways and at chosen stations (s,) only."""
+    def starts_after(self, chosen: BoolArray) -> Iterator[tuple[int, float]]:
+        """The starts at ends of corridors and at chosen stations (s,) only."""
         for half, (rows, at) in enumerate(self._on):
             yield half, -1.0
             for row, offset in zip(rows, at, strict=True):
@@ -105,16 +105,16 @@ class Walks:
             if done:
                 found.append(Window(passed, end_m, self._at(half, begin), self._at(here, end_m - gone)))
                 continue
-            gone += float(self.ways.length_m[here // 2])
-            if not self.ways.is_open[self.ways.stop(here)]:
-                todo += [(onward, -1.0, gone, passed) for onward in reversed(self.ways.onward(here))]
+            gone += float(self.corridors.length_m[here // 2])
+            if not self.corridors.is_open[self.corridors.stop(here)]:
+                todo += [(onward, -1.0, gone, passed) for onward in reversed(self.corridors.onward(here))]
         return found
 
     def _along(
         self, half: int, beyond: float, gone: float, passed: tuple[int, ...], spacing_m: float, chosen: BoolArray | None
     ) -> tuple[tuple[int, ...], float, bool] | None:
         """Go on along one half: stations passed, length so far and whether the window is full; None: landmark met."""
-        length = float(self.ways.length_m[half // 2])
+        length = float(self.corridors.length_m[half // 2])
         for row, at in zip(*self._on[half], strict=True):
             if at <= beyond + SLACK_M:
                 continue
@@ -131,17 +131,19 @@ class Walks:
         return passed, gone + length, full
 
     def _at(self, half: int, along_m: float) -> tuple[float, float]:
-        way = half // 2
-        length = float(self.ways.length_m[way])
+        corridor = half // 2
+        length = float(self.corridors.length_m[corridor])
         offset = length - along_m if half % 2 else along_m
-        x, y = self.ways.place(way, np.array([min(max(offset, 0.0), length)]))[0].tolist()
+        x, y = self.corridors.place(corridor, np.array([min(max(offset, 0.0), length)]))[0].tolist()
         return x, y
 
 
-def demands_of(ways: Ways, stations: Stations, usable: BoolArray, spacing_m: float, short_m: float) -> Demands:
+def demands_of(
+    corridors: Corridors, stations: Stations, usable: BoolArray, spacing_m: float, short_m: float
+) -> Demands:
     """All demands on the ``usable`` (s,) stations; windows from one start beyond :data:`MOST_WINDOWS` are left out."""
-    walks = Walks(ways, stations, usable)
-    rows: set[Row] = set()
+    walks = CorridorWalks(corridors, stations, usable)
+    rows: set[StationSet] = set()
     gaps: dict[tuple[tuple[float, float], ...], Gap] = {}
     for half, offset in walks.starts():
         for window in walks.windows(half, offset, spacing_m, MOST_WINDOWS):
@@ -150,9 +152,9 @@ def demands_of(ways: Ways, stations: Stations, usable: BoolArray, spacing_m: flo
                 gaps[where] = Gap("spacing", window.start, window.stop, round(window.length_m, 2))
             if window.stations:
                 rows.add(frozenset(window.stations))
-    turns, turn_gaps = turn_rows(ways, stations, usable, short_m)
-    halls, hall_gaps = hall_rows(ways, stations, usable, spacing_m / 2)
-    ordered = without_wider([*turns, *halls, *sorted(rows, key=sorted)])
+    turns, turn_gaps = turn_rows(corridors, stations, usable, short_m)
+    halls, hall_gaps = hall_rows(corridors, stations, usable, spacing_m / 2)
+    ordered = without_supersets([*turns, *halls, *sorted(rows, key=sorted)])
     return Demands(ordered, (*_longest(gaps.values()), *turn_gaps, *hall_gaps))
 
 
@@ -161,69 +163,73 @@ def _longest(gaps: Iterable[Gap]) -> list[Gap]:
     kept: list[Gap] = []
     for gap in sorted(gaps, key=lambda gap: (-gap.length_m, gap.start, gap.stop)):
         ends = {gap.start, gap.stop}
-        if all(min(_apart(a, b) for a in ends for b in (one.start, one.stop)) > 2.0 for one in kept):
+        if all(min(_distance(a, b) for a in ends for b in (one.start, one.stop)) > 2.0 for one in kept):
             kept.append(gap)
     return kept
 
 
-def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
+def _distance(a: tuple[float, float], b: tuple[float, float]) -> float:
     return float(np.hypot(a[0] - b[0], a[1] - b[1]))
 
 
-def turn_rows(ways: Ways, stations: Stations, usable: BoolArray, short_m: float) -> tuple[list[Row], list[Gap]]:
-    """A row for each way between two turns that are not close together; open areas have none inside."""
+def turn_rows(
+    corridors: Corridors, stations: Stations, usable: BoolArray, short_m: float
+) -> tuple[list[StationSet], list[Gap]]:
+    """A row for each corridor between two turns that are not close together; open areas have none inside."""
     rows, gaps = [], []
-    for way, length in enumerate(ways.length_m.tolist()):
-        if length < short_m or ways.in_hall[way]:
+    for corridor, length in enumerate(corridors.length_m.tolist()):
+        if length < short_m or corridors.in_hall[corridor]:
             continue
-        here = np.flatnonzero((stations.way == way) & usable).tolist()
+        here = np.flatnonzero((stations.corridor == corridor) & usable).tolist()
         if here:
             rows.append(frozenset(here))
         else:
-            (ax, ay), (bx, by) = ways.ends[ways.joined[way]].tolist()
+            (ax, ay), (bx, by) = corridors.ends[corridors.joined[corridor]].tolist()
             gaps.append(Gap("turn", (ax, ay), (bx, by), round(length, 2)))
     return rows, gaps
 
 
-def hall_rows(ways: Ways, stations: Stations, usable: BoolArray, reach_m: float) -> tuple[list[Row], list[Gap]]:
+def hall_rows(
+    corridors: Corridors, stations: Stations, usable: BoolArray, reach_m: float
+) -> tuple[list[StationSet], list[Gap]]:
     """A row for each place of an open area: the stations within ``reach_m`` of walking, or else the nearest ones."""
-    halls = np.flatnonzero(ways.is_open)
-    rows: list[Row] = []
+    halls = np.flatnonzero(corridors.is_open)
+    rows: list[StationSet] = []
     gaps: list[Gap] = []
     here = np.flatnonzero(usable)
     if not len(halls) or not len(here):
         return rows, gaps
-    distance = walking_m(ways, stations, from_ends=halls)[:, here]
+    distance = walking_distances(corridors, stations, from_ends=halls)[:, here]
     for end, away in zip(halls.tolist(), distance, strict=True):
         nearest = float(away.min())
         if nearest > reach_m:
-            (x, y), (u, v) = ways.ends[end].tolist(), stations.point[here[int(away.argmin())]].tolist()
+            (x, y), (u, v) = corridors.ends[end].tolist(), stations.point[here[int(away.argmin())]].tolist()
             gaps.append(Gap("open", (x, y), (u, v), round(nearest, 2)))
         if np.isfinite(nearest):
             rows.append(frozenset(here[away <= max(reach_m, nearest + 1.0)].tolist()))
     return rows, gaps
 
 
-def walking_m(ways: Ways, stations: Stations, from_ends: IntArray | None = None) -> FloatArray:
+def walking_distances(corridors: Corridors, stations: Stations, from_ends: IntArray | None = None) -> FloatArray:
     """Walking distances to the stations (., s): from the ends given, or (s, s) from each station."""
-    ends, count = len(ways.ends), len(stations.way)
+    ends, count = len(corridors.ends), len(stations.corridor)
     first, second, length = [], [], []
-    for way, (a, b) in enumerate(ways.joined.tolist()):
-        rows = np.flatnonzero(stations.way == way)
+    for corridor, (a, b) in enumerate(corridors.joined.tolist()):
+        rows = np.flatnonzero(stations.corridor == corridor)
         chain = np.concatenate(([a], ends + rows, [b]))
-        at = np.concatenate(([0.0], stations.offset_m[rows], [ways.length_m[way]]))
+        at = np.concatenate(([0.0], stations.offset_m[rows], [corridors.length_m[corridor]]))
         first.append(chain[:-1])
         second.append(chain[1:])
         length.append(np.maximum(np.diff(at), 1e-6))
     size = ends + count
     shape = (np.concatenate(length), (np.concatenate(first), np.concatenate(second)))
-    graph = csr_array(_least(shape, size))
+    graph = csr_array(_shortest_edges(shape, size))
     start = ends + np.arange(count) if from_ends is None else from_ends
     return np.asarray(dijkstra(graph, directed=False, indices=start)[:, ends:])
 
 
-def _least(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> csr_array:
-    """Graph with the shortest of parallel ways: a sparse array would add them up."""
+def _shortest_edges(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> csr_array:
+    """Graph with the shortest of parallel corridors: a sparse array would add them up."""
     length, (first, second) = entries
     low, high = np.minimum(first, second), np.maximum(first, second)
     order = np.lexsort((length, high, low))
@@ -232,7 +238,7 @@ def _least(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> 
     return csr_array((length[new], (low[new], high[new])), shape=(size, size))
 
 
-def without_wider(rows: list[Row]) -> tuple[Row, ...]:
+def without_supersets(rows: list[StationSet]) -> tuple[StationSet, ...]:
     """Leave out rows that hold another one: they say nothing more. Keeps the order."""
     unique = list(dict.fromkeys(rows))
     by_station: dict[int, list[int]] = {}
@@ -247,16 +253,16 @@ def without_wider(rows: list[Row]) -> tuple[Row, ...]:
     return tuple(unique[index] for index in sorted(kept))
 
 
-def broken(
-    ways: Ways, stations: Stations, usable: BoolArray, chosen: BoolArray, spacing_m: float, most: int = 20
-) -> set[Row]:
+def broken_spacing(
+    corridors: Corridors, stations: Stations, usable: BoolArray, chosen: BoolArray, spacing_m: float, most: int = 20
+) -> set[StationSet]:
     """Rows of walks that are longer than ``spacing_m`` though they pass none of the ``chosen`` (s,) stations.
 
     Empty for a set that fulfils the spacing wherever it can be fulfilled.
     """
-    walks = Walks(ways, stations, usable)
-    found: set[Row] = set()
-    for half, offset in walks.after(chosen):
+    walks = CorridorWalks(corridors, stations, usable)
+    found: set[StationSet] = set()
+    for half, offset in walks.starts_after(chosen):
         for window in walks.windows(half, offset, spacing_m, most, chosen):
             if window.stations:
                 found.add(frozenset(window.stations))

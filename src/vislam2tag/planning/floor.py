@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.planning.cover import Cover, cover
-from vislam2tag.planning.demands import Demands, Gap, broken, demands_of, walking_m
-from vislam2tag.planning.further import Further, further_landmarks
-from vislam2tag.planning.places import Places, Stations, find_places, stations_along
-from vislam2tag.planning.prediction import Expected, Sheets, expected_on
-from vislam2tag.planning.refine import choose_walls, improved, neighbourhoods, width_m
+from vislam2tag.planning.corridors import Corridors, corridors_of
+from vislam2tag.planning.demands import Demands, Gap, StationSet, broken_spacing, demands_of, walking_distances
+from vislam2tag.planning.further_landmarks import FurtherPlace, further_landmarks
+from vislam2tag.planning.prediction import ExpectedLabels, PassedLandmarks, expected_on_walks
+from vislam2tag.planning.refine import choose_walls, improve_stations, line_deviation_m, neighbourhoods
+from vislam2tag.planning.set_cover import Cover, cover
 from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, stations_along
 from vislam2tag.planning.sigma_map import (
     DistanceClass,
     SigmaMap,
@@ -25,13 +26,12 @@ from vislam2tag.planning.sigma_map import (
 from vislam2tag.planning.tour import Tour, plan_tour
 from vislam2tag.planning.typical_walks import typical_walks
 from vislam2tag.planning.walk_costs import StationPasses, gap_costs
-from vislam2tag.planning.ways import Ways, ways_of
 from vislam2tag.walkable.graph import CorridorGraph
 from vislam2tag.walkable.space import WalkableSpace
 
 STEPS = ("places", "demands", "fewest landmarks", "walls", "tour", "prediction", "further landmarks")
 FIXED_REACH_M = 5.0
-"""A fixed landmark farther off every way than this is passed by nobody."""
+"""A fixed landmark farther off every corridor than this is passed by nobody."""
 OUTSIDE_M = 1.0
 """A fixed landmark farther off the walkable space than this hangs in another building."""
 FIXED_PASS_M = 0.6
@@ -40,7 +40,7 @@ TRIED = 60
 
 
 @dataclass(frozen=True)
-class Given:
+class FloorConstraints:
     """What is given of a floor: ``fixed`` (h, 2) landmarks that stay, their ``names`` (h), and rectangles (f, 4), x0,
     y0, x1, y1, in which none may hang; BCS metres.
     """
@@ -55,10 +55,10 @@ class FloorDesign:
     """A plan of one floor. ``place`` (m,) are rows of ``places``: the new landmarks, in the order of the tour."""
 
     space: WalkableSpace
-    ways: Ways
+    corridors: Corridors
     stations: Stations
-    places: Places
-    given: Given
+    places: SheetPlaces
+    constraints: FloorConstraints
     fixed_station: IntArray
     """(h,) station at which each fixed landmark is passed, -1 where nobody passes it."""
     demands: Demands
@@ -66,18 +66,18 @@ class FloorDesign:
     place: IntArray
     longest_m: float
     """Longest walk without a landmark that there is, where demands can be met."""
-    widths_m: FloatArray
+    line_deviations_m: FloatArray
     """(l,) how far each landmark's neighbourhood lies off one line; those at stations, fixed ones last."""
-    expected: tuple[Expected, ...]
+    expected: tuple[ExpectedLabels, ...]
     sigma: SigmaMap
     classes: tuple[DistanceClass, ...]
-    further: tuple[Further, ...]
+    further: tuple[FurtherPlace, ...]
     tour: Tour
 
     @property
-    def sheets(self) -> Sheets:
+    def landmarks(self) -> PassedLandmarks:
         """New landmarks, then the fixed ones that are passed."""
-        return sheets_of(self.places, self.stations, self.place, self.given, self.fixed_station)
+        return passed_landmarks(self.places, self.stations, self.place, self.constraints, self.fixed_station)
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
@@ -89,87 +89,133 @@ def plan_floor(
     space: WalkableSpace,
     graph: CorridorGraph,
     settings: PlanSettings,
-    given: Given,
+    constraints: FloorConstraints,
     on_step: Callable[[str], None] = lambda _step: None,
 ) -> FloorDesign:
     """Plan one floor; ``on_step`` hears the name of each of :data:`STEPS` when it begins.
 
-    Raises SurveyError where the floor has no ways or no wall for a sheet, or a fixed landmark lies outside of it.
+    Raises SurveyError where the floor has no corridor or no wall for a sheet, or a fixed landmark lies outside of it.
     """
-    _check_inside(space, given)
+    _check_inside(space, constraints)
     on_step(STEPS[0])
-    ways = ways_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
-    if not len(ways.lines):
-        raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
-    stations = stations_along(ways, settings.step_m)
-    places = find_places(space, ways, stations, settings, given.forbidden)
-    fixed_station = _stations_of(space, stations, given.fixed)
-    usable, fixed = _marked(places.station, len(stations.way)), _marked(fixed_station, len(stations.way))
-    if not (usable | fixed).any():
-        raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
+    candidates = _Candidates.of(space, graph, settings, constraints)
     on_step(STEPS[1])
-    demands = demands_of(ways, stations, usable | fixed, settings.spacing_m, settings.short_m)
+    corridors, stations, places = candidates.corridors, candidates.stations, candidates.places
+    demands = demands_of(corridors, stations, candidates.all, settings.spacing_m, settings.short_m)
     on_step(STEPS[2])
-    found = _fewest(ways, stations, usable | fixed, fixed, demands, settings)
+    fewest = _fewest(candidates, demands, settings)
     on_step(STEPS[3])
-    distance_m = walking_m(ways, stations)
-    walks = StationPasses.of(typical_walks(graph, seed=1, fewest=TRIED), stations.point)
-    chosen = _improved(ways, stations, usable, fixed, found, demands, distance_m, walks, settings)
-    at = np.flatnonzero(chosen & ~fixed)
-    held = np.flatnonzero(fixed_station >= 0)
-    place = choose_walls(at, places, given.fixed[held], fixed_station[held], distance_m)
+    distance_m = walking_distances(corridors, stations)
+    chosen = _improved(candidates, fewest, demands, distance_m, typical_walks(graph, seed=1, fewest=TRIED), settings)
+    place = candidates.walls(np.flatnonzero(chosen & ~candidates.fixed), distance_m)
     on_step(STEPS[4])
-    tour = plan_tour(
-        ways,
-        stations.way[np.concatenate((at, fixed_station[held]))],
-        stations.offset_m[np.concatenate((at, fixed_station[held]))],
-    )
-    place, at, tour = _in_order(place, at, tour)
-    sheets = sheets_of(places, stations, place, given, fixed_station)
-    groups = neighbourhoods(np.concatenate((at, fixed_station[held])), distance_m)
+    place, tour = candidates.toured(place)
+    landmarks = passed_landmarks(places, stations, place, constraints, candidates.fixed_station)
+    groups = neighbourhoods(candidates.with_fixed(places.station[place]), distance_m)
     on_step(STEPS[5])
     paths = typical_walks(graph)
-    expected = tuple(expected_on(paths, sheets, settings.survey_sigma_m))
+    expected = tuple(expected_on_walks(paths, landmarks, settings.survey_sigma_m))
     on_step(STEPS[6])
-    free = usable[places.station] & ~chosen[places.station]
-    further = further_landmarks(paths, sheets, places, stations, free, settings.further, settings.survey_sigma_m)
+    free = candidates.usable[places.station] & ~chosen[places.station]
+    further = further_landmarks(paths, landmarks, places, stations, free, settings.further, settings.survey_sigma_m)
     return FloorDesign(
         space=space,
-        ways=ways,
+        corridors=corridors,
         stations=stations,
         places=places,
-        given=given,
-        fixed_station=fixed_station,
+        constraints=constraints,
+        fixed_station=candidates.fixed_station,
         demands=demands,
-        cover=found,
+        cover=fewest,
         place=place,
-        longest_m=longest_free_m(ways, stations, chosen, settings.spacing_m),
-        widths_m=np.array([width_m(sheets.position[group]) for group in groups]),
+        longest_m=longest_free_m(corridors, stations, chosen, settings.spacing_m),
+        line_deviations_m=np.array([line_deviation_m(landmarks.position[group]) for group in groups]),
         expected=expected,
         sigma=sigma_map(space, expected),
-        classes=tuple(distance_classes(space, sheets.position, expected)),
+        classes=tuple(distance_classes(space, landmarks.position, expected)),
         further=tuple(further),
         tour=tour,
     )
 
 
-def sheets_of(places: Places, stations: Stations, place: IntArray, given: Given, fixed_station: IntArray) -> Sheets:
+@dataclass(frozen=True)
+class _Candidates:
+    """Where a floor's landmarks can be: ``usable`` (s,) stations with places for new ones, ``fixed`` (s,) stations with
+    landmarks that stay; ``fixed_station`` (h,) is that of each fixed landmark, -1 where nobody passes it.
+    """
+
+    corridors: Corridors
+    stations: Stations
+    places: SheetPlaces
+    constraints: FloorConstraints
+    fixed_station: IntArray
+    usable: BoolArray
+    fixed: BoolArray
+
+    @classmethod
+    def of(
+        cls, space: WalkableSpace, graph: CorridorGraph, settings: PlanSettings, constraints: FloorConstraints
+    ) -> _Candidates:
+        """Find them; raises SurveyError where there are none."""
+        corridors = corridors_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
+        if not len(corridors.lines):
+            raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
+        stations = stations_along(corridors, settings.step_m)
+        places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
+        fixed_station = _stations_of(space, stations, constraints.fixed)
+        count = len(stations.corridor)
+        usable, fixed = _marked(places.station, count), _marked(fixed_station, count)
+        if not (usable | fixed).any():
+            raise SurveyError("has no wall for a sheet; allow larger sheets (--sheet A1) or fewer forbidden places")
+        return cls(corridors, stations, places, constraints, fixed_station, usable, fixed)
+
+    @property
+    def all(self) -> BoolArray:
+        """(s,) stations with a new landmark possible or a fixed one."""
+        return self.usable | self.fixed
+
+    @property
+    def passed(self) -> IntArray:
+        """(p,) the fixed landmarks that are passed."""
+        return np.flatnonzero(self.fixed_station >= 0)
+
+    def with_fixed(self, station: IntArray) -> IntArray:
+        """Stations (m,) of new landmarks, followed by those of the fixed ones: (m + p,)."""
+        return np.concatenate((station, self.fixed_station[self.passed]))
+
+    def walls(self, station: IntArray, distance_m: FloatArray) -> IntArray:
+        """A place (m,) for each station (m,)."""
+        held = self.constraints.fixed[self.passed]
+        return choose_walls(station, self.places, held, self.fixed_station[self.passed], distance_m)
+
+    def toured(self, place: IntArray) -> tuple[IntArray, Tour]:
+        """The tour past the new landmarks (m,) and the fixed ones, and the new ones in its order."""
+        station = self.with_fixed(self.places.station[place])
+        tour = plan_tour(self.corridors, self.stations.corridor[station], self.stations.offset_m[station])
+        return _in_order(place, tour)
+
+
+def passed_landmarks(
+    places: SheetPlaces, stations: Stations, place: IntArray, constraints: FloorConstraints, fixed_station: IntArray
+) -> PassedLandmarks:
     """Landmarks for the prediction: the new ones at some ``place`` (m,), then those fixed ones that are passed."""
     held = np.flatnonzero(fixed_station >= 0)
-    return Sheets(
-        np.vstack((places.position[place], given.fixed[held])),
+    return PassedLandmarks(
+        np.vstack((places.position[place], constraints.fixed[held])),
         stations.point[np.concatenate((places.station[place], fixed_station[held]))],
         np.concatenate((places.pass_m[place], np.full(len(held), FIXED_PASS_M))),
     )
 
 
-def longest_free_m(ways: Ways, stations: Stations, chosen: BoolArray, spacing_m: float) -> float:
+def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, spacing_m: float) -> float:
     """Length of the longest walk between two landmarks (s,), to the nearest half metre; at most twice the spacing."""
     low, high = 0.0, 2 * spacing_m
     everywhere = np.ones(len(chosen), dtype=np.bool_)
     while high - low > 0.05:
         middle = (low + high) / 2
-        low, high = (middle, high) if broken(ways, stations, everywhere, chosen, middle, 1) else (low, middle)
+        low, high = (
+            (middle, high) if broken_spacing(corridors, stations, everywhere, chosen, middle, 1) else (low, middle)
+        )
     return round(high, 1)
 
 
@@ -179,11 +225,11 @@ def _marked(index: IntArray, count: int) -> BoolArray:
     return mask
 
 
-def _check_inside(space: WalkableSpace, given: Given) -> None:
+def _check_inside(space: WalkableSpace, constraints: FloorConstraints) -> None:
     """Raise SurveyError for a fixed landmark that hangs nowhere near the walkable space."""
     around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = np.vstack([r * np.column_stack((np.cos(around), np.sin(around))) for r in (0.0, 0.4, OUTSIDE_M)])
-    for name, place in zip(given.names, given.fixed, strict=True):
+    for name, place in zip(constraints.names, constraints.fixed, strict=True):
         if not space.inside(place + ring).any():
             x, y = place.tolist()
             raise SurveyError(
@@ -204,14 +250,17 @@ def _stations_of(space: WalkableSpace, stations: Stations, fixed: FloatArray) ->
     return found
 
 
-def _fewest(
-    ways: Ways, stations: Stations, usable: BoolArray, fixed: BoolArray, demands: Demands, settings: PlanSettings
-) -> Cover:
+def _fewest(candidates: _Candidates, demands: Demands, settings: PlanSettings) -> Cover:
+    """The fewest stations that fulfil all demands."""
+
+    def broken(chosen: BoolArray) -> set[StationSet]:
+        return broken_spacing(candidates.corridors, candidates.stations, candidates.all, chosen, settings.spacing_m)
+
     return cover(
         demands.rows,
-        fixed,
-        lambda chosen: broken(ways, stations, usable, chosen, settings.spacing_m),
-        allowed=usable,
+        candidates.fixed,
+        broken,
+        allowed=candidates.all,
         gap=settings.gap,
         nodes=settings.nodes,
         time_limit_s=settings.time_limit_s,
@@ -219,32 +268,30 @@ def _fewest(
 
 
 def _improved(
-    ways: Ways,
-    stations: Stations,
-    usable: BoolArray,
-    fixed: BoolArray,
-    found: Cover,
+    candidates: _Candidates,
+    fewest: Cover,
     demands: Demands,
     distance_m: FloatArray,
-    walks: StationPasses,
+    walks: Sequence[FloatArray],
     settings: PlanSettings,
 ) -> BoolArray:
-    """Move the landmarks to where they help most; begin again with every row that this breaks."""
+    """Move the landmarks to stations (s,) where they help most; begin again with every row that this breaks."""
+    fixed, usable = candidates.fixed, candidates.usable & ~candidates.fixed
+    passes = StationPasses.of(walks, candidates.stations.point)
+    costs = gap_costs(settings.survey_sigma_m)
     rows = list(demands.rows)
     for _ in range(5):
-        costs = gap_costs(settings.survey_sigma_m)
-        better = improved(found.chosen, found.chosen & ~fixed, usable & ~fixed, rows, distance_m, walks, costs)
-        further = broken(ways, stations, usable | fixed, better, settings.spacing_m)
-        if not further:
+        better = improve_stations(fewest.chosen, fewest.chosen & ~fixed, usable, rows, distance_m, passes, costs)
+        broken = broken_spacing(candidates.corridors, candidates.stations, candidates.all, better, settings.spacing_m)
+        if not broken:
             return better
-        rows += sorted(further, key=sorted)
-    return found.chosen
+        rows += sorted(broken, key=sorted)
+    return fewest.chosen
 
 
-def _in_order(place: IntArray, at: IntArray, tour: Tour) -> tuple[IntArray, IntArray, Tour]:
-    """Number the new landmarks in the order in which the tour meets them first; fixed ones keep their numbers."""
+def _in_order(place: IntArray, tour: Tour) -> tuple[IntArray, Tour]:
+    """Number the new landmarks (m,) in the order in which the tour meets them first; fixed ones keep their numbers."""
     met = list(dict.fromkeys(tour.visit.tolist()))
     order = [i for i in met if i < len(place)] + [i for i in range(len(place)) if i not in met]
     renumber = np.concatenate((np.argsort(order), np.arange(len(place), tour.visit.max(initial=-1) + 1))).astype(int)
-    index = np.array(order, dtype=np.int64)
-    return place[index], at[index], Tour(tour.line, renumber[tour.visit], tour.visit_m, tour.twice_m)
+    return place[np.array(order, dtype=np.int64)], Tour(tour.line, renumber[tour.visit], tour.visit_m, tour.twice_m)

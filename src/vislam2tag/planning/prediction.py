@@ -1,6 +1,6 @@
 """The label sigma to expect: typical walks past the planned landmarks, solved by the smoother's own equations.
 
-Nothing is drawn at random about a walk but its way: its passes follow from the landmarks, and the covariance of every
+Nothing is drawn at random about a walk but its route: its passes follow from the landmarks, and the covariance of every
 frame from :mod:`vislam2tag.core` as for a real session, at the usual noise of phones. Only what no equation knows
 before a walk is measured once in the simulator: how much a phone turns in walking and to look at a sheet.
 """
@@ -43,18 +43,18 @@ LEAST_BETWEEN_M = 4.0
 
 
 @dataclass(frozen=True)
-class Sheets:
-    """Landmarks as the prediction needs them: ``position`` (m, 2) on the walls, ``foot`` (m, 2) the points of the ways
-    at which they are passed, ``pass_m`` (m,) the distance then; BCS metres.
+class PassedLandmarks:
+    """Landmarks as the prediction needs them: ``position`` (m, 2) on the walls, ``foot`` (m, 2) the points of the
+    corridors at which they are passed, ``pass_m`` (m,) the distance then; BCS metres.
     """
 
     position: FloatArray
     foot: FloatArray
     pass_m: FloatArray
 
-    def with_one(self, position: FloatArray, foot: FloatArray, pass_m: float) -> Sheets:
+    def with_one(self, position: FloatArray, foot: FloatArray, pass_m: float) -> PassedLandmarks:
         """The same and one more."""
-        return Sheets(
+        return PassedLandmarks(
             np.vstack((self.position, position[None])),
             np.vstack((self.foot, foot[None])),
             np.append(self.pass_m, pass_m),
@@ -62,7 +62,7 @@ class Sheets:
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedLabels:
     """What is expected along one walk: ``path`` (n, 2) BCS metres and the covariances (n, 2, 2) of its labels."""
 
     path: FloatArray
@@ -74,21 +74,25 @@ class Expected:
         return np.asarray(np.trace(self.covariance, axis1=1, axis2=2) / 2)
 
 
-def expected_along(path: FloatArray, sheets: Sheets, survey_sigma_m: float, noise: Noise = USUAL) -> Expected | None:
+def expected_along(
+    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: Noise = USUAL
+) -> ExpectedLabels | None:
     """Covariances of the labels of a walk; None where it passes no two landmarks apart, so that nothing is mapped."""
     smoothed = smoothed_walk(path, sheets, survey_sigma_m, noise)
-    return None if smoothed is None else Expected(path, mapped_path(smoothed)[1])
+    return None if smoothed is None else ExpectedLabels(path, mapped_path(smoothed)[1])
 
 
-def smoothed_walk(path: FloatArray, sheets: Sheets, survey_sigma_m: float, noise: Noise = USUAL) -> Smoothed | None:
+def smoothed_walk(
+    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: Noise = USUAL
+) -> Smoothed | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
     if len(np.unique(landmark)) < 2:
         return None
     passed, landmark = np.unique(landmark, return_inverse=True)
-    sheets = Sheets(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
-    walked = _walked(path, sheets, at, landmark)
-    known = _known(sheets, survey_sigma_m)
+    sheets = PassedLandmarks(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
+    walked = _simulated_walk(path, sheets, at, landmark)
+    known = _surveyed_landmarks(sheets, survey_sigma_m)
     plane = as_complex(path)
     model = Model(walked, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the levels of noise.
@@ -111,12 +115,12 @@ def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
     return order[:, 0], order[:, 1]
 
 
-def comes_by(path: FloatArray, foot: FloatArray) -> bool:
+def passes_near(path: FloatArray, foot: FloatArray) -> bool:
     """Whether a walk passes a landmark whose station is at ``foot`` (2,)."""
     return bool((np.linalg.norm(path - foot, axis=1) < PASSED_M).any())
 
 
-def _walked(path: FloatArray, sheets: Sheets, at: IntArray, landmark: IntArray) -> Walked:
+def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> Walked:
     """The odometry and the passes that a tracker would have logged on this walk, without any fault."""
     count = len(path)
     step = np.diff(path, axis=0)
@@ -157,20 +161,22 @@ def _walked(path: FloatArray, sheets: Sheets, at: IntArray, landmark: IntArray) 
     return Walked(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
 
 
-def _known(sheets: Sheets, sigma_m: float) -> KnownLandmarks:
+def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> KnownLandmarks:
     known = KnownLandmarks.nothing(len(sheets.position))
     known.position[:] = as_complex(sheets.position)
     known.covariance[:] = np.eye(2) * sigma_m**2
     return known
 
 
-def expected_on(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: float) -> list[Expected]:
+def expected_on_walks(
+    paths: Sequence[FloatArray], sheets: PassedLandmarks, survey_sigma_m: float
+) -> list[ExpectedLabels]:
     """What is expected along many walks; those that cannot be mapped are left out."""
     found = (expected_along(path, sheets, survey_sigma_m) for path in paths)
     return [one for one in found if one is not None]
 
 
-def mean_error_m(expected: Sequence[Expected]) -> float:
+def mean_error_m(expected: Sequence[ExpectedLabels]) -> float:
     """Mean length of the errors to expect on some walks; NaN where there are none."""
     errors = [expected_error_m(one.covariance) for one in expected]
     return float(np.concatenate(errors).mean()) if errors else float("nan")

@@ -35,7 +35,7 @@ class PlannedLandmark(Record):
     pass_m: float
     """Distance between phone and sheet in passing."""
     visible_m: float
-    """Length of the way from which the sheet is in view."""
+    """Length of the corridor from which the sheet is in view."""
 
 
 class UnmetDemand(Record):
@@ -78,7 +78,7 @@ class TourSummary(Record):
     line_m: tuple[tuple[float, float], ...]
 
 
-class FloorSummary(Record):
+class FloorPlanRecord(Record):
     """The plan of one floor."""
 
     floor: int
@@ -88,7 +88,7 @@ class FloorSummary(Record):
     landmarks: tuple[PlannedLandmark, ...]
     fixed: tuple[str, ...]
     not_passed: tuple[str, ...]
-    """Fixed landmarks that hang beside no way: nobody passes them."""
+    """Fixed landmarks that hang beside no corridor: nobody passes them."""
     number: int
     """New landmarks and the fixed ones, as far as they are passed."""
     bound: int
@@ -116,7 +116,7 @@ class PlanSummary(Record):
 
     version: str
     settings: PlanSettings
-    floors: tuple[FloorSummary, ...]
+    floors: tuple[FloorPlanRecord, ...]
     findings: tuple[Finding, ...]
     """Problems of the landmarks that the site has."""
 
@@ -128,28 +128,30 @@ class PlanSummary(Record):
 
 def floor_summary(
     design: FloorDesign, floor: int, name: str, ids: Sequence[str], settings: PlanSettings
-) -> FloorSummary:
+) -> FloorPlanRecord:
     """Describe one floor's plan; ``ids`` (m) are those of its new landmarks."""
-    passed = [name for name, at in zip(design.given.names, design.fixed_station.tolist(), strict=True) if at >= 0]
+    passed = [name for name, at in zip(design.constraints.names, design.fixed_station.tolist(), strict=True) if at >= 0]
     every = [*ids, *passed]
     number = len(every)
     # Two fixed landmarks at one station count as one in the bound; the plan cannot do without either.
     bound = design.cover.bound + number - int(design.cover.number)
     error_m = mean_error_m(design.expected)
-    return FloorSummary(
+    return FloorPlanRecord(
         floor=floor,
         name=name,
-        ways_m=_metres(design.ways.length_m.sum()),
+        ways_m=_metres(design.corridors.length_m.sum()),
         places=len(design.places.station),
         landmarks=planned_landmarks(design, floor, ids, settings.height_m),
-        fixed=design.given.names,
-        not_passed=tuple(name for name in design.given.names if name not in set(passed)),
+        fixed=design.constraints.names,
+        not_passed=tuple(name for name in design.constraints.names if name not in set(passed)),
         number=number,
         bound=bound,
         above_bound=round(number / bound - 1, 4) if bound else 0.0,
         cut_short=design.cover.cut_short,
         longest_m=None if design.gaps else design.longest_m,
-        on_a_line=tuple(one for one, width in zip(every, design.widths_m.tolist(), strict=True) if width < NARROW_M),
+        on_a_line=tuple(
+            one for one, width in zip(every, design.line_deviations_m.tolist(), strict=True) if width < NARROW_M
+        ),
         unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.gaps),
         expected_error_m=None if math.isnan(error_m) else _metres(error_m, 4),
         expected=tuple(

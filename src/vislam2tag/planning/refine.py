@@ -1,8 +1,8 @@
 """Of all plans with the fewest landmarks a good one: small errors to expect, and landmarks that lie not on one line.
 
-First each landmark moves along its ways as far as the demands let it, to where the errors to expect on typical walks
-are least (:mod:`walk_costs`). Then each takes one of the walls at its station, so that the landmarks near each other
-lie well off one line (:func:`width_m`).
+First each landmark moves along its corridors as far as the demands let it, to where the errors to expect on typical
+walks are least (:mod:`walk_costs`). Then each takes one of the walls at its station, so that the landmarks near each
+other lie well off one line (:func:`line_deviation_m`).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.planning.cover import row_matrix
-from vislam2tag.planning.demands import Row
-from vislam2tag.planning.places import Places
+from vislam2tag.planning.demands import StationSet
+from vislam2tag.planning.set_cover import row_matrix
+from vislam2tag.planning.sheet_places import SheetPlaces
 from vislam2tag.planning.walk_costs import GapCosts, StationPasses, WalkCosts
 
 REACH_M = 20.0
@@ -30,11 +30,11 @@ NARROW_M = 0.3
 """... and less than this is next to one line: of the order of a sighting's error."""
 
 
-def improved(
+def improve_stations(
     chosen: BoolArray,
     movable: BoolArray,
     usable: BoolArray,
-    rows: Sequence[Row],
+    rows: Sequence[StationSet],
     distance_m: FloatArray,
     passes: StationPasses,
     costs: GapCosts,
@@ -79,7 +79,7 @@ def _candidates(
     return [new for new in candidates if np.isin(needed, _rows_of(held, new)).all()]
 
 
-def width_m(points: FloatArray) -> float:
+def line_deviation_m(points: FloatArray) -> float:
     """How far points (k, 2) lie off their best line, root mean square, metres; 0 for two or fewer."""
     if len(points) < 3:
         return 0.0
@@ -95,7 +95,7 @@ def neighbourhoods(station: IntArray, distance_m: FloatArray) -> list[IntArray]:
 
 
 def choose_walls(
-    station: IntArray, places: Places, held: FloatArray, held_station: IntArray, distance_m: FloatArray
+    station: IntArray, places: SheetPlaces, held: FloatArray, held_station: IntArray, distance_m: FloatArray
 ) -> IntArray:
     """One place (m,) for each station (m,), so that no neighbourhood lies on one line.
 
@@ -116,7 +116,7 @@ def choose_walls(
             spread = []
             for row in rows:
                 points[i] = places.position[row]
-                spread.append(sum(min(width_m(points[groups[g]]), WIDE_M) for g in inside[i]))
+                spread.append(sum(min(line_deviation_m(points[groups[g]]), WIDE_M) for g in inside[i]))
             best = rows[int(np.argmax(np.round(spread, 3)))]
             if spread[rows.index(int(chosen[i]))] >= max(spread) - 1e-3:
                 best = int(chosen[i])

@@ -10,10 +10,10 @@ from scipy.ndimage import uniform_filter
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.planning.prediction import Expected
+from vislam2tag.planning.prediction import ExpectedLabels
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.walking import WalkingDistances
+from vislam2tag.walkable.walking_distances import WalkingDistances
 
 CELL_M = 0.25
 """Side of a cell of the map."""
@@ -32,7 +32,7 @@ class SigmaMap:
 @dataclass(frozen=True)
 class DistanceClass:
     """Labels whose nearest landmark is ``low_m`` to ``high_m`` of walking away: root mean square sigma per axis,
-    metres, mean length of the error to expect, share of the way.
+    metres, mean length of the error to expect, share of the corridor.
     """
 
     low_m: float
@@ -42,7 +42,7 @@ class DistanceClass:
     share: float
 
 
-def sigma_map(space: WalkableSpace, expected: Sequence[Expected]) -> SigmaMap:
+def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> SigmaMap:
     """Gather the variances of all walks in cells. What lies beside the walks takes its neighbours' values, not through
     walls: the inner end of a deep room has the value of the place from which one goes there.
     """
@@ -71,7 +71,9 @@ def _filled(values: FloatArray, allowed: BoolArray) -> FloatArray:
         values = np.where(reached, sums / np.maximum(weight, 1e-9), values)
 
 
-def distance_classes(space: WalkableSpace, landmarks: FloatArray, expected: Sequence[Expected]) -> list[DistanceClass]:
+def distance_classes(
+    space: WalkableSpace, landmarks: FloatArray, expected: Sequence[ExpectedLabels]
+) -> list[DistanceClass]:
     """What is expected by the walking distance to the nearest of the landmarks (m, 2), in classes of 5 m."""
     if not expected:
         return []

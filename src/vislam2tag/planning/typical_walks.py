@@ -1,4 +1,4 @@
-"""Walks as surveyors take them, for the prediction: least used ways first, now and then a look into a room."""
+"""Walks as surveyors take them, for the prediction: least used corridors first, now and then a look into a room."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CORNER_M = 0.4
 WALK_M = 150.0
 """Length of a session's walk: three minutes."""
 TIMES = 12.0
-"""All ways together are walked about so often."""
+"""All corridors together are walked about so often."""
 FEWEST = 12
 """Walks at least."""
 ROOM_SHARE = 0.12
@@ -25,7 +25,7 @@ ROOM_SHARE = 0.12
 
 
 @dataclass(frozen=True)
-class Way:
+class DirectedEdge:
     """Half an edge of the graph in walking direction."""
 
     edge: int
@@ -41,42 +41,48 @@ def typical_walks(graph: CorridorGraph, seed: int = 0, fewest: int = FEWEST) -> 
     used = np.zeros(len(graph.edges))
     leaving = _leaving(graph)
     count = max(fewest, round(TIMES * float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()) / WALK_M))
-    starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[way.edge] for way in out)]
+    starts = [node for node, out in enumerate(leaving) if any(not graph.in_room[taken.edge] for taken in out)]
     return [_walk(graph, leaving, used, starts or list(range(len(leaving))), rng) for _ in range(count)]
 
 
-def _leaving(graph: CorridorGraph) -> list[list[Way]]:
-    leaving: list[list[Way]] = [[] for _ in graph.nodes]
+def _leaving(graph: CorridorGraph) -> list[list[DirectedEdge]]:
+    leaving: list[list[DirectedEdge]] = [[] for _ in graph.nodes]
     for edge in np.flatnonzero(~graph.shortcut).tolist():
         first, second = graph.edges[edge].tolist()
-        leaving[first].append(Way(edge, second, graph.polylines[edge]))
-        leaving[second].append(Way(edge, first, graph.polylines[edge][::-1]))
+        leaving[first].append(DirectedEdge(edge, second, graph.polylines[edge]))
+        leaving[second].append(DirectedEdge(edge, first, graph.polylines[edge][::-1]))
     return leaving
 
 
 def _walk(
-    graph: CorridorGraph, leaving: list[list[Way]], used: FloatArray, starts: list[int], rng: np.random.Generator
+    graph: CorridorGraph,
+    leaving: list[list[DirectedEdge]],
+    used: FloatArray,
+    starts: list[int],
+    rng: np.random.Generator,
 ) -> FloatArray:
-    fresh = np.array([min(used[way.edge] for way in leaving[node]) for node in starts])
+    fresh = np.array([min(used[taken.edge] for taken in leaving[node]) for node in starts])
     node = int(rng.choice(np.array(starts)[fresh == fresh.min()]))
     before, length, parts = -1, 0.0, [graph.nodes[node][None]]
     while length < WALK_M:
-        way = _next(graph, leaving[node], before, used, rng)
-        used[way.edge] += 1
-        length += float(graph.length_m[way.edge])
-        parts.append(way.line[1:])
-        node, before = way.stop, way.edge
+        taken = _next(graph, leaving[node], before, used, rng)
+        used[taken.edge] += 1
+        length += float(graph.length_m[taken.edge])
+        parts.append(taken.line[1:])
+        node, before = taken.stop, taken.edge
     return smooth_line(np.vstack(parts))
 
 
-def _next(graph: CorridorGraph, leaving: list[Way], before: int, used: FloatArray, rng: np.random.Generator) -> Way:
-    """Choose a way on: not back unless there is no other."""
-    options = [way for way in leaving if way.edge != before] or leaving
+def _next(
+    graph: CorridorGraph, leaving: list[DirectedEdge], before: int, used: FloatArray, rng: np.random.Generator
+) -> DirectedEdge:
+    """Choose an edge to go on by: not back unless there is no other."""
+    options = [taken for taken in leaving if taken.edge != before] or leaving
     if before < 0 or not graph.in_room[before]:
-        rooms = [way for way in options if graph.in_room[way.edge]]
-        others = [way for way in options if not graph.in_room[way.edge]]
+        rooms = [taken for taken in options if graph.in_room[taken.edge]]
+        others = [taken for taken in options if not graph.in_room[taken.edge]]
         options = rooms if rooms and (rng.random() < ROOM_SHARE or not others) else others or options
-    weight = np.array([4.0 ** -min(used[way.edge], 60.0) for way in options])
+    weight = np.array([4.0 ** -min(used[taken.edge], 60.0) for taken in options])
     return options[int(rng.choice(len(options), p=weight / weight.sum()))]
 
 

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.planning.prediction import LEAST_BETWEEN_M, PASSED_M, Sheets, expected_along
-from vislam2tag.planning.ways import along
+from vislam2tag.planning.corridors import arc_lengths
+from vislam2tag.planning.prediction import LEAST_BETWEEN_M, PASSED_M, PassedLandmarks, expected_along
 
 GAPS_M = (1.0, 2.0, 4.0, 7.0, 11.0, 16.0, 22.0, 30.0, 45.0, 70.0, 110.0)
 """Gaps for which the model is solved; the cost of others lies between them."""
@@ -49,7 +49,7 @@ def gap_costs(survey_sigma_m: float) -> GapCosts:
     for gap in GAPS_M[1:]:
         x = np.arange(0.0, PASSES * gap + STEP_M / 2, STEP_M)
         foot = np.column_stack((np.arange(PASSES) * gap, np.zeros(PASSES)))
-        sheets = Sheets(foot + np.array((0.0, OFF_WAY_M)), foot, np.full(PASSES, 0.5))
+        sheets = PassedLandmarks(foot + np.array((0.0, OFF_WAY_M)), foot, np.full(PASSES, 0.5))
         expected = expected_along(np.column_stack((x, np.zeros_like(x))), sheets, survey_sigma_m)
         assert expected is not None
         inner = (x >= 2 * gap) & (x < 3 * gap)
@@ -74,13 +74,13 @@ class StationPasses:
     def of(cls, walks: Sequence[FloatArray], points: FloatArray) -> StationPasses:
         """Find the passes of all stations ``points`` (s, 2) on some walks."""
         tree = KDTree(points)
-        found = [_passes(along(walk), KDTree(walk), tree) for walk in walks]
+        found = [_passes(arc_lengths(walk), KDTree(walk), tree) for walk in walks]
         station = np.concatenate([*(part[0] for part in found), np.zeros(0, dtype=np.int64)])
         walk = np.repeat(np.arange(len(walks)), [len(part[0]) for part in found])
         at_m = np.concatenate([*(part[1] for part in found), np.zeros(0)])
         order = np.lexsort((at_m, walk, station))
         offsets = np.searchsorted(station[order], np.arange(len(points) + 1))
-        lengths = tuple(float(along(walk)[-1]) for walk in walks)
+        lengths = tuple(float(arc_lengths(walk)[-1]) for walk in walks)
         return cls(walk[order].astype(np.int64), at_m[order], offsets.astype(np.int64), lengths)
 
     def of_station(self, station: int) -> slice:

@@ -16,7 +16,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import ComplexArray, IntArray
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.registration.names import called
+from vislam2tag.registration.names import PlaceByPoint, point_label
 
 BUILDING = "the building"
 """Name of the frame of the known points."""
@@ -26,9 +26,6 @@ MOST_INTERCHANGED = 12
 """Common points among which interchanged names are tried; of more, the others are enough."""
 LEAST_APART_M = 0.3
 """Two points nearer than this are no base for a direction."""
-
-Points = Mapping[str, complex]
-"""Places by point, as complex numbers, metres."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,9 @@ class _Frame:
     maps: dict[str, Similarity2]
 
 
-def rough_frames(known: Points, stations: Mapping[str, Points], tolerance_m: float) -> dict[str, Similarity2]:
+def rough_frames(
+    known: PlaceByPoint, stations: Mapping[str, PlaceByPoint], tolerance_m: float
+) -> dict[str, Similarity2]:
     """For each station a map to the frame of the known points, good to the tolerance or so.
 
     Raises SurveyError, naming stations and points, where a station cannot be placed.
@@ -59,7 +58,7 @@ def rough_frames(known: Points, stations: Mapping[str, Points], tolerance_m: flo
     while len(frames) > 1:
         _, onto, moved, agreement = max(_joins(frames, tolerance_m), key=lambda one: one[0], default=_no_join())
         if agreement is None:
-            raise SurveyError(_unplaced(frames, tolerance_m))
+            raise SurveyError(_why_no_join(frames, tolerance_m))
         _refuse_mirrored(frames[onto], frames[moved], agreement, tolerance_m)
         joined = _joined(frames[onto], frames[moved], agreement.map)
         frames = [joined if i == onto else one for i, one in enumerate(frames) if i != moved]
@@ -80,7 +79,9 @@ def _joins(frames: Sequence[_Frame], tolerance_m: float) -> list[tuple[tuple[int
     return found
 
 
-def agree(source: Points, target: Points, tolerance_m: float, *, mirrored: bool = False) -> Agreement | None:
+def agree(
+    source: PlaceByPoint, target: PlaceByPoint, tolerance_m: float, *, mirrored: bool = False
+) -> Agreement | None:
     """The turn and shift from ``source`` to ``target`` with which most common points agree; None where no two do.
 
     Among few points it may take two interchanged names: of three points of which two are interchanged, only those two
@@ -91,13 +92,13 @@ def agree(source: Points, target: Points, tolerance_m: float, *, mirrored: bool 
         return None
     p = np.array([source[name] for name in common])
     p, q = p.conj() if mirrored else p, np.array([target[name] for name in common])
-    best = _best(p, q, tolerance_m)
+    best = _best_agreement(p, q, tolerance_m)
     if len(common) > MOST_INTERCHANGED or (best is not None and best.agreeing == len(common)):
         return best
     for i, j in itertools.combinations(range(len(common)), 2):
         interchanged = q.copy()
         interchanged[[i, j]] = q[[j, i]]
-        other = _best(p, interchanged, tolerance_m)
+        other = _best_agreement(p, interchanged, tolerance_m)
         if other is not None and other.agreeing >= 3 and (best is None or other.agreeing > best.agreeing):
             best = other
     return best
@@ -111,7 +112,7 @@ def _pairs(p: ComplexArray) -> tuple[IntArray, IntArray]:
     return first, second
 
 
-def _best(p: ComplexArray, q: ComplexArray, tolerance_m: float) -> Agreement | None:
+def _best_agreement(p: ComplexArray, q: ComplexArray, tolerance_m: float) -> Agreement | None:
     """Of all frames by two points of (k,) the one with least missed; ties go to the first."""
     first, second = _pairs(p)
     dp, dq = p[second] - p[first], q[second] - q[first]
@@ -148,7 +149,7 @@ def _refuse_mirrored(onto: _Frame, moved: _Frame, direct: Agreement, tolerance_m
         )
 
 
-def _unplaced(frames: Sequence[_Frame], tolerance_m: float) -> str:
+def _why_no_join(frames: Sequence[_Frame], tolerance_m: float) -> str:
     """Say why no further frame can be joined."""
     onto, moved = max(
         ((a, b) for i, a in enumerate(frames) for b in frames[i + 1 :]),
@@ -158,9 +159,9 @@ def _unplaced(frames: Sequence[_Frame], tolerance_m: float) -> str:
     there = " and ".join(onto.names)
     who = f"station {' and '.join(moved.names)}"
     if len(common) < 2:
-        shares = f"only point {called(common[0])}" if common else "no point"
+        shares = f"only point {point_label(common[0])}" if common else "no point"
         return f"{who} shares {shares} with {there}, but its frame needs two: shoot more known or common points"
-    names = ", ".join(map(called, common))
+    names = ", ".join(map(point_label, common))
     places = [np.array([frame.points[name] for name in common]) for frame in (moved, onto)]
     first, second = np.triu_indices(len(common), 1)
     apart = [np.abs(one[second] - one[first]) for one in places]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.registration.least_squares import Adjusted, Noise
+from vislam2tag.registration.least_squares import Adjusted, NoiseLevel
 
 RANGE_M = 10.0
 """A wrong measurement may be off by so much."""
@@ -26,7 +26,7 @@ AMBIGUOUS = 6.0
 
 
 @dataclass(frozen=True)
-class Change:
+class ValueChange:
     """Another value for one or two measurements: what they would have to have been."""
 
     text: str
@@ -52,9 +52,9 @@ def explanations(
     adjusted: Adjusted,
     groups: Sequence[IntArray],
     sigma_m: FloatArray,
-    noise: Noise,
+    noise: NoiseLevel,
     suspects: Sequence[int],
-    changes: Sequence[Change],
+    changes: Sequence[ValueChange],
 ) -> list[Explanation]:
     """The best explanation of why the suspects do not fit, then those that are as good, best first.
 
@@ -77,7 +77,7 @@ def explanations(
     return list(close.values())
 
 
-def _left_out(adjusted: Adjusted, rows: IntArray, sigma_m: float, measurement: int, noise: Noise) -> Explanation:
+def _left_out(adjusted: Adjusted, rows: IntArray, sigma_m: float, measurement: int, noise: NoiseLevel) -> Explanation:
     reduction, checks = adjusted.reduction_without(rows)
     usual_m = sigma_m * math.sqrt(2 * math.pi * noise.factor)
     cost = 2 * checks * math.log(max(RANGE_M / usual_m, math.e))
@@ -104,7 +104,7 @@ def mistyped(value: float, decimals: int) -> list[tuple[float, str]]:
     return [(other, what) for other, what in found.items() if abs(other - value) >= LEAST_TYPED_M]
 
 
-def noted(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     """Name things in a sentence."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 

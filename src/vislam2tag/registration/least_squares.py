@@ -64,9 +64,9 @@ class Adjusted:
         return variance_factor(self.square, self.redundancy, self.prior_freedom)
 
     @property
-    def noise(self) -> Noise:
+    def noise_level(self) -> NoiseLevel:
         """The variance factor and what it rests on."""
-        return Noise(self.variance_factor, self.prior_freedom + max(self.redundancy, 0))
+        return NoiseLevel(self.variance_factor, self.prior_freedom + max(self.redundancy, 0))
 
     def kernel(self, rows: IntArray) -> FloatArray:
         """The block (k, k) of N at these rows: how much of each measurement is checked by others."""
@@ -86,7 +86,7 @@ class Adjusted:
 
 
 @dataclass(frozen=True)
-class Noise:
+class NoiseLevel:
     """What the good measurements' variance is, in terms of the stated one, and how many they are."""
 
     factor: float
@@ -118,7 +118,7 @@ def adjust(design: FloatArray, residual: FloatArray, prior_freedom: float) -> tu
 
 
 def suspicious(
-    adjusted: Adjusted, groups: Sequence[IntArray], noise: Noise, false_alarm: float
+    adjusted: Adjusted, groups: Sequence[IntArray], noise: NoiseLevel, false_alarm: float
 ) -> list[tuple[int, float]]:
     """Groups of rows (each one measurement) that the others contradict, the worst first: index and reduction.
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.names import landmark_id
+
+PlaceByPoint = Mapping[str, complex]
+"""Where points are by name, x + iy, metres."""
 
 
 class Role(StrEnum):
@@ -68,7 +72,7 @@ def control_key(number: str) -> str:
     return _CONTROL + number
 
 
-def called(key: str) -> str:
+def point_label(key: str) -> str:
     """How messages call a point: a tie by its name alone."""
     return key.removeprefix(_TIE)
 

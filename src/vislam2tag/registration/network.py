@@ -19,7 +19,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.registration.least_squares import Adjusted, SingularError, adjust
-from vislam2tag.registration.names import called
+from vislam2tag.registration.names import point_label
 
 ROUNDS = 15
 SMALL_M = 1e-7
@@ -41,14 +41,14 @@ class Measurement:
     @property
     def label(self) -> str:
         """How messages call it."""
-        return f"known point {called(self.point)}{self._source}"
+        return f"known point {point_label(self.point)}{self._source}"
 
     @property
     def _source(self) -> str:
         return f" ({self.source})" if self.source else ""
 
 
-class Known(Measurement):
+class KnownPoint(Measurement):
     """One known point, in the building."""
 
 
@@ -61,11 +61,11 @@ class Shot(Measurement):
     @property
     def label(self) -> str:
         """How messages call it."""
-        return f"shot of {called(self.point)} from {self.station}{self._source}"
+        return f"shot of {point_label(self.point)} from {self.station}{self._source}"
 
 
 @dataclass(frozen=True)
-class Scale:
+class DistanceScale:
     """How much longer distances are in the building than the stations have them: 1, and its standard deviation."""
 
     value: float
@@ -77,13 +77,13 @@ class PlaneFit:
     """The adjusted network; rows 2i and 2i + 1 of ``adjusted`` are x and y of measurement i, shots first."""
 
     shots: tuple[Shot, ...]
-    known: tuple[Known, ...]
+    known: tuple[KnownPoint, ...]
     maps: Mapping[str, Similarity2]
     """Station to building."""
     places: Mapping[str, complex]
     """Every point's adjusted place in the building, metres."""
     adjusted: Adjusted
-    scale: Scale | None
+    scale: DistanceScale | None
     """None where it was held at 1."""
     _first_point: int
 
@@ -116,7 +116,7 @@ class PlaneFit:
 
 def adjust_plane(
     shots: Sequence[Shot],
-    known: Sequence[Known],
+    known: Sequence[KnownPoint],
     start: Mapping[str, Similarity2],
     prior_freedom: float,
     *,
@@ -144,7 +144,7 @@ class _State:
     """The estimate so far; points and stations are numbered in order of their names' first use."""
 
     shots: tuple[Shot, ...]
-    known: tuple[Known, ...]
+    known: tuple[KnownPoint, ...]
     stations: list[str]
     points: list[str]
     station: IntArray
@@ -159,7 +159,7 @@ class _State:
     scale: float = 1.0
 
     @classmethod
-    def of(cls, shots: Sequence[Shot], known: Sequence[Known], start: Mapping[str, Similarity2]) -> _State:
+    def of(cls, shots: Sequence[Shot], known: Sequence[KnownPoint], start: Mapping[str, Similarity2]) -> _State:
         stations = list(dict.fromkeys(shot.station for shot in shots))
         points = list(dict.fromkeys(shot.point for shot in shots))
         number = {name: i for i, name in enumerate(points)}
@@ -239,6 +239,6 @@ class _State:
             maps=maps,
             places={name: complex(place) for name, place in zip(self.points, self.place, strict=True)},
             adjusted=adjusted,
-            scale=Scale(self.scale, float(np.sqrt(variance))) if free_scale else None,
+            scale=DistanceScale(self.scale, float(np.sqrt(variance))) if free_scale else None,
             _first_point=first,
         )

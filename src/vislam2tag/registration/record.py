@@ -11,7 +11,7 @@ INTERCHANGED = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""
 
 
-class Source(StrEnum):
+class PositionSource(StrEnum):
     """How a position was found, the best first."""
 
     STATION = "station"
@@ -33,7 +33,7 @@ class RegisteredPoint(Record):
     z_sigma_m: float | None = None
     heading_rad: float | None = None
     heading_sigma_rad: float | None = None
-    source: Source
+    source: PositionSource
     measurements: int
     checked: float
     """How much of its measurements others check: 0 nothing would show an error, 1 everything."""

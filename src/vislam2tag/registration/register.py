@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from vislam2tag import __version__
 from vislam2tag.common.findings import Finding
 from vislam2tag.registration.clicks import Click
-from vislam2tag.registration.heights import Height, adjust_heights
-from vislam2tag.registration.inputs import repeats
+from vislam2tag.registration.heights import MeasuredHeight, adjust_heights
+from vislam2tag.registration.measurements import repeats
 from vislam2tag.registration.names import Role, role_of
-from vislam2tag.registration.network import Known, Shot
-from vislam2tag.registration.plane_search import Searched, search_plane
+from vislam2tag.registration.network import KnownPoint, Shot
+from vislam2tag.registration.network_search import SearchedNetwork, search_network
 from vislam2tag.registration.record import INTERCHANGED, RegisteredPoint, Registration
-from vislam2tag.registration.reductions import (
+from vislam2tag.registration.result_rows import (
     clicked_point,
     network_findings,
     plane_residuals,
@@ -26,8 +26,8 @@ from vislam2tag.registration.reductions import (
     taped_point,
 )
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.tape_file import Distance, Target
-from vislam2tag.registration.trilateration import Extent, TapeResult, trilaterate
+from vislam2tag.registration.tape_file import TapeDistance, Target
+from vislam2tag.registration.trilateration import PlanBounds, TapeResult, trilaterate
 
 FAR_M = 1.0
 """A landmark farther than this from where the site has it is told."""
@@ -64,25 +64,25 @@ def expected_findings(
 
 
 @dataclass(frozen=True)
-class Measured:
+class FloorMeasurements:
     """All measurements of one floor."""
 
     shots: Sequence[Shot] = ()
-    known: Sequence[Known] = ()
-    heights: Sequence[Height] = ()
+    known: Sequence[KnownPoint] = ()
+    heights: Sequence[MeasuredHeight] = ()
     """Of shots and known points."""
-    distances: Sequence[Distance] = ()
+    distances: Sequence[TapeDistance] = ()
     targets: Mapping[str, Target] = field(default_factory=dict)
     clicks: Mapping[str, Click] = field(default_factory=dict)
     expected: Mapping[str, complex] = field(default_factory=dict)
     """Where the site has landmarks already, surveyed or planned."""
-    extent_m: Extent | None = None
+    extent_m: PlanBounds | None = None
     """Of the plan: left, right, lower, upper, BCS."""
 
 
 def register_floor(
     floor: int,
-    measured: Measured,
+    measured: FloorMeasurements,
     settings: RegistrationSettings,
     *,
     free_scale: bool = False,
@@ -119,10 +119,10 @@ def register_floor(
 
 
 def _by_stations(
-    start: Registration, measured: Measured, settings: RegistrationSettings, free_scale: bool
+    start: Registration, measured: FloorMeasurements, settings: RegistrationSettings, free_scale: bool
 ) -> tuple[Registration, dict[str, RegisteredPoint]]:
     """Adjust the shots; the points found, by key."""
-    searched = search_plane(measured.shots, measured.known, settings, free_scale=free_scale)
+    searched = search_network(measured.shots, measured.known, settings, free_scale=free_scale)
     heights = adjust_heights(measured.heights, settings)
     fit, scale = searched.fit, scale_test(searched.fit, settings)
     points = station_points(fit, measured.known, heights, settings)
@@ -137,13 +137,15 @@ def _by_stations(
         "residuals": plane_residuals(fit),
         "repeats": repeats(measured.shots),
         "errors": (*(error.text for error in searched.errors), *heights.errors),
-        "unplaced": _lost(searched, points, measured),
+        "unplaced": _shot_without_position(searched, points, measured),
         "findings": (*start.findings, *further),
     }
     return start.model_copy(update=found), points
 
 
-def _lost(searched: Searched, points: Mapping[str, RegisteredPoint], measured: Measured) -> dict[str, str]:
+def _shot_without_position(
+    searched: SearchedNetwork, points: Mapping[str, RegisteredPoint], measured: FloorMeasurements
+) -> dict[str, str]:
     """Landmarks that were shot and have no position."""
     known, found = {one.point for one in measured.known}, {}
     for shot in measured.shots:
@@ -154,7 +156,9 @@ def _lost(searched: Searched, points: Mapping[str, RegisteredPoint], measured: M
     return found
 
 
-def _by_tape(measured: Measured, points: Mapping[str, RegisteredPoint], settings: RegistrationSettings) -> TapeResult:
+def _by_tape(
+    measured: FloorMeasurements, points: Mapping[str, RegisteredPoint], settings: RegistrationSettings
+) -> TapeResult:
     """Tape distances; they may lead to walls and corners, known points, and what the stations gave."""
     targets = dict(measured.targets)
     for one in measured.known:

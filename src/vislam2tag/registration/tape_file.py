@@ -18,7 +18,7 @@ LONGEST_M = 200.0
 
 
 @dataclass(frozen=True)
-class Distance:
+class TapeDistance:
     """One distance from a landmark to a target or another landmark, horizontal, metres."""
 
     landmark: str
@@ -45,13 +45,13 @@ class Target:
     sigma_m: float
 
 
-def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Distance], list[Finding]]:
+def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[TapeDistance], list[Finding]]:
     """Read rows landmark, to, distance and, where known, sigma (metres), with or without a header.
 
     Raises SurveyError where the file cannot be read or has no usable row.
     """
     table = read_text_table(path)
-    found: list[Distance] = []
+    found: list[TapeDistance] = []
     counts = LineCounts.of(table.file)
     for line, fields in _rows(table, number_at=2):
         try:
@@ -109,12 +109,12 @@ def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]]
     return table.rows
 
 
-def _distance(table: TextTable, line: int, fields: tuple[str, ...], settings: RegistrationSettings) -> Distance:
+def _distance(table: TextTable, line: int, fields: tuple[str, ...], settings: RegistrationSettings) -> TapeDistance:
     distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
     name, to = landmark_id(fields[0]), landmark_id(fields[1])
     if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0:
         raise ValueError(f"line {line} is no distance")
-    return Distance(
+    return TapeDistance(
         landmark=name,
         to=to,
         distance_m=distance,

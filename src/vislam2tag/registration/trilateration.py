@@ -10,11 +10,18 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.registration.distances import Equation, Start, adjusted_at, misclosure, settled, starts
-from vislam2tag.registration.gross_errors import Change, explanations, mistyped, noted
-from vislam2tag.registration.least_squares import Adjusted, Noise, SingularError, suspicious
+from vislam2tag.registration.distance_equations import (
+    Equation,
+    StartingPlaces,
+    adjusted_at,
+    least_squares_places,
+    misclosure,
+    starting_places,
+)
+from vislam2tag.registration.gross_errors import ValueChange, explanations, listed, mistyped
+from vislam2tag.registration.least_squares import Adjusted, NoiseLevel, SingularError, suspicious
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.tape_file import Distance, Target
+from vislam2tag.registration.tape_file import TapeDistance, Target
 
 AGREES_SIGMAS = 4.0
 """At the start a distance that misses by less is taken for good."""
@@ -28,11 +35,12 @@ GREATEST_SIGMA_M = 0.5
 
 UNDETERMINED = "its distances do not determine it, or only where it cannot be (outside the plan): measure more"
 
-Extent = tuple[float, float, float, float]
+PlanBounds = tuple[float, float, float, float]
+"""Left, right, lower and upper edge of a plan, BCS metres."""
 
 
 @dataclass(frozen=True)
-class Taped:
+class TapedLandmark:
     """A landmark's place and its covariance (2, 2), m^2; by how many distances."""
 
     place: complex
@@ -46,7 +54,7 @@ class Taped:
 class TapeResult:
     """Landmarks placed, those that are not with the reason, and what was left out."""
 
-    placed: dict[str, Taped] = field(default_factory=dict)
+    placed: dict[str, TapedLandmark] = field(default_factory=dict)
     unplaced: dict[str, str] = field(default_factory=dict)
     errors: list[str] = field(default_factory=list)
     residuals: list[tuple[str, float, float, float]] = field(default_factory=list)
@@ -54,11 +62,11 @@ class TapeResult:
 
 
 def trilaterate(
-    distances: Sequence[Distance],
+    distances: Sequence[TapeDistance],
     targets: Mapping[str, Target],
     settings: RegistrationSettings,
     *,
-    extent_m: Extent | None = None,
+    extent_m: PlanBounds | None = None,
     expected: Mapping[str, complex] | None = None,
 ) -> TapeResult:
     """Place every landmark that has two distances or more to targets, or to other such landmarks.
@@ -83,12 +91,12 @@ def trilaterate(
     return result
 
 
-def _equation(one: Distance, targets: Mapping[str, Target]) -> Equation:
+def _equation(one: TapeDistance, targets: Mapping[str, Target]) -> Equation:
     target = targets.get(one.to)
     return Equation(one, target, "" if target is not None else one.to)
 
 
-def _ordered(equations: Sequence[Equation], names: Sequence[str]) -> list[str]:
+def _placing_order(equations: Sequence[Equation], names: Sequence[str]) -> list[str]:
     """Landmarks in an order in which each has two distances to targets or earlier ones; the others are left out."""
     order: list[str] = []
     while True:
@@ -111,19 +119,19 @@ def _place(
     equations: Sequence[Equation],
     names: Sequence[str],
     settings: RegistrationSettings,
-    extent_m: Extent | None,
+    extent_m: PlanBounds | None,
     expected: Mapping[str, complex],
     result: TapeResult,
 ) -> None:
     """Place the landmarks of one connected group."""
     good = list(equations)
     while True:
-        order = _ordered(good, names)
+        order = _placing_order(good, names)
         good = [one for one in good if one.distance.landmark in order and (not one.other or one.other in order)]
-        begun = starts(good, order) if order else []
+        begun = starting_places(good, order) if order else []
         if not begun:
             break
-        wrong = _wrong(begun[0], order, settings, result)
+        wrong = _contradicting_distances(begun[0], order, settings, result)
         if not wrong:
             break
         good = [one for one in good if one.distance not in wrong]
@@ -133,15 +141,15 @@ def _place(
         elif not begun:
             result.unplaced[name] = UNDETERMINED
     if begun:
-        _settle(begun, order, settings, extent_m, expected, result)
+        _choose_solutions(begun, order, settings, extent_m, expected, result)
 
 
-def _wrong(
-    start: Start, names: Sequence[str], settings: RegistrationSettings, result: TapeResult
-) -> tuple[Distance, ...]:
+def _contradicting_distances(
+    start: StartingPlaces, names: Sequence[str], settings: RegistrationSettings, result: TapeResult
+) -> tuple[TapeDistance, ...]:
     """The distances that contradict the others, at most as many as cannot be told apart; they are named."""
     try:
-        places, noise = _robust(start, names, settings)
+        places, noise = _places_without_outliers(start, names, settings)
         adjusted = adjusted_at(start.equations, names, places, settings.prior_freedom)
     except SingularError:
         return ()
@@ -150,46 +158,48 @@ def _wrong(
     if not suspects:
         return ()
     sigma_m = np.array([one.sigma_m for one in start.equations])
-    found = explanations(adjusted, groups, sigma_m, noise, suspects, _typed(start.equations, suspects))
+    found = explanations(adjusted, groups, sigma_m, noise, suspects, _typing_errors(start.equations, suspects))
     wrong = sorted({i for one in found for i in one.measurements})
     if len(found) == 1:
         off = adjusted.residual[wrong[0]] / adjusted.kernel(groups[wrong[0]])[0, 0] * sigma_m[wrong[0]]
         label = start.equations[wrong[0]].distance.label
         result.errors.append(found[0].text or f"{label} is off by {-off:+.2f} m")
     else:
-        names_of = noted([start.equations[i].distance.label for i in wrong])
+        names_of = listed([start.equations[i].distance.label for i in wrong])
         result.errors.append(f"one of {names_of} is wrong (nothing tells which)")
     return tuple(start.equations[i].distance for i in wrong)
 
 
-def _robust(start: Start, names: Sequence[str], settings: RegistrationSettings) -> tuple[dict[str, complex], Noise]:
+def _places_without_outliers(
+    start: StartingPlaces, names: Sequence[str], settings: RegistrationSettings
+) -> tuple[dict[str, complex], NoiseLevel]:
     """Places by the distances that agree at the start, and their noise."""
     near = np.abs(misclosure(start.equations, start.places)) < AGREES_SIGMAS
     kept = tuple(one for one, good in zip(start.equations, near.tolist(), strict=True) if good)
     try:
-        places = settled(replace(start, equations=kept), names)
-        return places, adjusted_at(kept, names, places, settings.prior_freedom).noise
+        places = least_squares_places(replace(start, equations=kept), names)
+        return places, adjusted_at(kept, names, places, settings.prior_freedom).noise_level
     except SingularError:
-        return settled(start, names), Noise(1.0, settings.prior_freedom)
+        return least_squares_places(start, names), NoiseLevel(1.0, settings.prior_freedom)
 
 
-def _typed(equations: Sequence[Equation], suspects: Sequence[int]) -> list[Change]:
-    found: list[Change] = []
+def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> list[ValueChange]:
+    found: list[ValueChange] = []
     for i in suspects:
         one = equations[i].distance
         variants = [pair for pair in mistyped(one.distance_m, one.decimals) if pair[0] > 0]
         for value, what in variants:
             text = f"{one.label} looks mistyped ({what}): {value:.{one.decimals}f} would fit"
             by = np.array([(one.distance_m - value) / equations[i].sigma_m])
-            found.append(Change(text, (i,), np.array((i,)), by, len(variants) * len(equations)))
+            found.append(ValueChange(text, (i,), np.array((i,)), by, len(variants) * len(equations)))
     return found
 
 
-def _settle(
-    begun: Sequence[Start],
+def _choose_solutions(
+    begun: Sequence[StartingPlaces],
     names: Sequence[str],
     settings: RegistrationSettings,
-    extent_m: Extent | None,
+    extent_m: PlanBounds | None,
     expected: Mapping[str, complex],
     result: TapeResult,
 ) -> None:
@@ -206,7 +216,7 @@ def _settle(
         off_m = -float(adjusted.residual[i]) * one.sigma_m
         result.residuals.append((one.distance.label, off_m, -float(sigmas), checked))
     for index, name in enumerate(names):
-        chosen, note = _decided([places[name] for _, places, _ in solutions], expected.get(name))
+        chosen, note = _decide_between([places[name] for _, places, _ in solutions], expected.get(name))
         if chosen is None:
             result.unplaced[name] = note
             continue
@@ -217,21 +227,21 @@ def _settle(
             result.unplaced[name] = "its distances hardly determine it: measure to something in another direction"
         else:
             count = sum(name in (one.distance.landmark, one.other) for one in start.equations)
-            result.placed[name] = Taped(places[name], block, count, adjusted.redundancy, note)
+            result.placed[name] = TapedLandmark(places[name], block, count, adjusted.redundancy, note)
 
 
 def _solutions(
-    begun: Sequence[Start], names: Sequence[str], settings: RegistrationSettings, extent_m: Extent | None
-) -> list[tuple[Start, dict[str, complex], Adjusted]]:
+    begun: Sequence[StartingPlaces], names: Sequence[str], settings: RegistrationSettings, extent_m: PlanBounds | None
+) -> list[tuple[StartingPlaces, dict[str, complex], Adjusted]]:
     """Different solutions as good as the best, which comes first; none beyond a wall's end or outside the plan."""
-    found: list[tuple[Start, dict[str, complex], Adjusted]] = []
+    found: list[tuple[StartingPlaces, dict[str, complex], Adjusted]] = []
     for start in begun:
-        if _among(start.places, [places for _, places, _ in found]):
+        if _same_as_any(start.places, [places for _, places, _ in found]):
             continue
-        places = settled(start, names)
+        places = least_squares_places(start, names)
         if any(one.beyond(places) for one in start.equations) or not _inside(places, extent_m):
             continue
-        if _among(places, [other for _, other, _ in found]):
+        if _same_as_any(places, [other for _, other, _ in found]):
             continue
         try:
             adjusted = adjusted_at(start.equations, names, places, settings.prior_freedom)
@@ -242,18 +252,18 @@ def _solutions(
     return [one for one in found if one[2].square < found[0][2].square + AS_GOOD * found[0][2].variance_factor]
 
 
-def _among(places: Mapping[str, complex], found: Sequence[Mapping[str, complex]]) -> bool:
+def _same_as_any(places: Mapping[str, complex], found: Sequence[Mapping[str, complex]]) -> bool:
     return any(all(abs(place - other[name]) < SAME_PLACE_M for name, place in places.items()) for other in found)
 
 
-def _inside(places: Mapping[str, complex], extent_m: Extent | None) -> bool:
+def _inside(places: Mapping[str, complex], extent_m: PlanBounds | None) -> bool:
     if extent_m is None:
         return True
     left, right, low, high = extent_m
     return all(left <= place.real <= right and low <= place.imag <= high for place in places.values())
 
 
-def _decided(rivals: Sequence[complex], expected: complex | None) -> tuple[int | None, str]:
+def _decide_between(rivals: Sequence[complex], expected: complex | None) -> tuple[int | None, str]:
     """Which of the places, or None with the reason; an expected place may decide."""
     far = [i for i, place in enumerate(rivals) if abs(place - rivals[0]) > SAME_PLACE_M]
     if not far:

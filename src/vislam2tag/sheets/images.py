@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import Features, GreyImage
-from vislam2tag.sheets.leaves import picture
 from vislam2tag.sheets.quality import ImageQuality, quality_of, reference_features
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, VOTERS, Recogniser
 from vislam2tag.survey.names import landmark_id
-from vislam2tag.survey.plans.image import load_plan, on_paper
+from vislam2tag.survey.plans.images import load_plan, on_paper
 
 IMAGE_ENDINGS = (".png", ".jpg", ".jpeg")
 """What ARCore takes."""
@@ -40,7 +40,7 @@ class LandmarkImage:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class Lookalike:
     """The other image of a set that one could most easily be taken for."""
 
     landmark: str
@@ -49,7 +49,9 @@ class Likeness:
     """Features that agree, by chance; from 20 on the two would be confused."""
 
 
-def generated_image(seed: int, landmark: str, draw: Callable[[int, str, int], GreyImage] = picture) -> LandmarkImage:
+def generated_image(
+    seed: int, landmark: str, draw: Callable[[int, str, int], GreyImage] = dead_leaves_picture
+) -> LandmarkImage:
     """Generate the image of a landmark: the first picture that is fit, whatever other ids there are."""
     for attempt in range(_ATTEMPTS):
         pixels = draw(seed, landmark, attempt)
@@ -109,16 +111,16 @@ def _read(path: Path) -> GreyImage:
     return np.array(on_paper(image, _GREATEST_SIDE_PX).convert("L"), np.uint8)
 
 
-def likenesses(images: Sequence[LandmarkImage], progress: Progress = lambda: None) -> Iterable[Likeness]:
+def lookalikes(images: Sequence[LandmarkImage], progress: Progress = lambda: None) -> Iterable[Lookalike]:
     """Yield for each image of a set the other that it could most easily be taken for."""
     recogniser = Recogniser([image.features for image in images], VOTERS)
     for index, image in enumerate(images):
         nearest = recogniser.most_like(index)
         progress()
-        yield Likeness(image.landmark, images[nearest.index].landmark if nearest.index >= 0 else "", nearest.inliers)
+        yield Lookalike(image.landmark, images[nearest.index].landmark if nearest.index >= 0 else "", nearest.inliers)
 
 
-def confused(likeness: Sequence[Likeness]) -> tuple[str, ...]:
+def confused(likeness: Sequence[Lookalike]) -> tuple[str, ...]:
     """Name the pairs that would be taken for each other, ``3 and 9``, each once."""
     pairs = {tuple(sorted((one.landmark, one.other))) for one in likeness if one.inliers >= ENOUGH_INLIERS}
     return tuple(f"{first} and {second}" for first, second in sorted(pairs))

@@ -9,9 +9,16 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.whole_folder import whole_folder
-from vislam2tag.sheets.asked import MOST_SHEETS, Asked, asked_of
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
-from vislam2tag.sheets.sheet_folder import SheetsRecord, apart, is_sheets, laid_out, recorded, write_sheets
+from vislam2tag.sheets.sheet_folder import (
+    SheetsRecord,
+    checked_lookalikes,
+    is_sheets,
+    lay_out_sheets,
+    sheets_record,
+    write_sheets,
+)
+from vislam2tag.sheets.sheet_requests import MOST_SHEETS, SheetRequest, requested_sheets
 from vislam2tag.survey.sheet_size import sheet_size
 
 Progress = Callable[[int], None]
@@ -43,31 +50,31 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _t
     """
     paper = sheet_size(options.paper)
     files = {} if options.images is None else own_files(options.images)
-    asked, findings = _asked(options, files)
-    names = tuple(dict.fromkeys(one.landmark for one in asked))
+    requests, findings = _requests(options, files)
+    names = tuple(dict.fromkeys(one.landmark for one in requests))
     if len(names) > MOST_SHEETS:
         raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
-    total = 2 * len(names) + len(asked)
+    total = 2 * len(names) + len(requests)
     step = lambda: progress(total)
     seed = options.seed if options.images is None else None
     with whole_folder(out, is_sheets) as folder:
         images = _images(options, files, names, step)
-        sheets = laid_out(asked, images, paper, options.width_m)
-        record = recorded(sheets, images, apart(images, seed, step), seed, findings)
+        sheets = lay_out_sheets(requests, images, paper, options.width_m)
+        record = sheets_record(sheets, images, checked_lookalikes(images, seed, step), seed, findings)
         write_sheets(folder, record, sheets, images, step)
     return record
 
 
-def _asked(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[Asked, ...], tuple[Finding, ...]]:
+def _requests(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[SheetRequest, ...], tuple[Finding, ...]]:
     if options.images is not None and options.source is None and options.ids is None:
-        return tuple(Asked(name) for name in files), ()
-    asked, findings = asked_of(options.source, options.ids)
-    missing = [] if options.images is None else [one.landmark for one in asked if one.landmark not in files]
+        return tuple(SheetRequest(name) for name in files), ()
+    requests, findings = requested_sheets(options.source, options.ids)
+    missing = [] if options.images is None else [one.landmark for one in requests if one.landmark not in files]
     if missing:
         raise SurveyError(
             f"{options.images}: holds no image of landmark {', '.join(missing[:_NAMED])}; add it as ID.png"
         )
-    return asked, findings
+    return requests, findings
 
 
 def _images(

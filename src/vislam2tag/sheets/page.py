@@ -16,9 +16,9 @@ from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
-from vislam2tag.sheets.asked import Asked
 from vislam2tag.sheets.features import GreyImage
-from vislam2tag.sheets.layout import SCALE_BAR_M, Box, Layout
+from vislam2tag.sheets.page_layout import SCALE_BAR_M, Box, PageLayout
+from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.survey.sheet_size import QUIET_M
 
 PLAIN, BOLD = "DejaVuSans", "DejaVuSans-Bold"
@@ -54,40 +54,40 @@ _RULER = "100 mm: measure it. Longer or shorter? Print again at 100 % (actual si
 
 
 @dataclass(frozen=True)
-class Sheet:
+class SheetPage:
     """A page to draw."""
 
-    asked: Asked
-    layout: Layout
+    request: SheetRequest
+    layout: PageLayout
 
     @property
     def place(self) -> str:
         """Where it belongs, ``Main building, floor 1 (Ground)``; empty where nobody said."""
-        number = "" if self.asked.floor is None else f"floor {self.asked.floor}"
-        name = self.asked.floor_name
+        number = "" if self.request.floor is None else f"floor {self.request.floor}"
+        name = self.request.floor_name
         floor = f"{number} ({name})" if number and name and name.lower() != number else number or name
-        return ", ".join(filter(None, (self.asked.building, floor)))
+        return ", ".join(filter(None, (self.request.building, floor)))
 
     @property
     def code(self) -> str:
         """Text of its QR code: building, floor and landmark between slashes, as far as known."""
-        floor = "" if self.asked.floor is None else str(self.asked.floor)
-        return "/".join(filter(None, (self.asked.building, floor, self.asked.landmark)))
+        floor = "" if self.request.floor is None else str(self.request.floor)
+        return "/".join(filter(None, (self.request.building, floor, self.request.landmark)))
 
     @property
     def hanging(self) -> str:
         """How it is to hang."""
-        height = USUAL_HEIGHT_M if self.asked.height_m is None else self.asked.height_m
+        height = USUAL_HEIGHT_M if self.request.height_m is None else self.request.height_m
         parts = [
             f"Image {self.layout.image.width_m:.3f} m wide.",
             f"Hang its centre {height:.2f} m above the floor.",
         ]
-        if self.asked.position_m is not None:
-            parts.append("Place: x {:.2f} m, y {:.2f} m.".format(*self.asked.position_m))
+        if self.request.position_m is not None:
+            parts.append("Place: x {:.2f} m, y {:.2f} m.".format(*self.request.position_m))
         return " ".join(parts)
 
 
-def draw_page(canvas: Canvas, sheet: Sheet, image: ImageReader) -> None:
+def draw_page(canvas: Canvas, sheet: SheetPage, image: ImageReader) -> None:
     """Draw a sheet on a new page of the PDF."""
     paper = sheet.layout.paper
     canvas.setPageSize((paper.width_m * POINTS_A_METRE, paper.height_m * POINTS_A_METRE))
@@ -100,13 +100,13 @@ def draw_page(canvas: Canvas, sheet: Sheet, image: ImageReader) -> None:
     canvas.showPage()
 
 
-def _marks(canvas: Canvas, layout: Layout) -> None:
+def _marks(canvas: Canvas, layout: PageLayout) -> None:
     canvas.setLineWidth(0.00025)
     for mark in layout.marks_m:
         canvas.line(*mark)
 
 
-def _head(canvas: Canvas, sheet: Sheet) -> None:
+def _head(canvas: Canvas, sheet: SheetPage) -> None:
     """Place to the left, the arrow that points up to the right, above the image."""
     unit = sheet.layout.unit_m
     low = sheet.layout.head_m + 7 * unit
@@ -121,13 +121,13 @@ def _head(canvas: Canvas, sheet: Sheet) -> None:
     _text(canvas, sheet.place, QUIET_M, low, BOLD, 5 * unit, right - QUIET_M - 20 * unit)
 
 
-def _foot(canvas: Canvas, sheet: Sheet) -> None:
+def _foot(canvas: Canvas, sheet: SheetPage) -> None:
     """Id, QR code, notes and scale bar, below the image."""
     unit, top = sheet.layout.unit_m, sheet.layout.foot_m - 8 * sheet.layout.unit_m
     width = sheet.layout.paper.width_m - 2 * QUIET_M
     _code(canvas, sheet.code, Box(QUIET_M + width - _QR_UNITS * unit, top - _QR_UNITS * unit, _QR_UNITS * unit, 0))
     text_width = width - (_QR_UNITS + 6) * unit
-    _text(canvas, sheet.asked.landmark, QUIET_M, top - 20 * unit, BOLD, _ID_UNITS * unit, text_width)
+    _text(canvas, sheet.request.landmark, QUIET_M, top - 20 * unit, BOLD, _ID_UNITS * unit, text_width)
     _text(canvas, sheet.hanging, QUIET_M, top - 28 * unit, PLAIN, 3.6 * unit, text_width)
     _text(canvas, _NOTE, QUIET_M, top - 34 * unit, BOLD, 3.6 * unit, text_width)
     _scale_bar(canvas, QUIET_M, top - 43 * unit, unit)
@@ -168,7 +168,10 @@ def _text(canvas: Canvas, text: str, left_m: float, low_m: float, font: str, siz
 
 
 def write_pdf(
-    path: Path, sheets: Sequence[Sheet], images: Mapping[str, GreyImage], progress: Callable[[], None] = lambda: None
+    path: Path,
+    sheets: Sequence[SheetPage],
+    images: Mapping[str, GreyImage],
+    progress: Callable[[], None] = lambda: None,
 ) -> None:
     """Write a page for each sheet with the image of its landmark; raises OSError where that cannot be."""
     rl_config.useA85 = 0  # images as bytes, not as text a quarter longer
@@ -177,7 +180,7 @@ def write_pdf(
     canvas.setViewerPreference("PrintScaling", "None")
     readers: dict[str, ImageReader] = {}
     for sheet in sheets:
-        name = sheet.asked.landmark
+        name = sheet.request.landmark
         if name not in readers:
             readers[name] = ImageReader(Image.fromarray(images[name]))
         canvas.bookmarkPage(f"page {canvas.getPageNumber()}")

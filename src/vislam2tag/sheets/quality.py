@@ -9,7 +9,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sheets.features import Features, GreyImage, features_of, orb, reference
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, FEATURES, FRAME_FEATURES, sighting
-from vislam2tag.sheets.views import FRAME_PX, View, bordered, seen
+from vislam2tag.sheets.views import FRAME_PX, View, bordered, camera_frame
 
 LEAST_SIDE_PX = 300
 """ARCore's own least size of a reference image."""
@@ -85,7 +85,7 @@ def reference_features(image: GreyImage) -> Features:
 def quality_of(image: GreyImage, features: Features) -> ImageQuality:
     """Measure an image whose :func:`reference_features` are known."""
     wall = np.full((FRAME_PX[1], FRAME_PX[0]), 180, np.uint8)
-    frame = seen(*bordered(image), HARD_VIEW, wall)
+    frame = camera_frame(*bordered(image), HARD_VIEW, wall)
     every = features_of(reference(image), orb(_COUNTED))
     return ImageQuality(
         shorter_side_px=min(image.shape),

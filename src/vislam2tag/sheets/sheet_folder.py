@@ -15,11 +15,11 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.sheets.asked import Asked
-from vislam2tag.sheets.images import LandmarkImage, Likeness, confused, likenesses
-from vislam2tag.sheets.layout import largest_width_m, layout
-from vislam2tag.sheets.page import Sheet, printable, write_pdf
+from vislam2tag.sheets.images import LandmarkImage, Lookalike, confused, lookalikes
+from vislam2tag.sheets.page import SheetPage, printable, write_pdf
+from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.quality import ImageQuality
+from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.survey.names import unique_slugs
 from vislam2tag.survey.sheet_size import SheetSize
 
@@ -89,9 +89,9 @@ def is_sheets(folder: Path) -> bool:
     return True
 
 
-def laid_out(
-    asked: Sequence[Asked], images: Sequence[LandmarkImage], paper: SheetSize, width_m: float | None
-) -> tuple[Sheet, ...]:
+def lay_out_sheets(
+    requests: Sequence[SheetRequest], images: Sequence[LandmarkImage], paper: SheetSize, width_m: float | None
+) -> tuple[SheetPage, ...]:
     """Lay out a sheet for each landmark; ``paper`` and ``width_m`` are for those that name none themselves.
 
     Raises UsageError where an image does not fit, or one id would have images of two widths.
@@ -99,7 +99,7 @@ def laid_out(
     aspects = {image.landmark: image.pixels.shape[0] / image.pixels.shape[1] for image in images}
     widths: dict[str, float] = {}
     sheets = []
-    for one in asked:
+    for one in requests:
         aspect, size = aspects[one.landmark], one.sheet or paper
         width = one.width_m or width_m or largest_width_m(size, aspect)
         if widths.setdefault(one.landmark, width) != width:
@@ -107,13 +107,15 @@ def laid_out(
                 f"landmark {one.landmark}: its image is {widths[one.landmark]:g} m wide on one floor, {width:g} m on "
                 "another; a phone knows an image by one width: use one, or give each its own id"
             )
-        sheets.append(Sheet(one, layout(size, width, aspect, one.landmark)))
+        sheets.append(SheetPage(one, page_layout(size, width, aspect, one.landmark)))
     return tuple(sheets)
 
 
-def apart(images: Sequence[LandmarkImage], seed: int | None, progress: Callable[[], None]) -> tuple[Likeness, ...]:
+def checked_lookalikes(
+    images: Sequence[LandmarkImage], seed: int | None, progress: Callable[[], None]
+) -> tuple[Lookalike, ...]:
     """Measure how like the images of a set are; raises UsageError or SurveyError where two would be confused."""
-    found = tuple(likenesses(images, progress))
+    found = tuple(lookalikes(images, progress))
     pairs = confused(found)
     if pairs:
         more = ", ..." if len(pairs) > _PAIRS_NAMED else ""
@@ -126,16 +128,16 @@ def apart(images: Sequence[LandmarkImage], seed: int | None, progress: Callable[
     return found
 
 
-def recorded(
-    sheets: Sequence[Sheet],
+def sheets_record(
+    sheets: Sequence[SheetPage],
     images: Sequence[LandmarkImage],
-    likeness: Sequence[Likeness],
+    likeness: Sequence[Lookalike],
     seed: int | None,
     findings: Sequence[Finding] = (),
 ) -> SheetsRecord:
     """Sum up what is made: files, pages, what was measured, and what is worth knowing."""
     files = image_names([image.landmark for image in images])
-    boxes = {sheet.asked.landmark: sheet.layout.image for sheet in sheets}
+    boxes = {sheet.request.landmark: sheet.layout.image for sheet in sheets}
     return SheetsRecord(
         version=__version__,
         seed=seed,
@@ -160,24 +162,24 @@ def recorded(
 def write_sheets(
     folder: Path,
     record: SheetsRecord,
-    sheets: Sequence[Sheet],
+    sheets: Sequence[SheetPage],
     images: Sequence[LandmarkImage],
     progress: Callable[[], None] = lambda: None,
 ) -> None:
     """Write PDF, images, manifest and record into an empty folder; raises OSError where that cannot be."""
     (folder / IMAGE_FOLDER).mkdir()
-    for image, told in zip(images, record.images, strict=True):
-        Image.fromarray(image.pixels).save(folder / told.file, optimize=True)
+    for image, row in zip(images, record.images, strict=True):
+        Image.fromarray(image.pixels).save(folder / row.file, optimize=True)
     _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
     write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
     (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
 
 
-def _page(number: int, sheet: Sheet) -> PageRecord:
+def _page(number: int, sheet: SheetPage) -> PageRecord:
     return PageRecord(
         page=number,
-        landmark=sheet.asked.landmark,
-        floor=sheet.asked.floor,
+        landmark=sheet.request.landmark,
+        floor=sheet.request.floor,
         sheet=sheet.layout.paper.name,
         width_m=sheet.layout.image.width_m,
         code=sheet.code,
@@ -190,9 +192,9 @@ def _write_manifest(path: Path, images: Sequence[ImageRecord]) -> None:
     path.write_text(csv_rows((("id", "file", "width_m"), *rows)), encoding="utf-8", newline="")
 
 
-def _notes(sheets: Sequence[Sheet], images: Sequence[LandmarkImage]) -> list[Finding]:
+def _notes(sheets: Sequence[SheetPage], images: Sequence[LandmarkImage]) -> list[Finding]:
     """What is worth knowing of the sheets that were made."""
-    floors = Counter(sheet.asked.landmark for sheet in sheets)
+    floors = Counter(sheet.request.landmark for sheet in sheets)
     twice = [name for name, count in floors.items() if count > 1]
     odd = [name for name in floors if printable(name) != name]
     again = [image.landmark for image in images if image.attempt]

@@ -42,7 +42,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class Frame:
+class CameraFrame:
     """A camera frame and where the image's corners (4, 2) truly lie in it, pixels: from the upper left, clockwise."""
 
     image: GreyImage
@@ -56,7 +56,7 @@ def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
     return np.pad(image, edge, constant_values=255), (edge, edge, width, height)
 
 
-def seen(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0) -> Frame:
+def camera_frame(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0) -> CameraFrame:
     """Look at a sheet of paper on a wall; ``image`` is where on the paper the image stands.
 
     ``wall`` has the frame's size and is what stands behind the sheet.
@@ -73,7 +73,7 @@ def seen(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: 
         frame = cv2.GaussianBlur(frame, (0, 0), view.blur_px)
     noise = np.random.default_rng(seed).normal(0, view.noise, frame.shape)
     lit: GreyImage = np.clip(frame * view.light + noise, 0, 255).astype(np.uint8)
-    return Frame(lit, cv2.perspectiveTransform(corners[None], frame_T_image)[0])
+    return CameraFrame(lit, cv2.perspectiveTransform(corners[None], frame_T_image)[0])
 
 
 def _projection(view: View, width: int, height: int) -> FloatArray:

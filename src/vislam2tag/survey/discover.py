@@ -18,7 +18,7 @@ from vislam2tag.survey.landmark_file import (
     read_landmark_files,
 )
 from vislam2tag.survey.model import Floor, SessionKey, Site
-from vislam2tag.survey.plans.image import load_plan
+from vislam2tag.survey.plans.images import load_plan
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
 from vislam2tag.survey.site_table import is_file

@@ -12,7 +12,7 @@ from PIL import Image
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.survey.plans.image import load_plan
+from vislam2tag.survey.plans.images import load_plan
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -9,13 +9,13 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.walkable.halls import lay_nets
 from vislam2tag.walkable.network import Network
+from vislam2tag.walkable.open_areas import lay_nets
 from vislam2tag.walkable.rooms import place_doors, room_nodes
 from vislam2tag.walkable.settings import GraphSettings
 from vislam2tag.walkable.skeleton import skeleton
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.tidying import bend_at, make_whole, mark_turns, merge_near, straighten
+from vislam2tag.walkable.tidying import bend_at, join_pieces, mark_turns, merge_near, straighten
 
 
 class NodeKind(StrEnum):
@@ -88,16 +88,16 @@ def corridor_graph(space: WalkableSpace, settings: GraphSettings | None = None) 
     doors = place_doors(network, space, settings)
     open_nodes = lay_nets(network, space, doors, settings)
     merge_near(network, space, doors | open_nodes, settings.merge_m)
-    make_whole(network, space)
+    join_pieces(network, space)
     straighten(network, space)
-    places = _Places(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
+    places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
     corridors = [number for number in network.strands if not places.in_room(network, number)]
     places = replace(places, turns=mark_turns(network, corridors, settings.turn_rad))
     return _as_arrays(network, space, places, settings)
 
 
 @dataclass(frozen=True)
-class _Places:
+class _NodeSets:
     """Numbers of the nodes in doors, in open areas and in rooms, and of those that mark turns."""
 
     doors: set[int]
@@ -112,7 +112,7 @@ class _Places:
         return bool((ends | behind) & self.rooms)
 
 
-def _as_arrays(network: Network, space: WalkableSpace, places: _Places, settings: GraphSettings) -> CorridorGraph:
+def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets, settings: GraphSettings) -> CorridorGraph:
     index = {node: rank for rank, node in enumerate(network.places)}
     nodes = np.array(list(network.places.values())).reshape(-1, 2)
     strands = list(network.strands.values())
@@ -135,7 +135,7 @@ def _as_arrays(network: Network, space: WalkableSpace, places: _Places, settings
     )
 
 
-def _kind(node: int, network: Network, places: _Places, corridors: list[int], settings: GraphSettings) -> NodeKind:
+def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int], settings: GraphSettings) -> NodeKind:
     """Kind of a node, by the strands of corridors (those of rooms left out) that meet there."""
     known = {
         NodeKind.DOOR: places.doors,

@@ -17,7 +17,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.survey.plans.model import FloorPlan, Use
 from vislam2tag.walkable.correction import corrected_cells
-from vislam2tag.walkable.drawing import image_walls, line_walls, plan_grid, polygon_floor, use_cells
+from vislam2tag.walkable.plan_cells import image_walls, line_walls, plan_grid, polygon_floor, use_cells
 from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
 

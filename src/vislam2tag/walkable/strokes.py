@@ -8,8 +8,8 @@ import numpy.typing as npt
 from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.walkable.door_swings import without_swings
 from vislam2tag.walkable.settings import WalkableSettings
-from vislam2tag.walkable.swings import without_swings
 
 _THICKEST_M = 0.6
 """What is thicker is no wall but a solid area, metres."""

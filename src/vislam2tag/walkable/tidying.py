@@ -10,7 +10,7 @@ from skimage.measure import approximate_polygon
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.walkable.network import Network, Strand, line_length
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.walking import WalkingDistances
+from vislam2tag.walkable.walking_distances import WalkingDistances
 
 _RING_M = 6.0
 """A ring shorter than this goes round next to nothing."""
@@ -40,13 +40,15 @@ def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m:
         middle = strand.line[len(strand.line) // 2] if len(strand.line) > 2 else strand.line.mean(axis=0)
         network.merge(strand.last, strand.first, middle)
         for number in dict.fromkeys(network.at(strand.first)):
-            network.replace_line(number, _pulled(network.strands[number], strand.first, 2 * strand.length_m, space))
+            network.replace_line(
+                number, _straightened_end(network.strands[number], strand.first, 2 * strand.length_m, space)
+            )
         _clear_rings(network)
     _clear_rings(network)
     network.join_through(fixed)
 
 
-def _pulled(strand: Strand, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
+def _straightened_end(strand: Strand, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
     """A strand's line, straight for as long as it stays near one of its nodes and no wall is in the way."""
     line = strand.away_from(node)
     beyond = np.flatnonzero(np.linalg.norm(line - line[0], axis=1) > reach_m)
@@ -68,7 +70,7 @@ def _clear_rings(network: Network) -> None:
             network.remove(number)
 
 
-def make_whole(network: Network, space: WalkableSpace) -> None:
+def join_pieces(network: Network, space: WalkableSpace) -> None:
     """Join the pieces of a network, each with the nearest, by shortest ways."""
     graph = nx.Graph()
     graph.add_nodes_from(network.places)

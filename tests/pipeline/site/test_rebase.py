@@ -20,7 +20,7 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.rebase import rebase
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import FrameChange, FrameChanges, estimated_changes
-from vislam2tag.survey.plans.source import KnownPoint, PlanSource
+from vislam2tag.survey.plans.source import PlanSource, ScalePoint
 from vislam2tag.survey.site_file import FloorPart, GeoreferencePart, SiteFile, site_file_text
 
 CHANGES = FrameChanges(
@@ -44,7 +44,7 @@ def moved_site(old: Path, new: Path) -> None:
             width, height = image.size
         ends = CHANGES.by_floor[floor.number].new_T_old @ floor.corners_m
         points = [
-            KnownPoint(plan=plan, bcs_m=tuple(end))
+            ScalePoint(plan=plan, bcs_m=tuple(end))
             for plan, end in zip(((0.0, float(height)), (float(width), 0.0)), ends.tolist(), strict=True)
         ]
         source = PlanSource(file=str(floor.plan.relative_to(old)), points=(points[0], points[1]))

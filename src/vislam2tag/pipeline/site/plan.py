@@ -15,11 +15,10 @@ from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.planning.floor import FloorDesign, Given, plan_floor
-from vislam2tag.planning.forbidden import read_forbidden
-from vislam2tag.planning.marker_file import with_landmarks
-from vislam2tag.planning.records import FloorSummary, PlanSummary, floor_summary, landmarks_text, new_ids
+from vislam2tag.planning.floor import FloorConstraints, FloorDesign, plan_floor
+from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.planning.site_files import marker_text, read_forbidden
 from vislam2tag.report.pages.plan_page import write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE
@@ -55,7 +54,7 @@ class PlannedFloor:
 
     floor: Floor
     design: FloorDesign
-    summary: FloorSummary
+    summary: FloorPlanRecord
 
 
 def is_plan(folder: Path) -> bool:
@@ -113,14 +112,14 @@ def _floors(site: Site, wanted: Sequence[int]) -> list[Floor]:
     return [there[number] for number in sorted(set(wanted) or set(there))]
 
 
-def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> Given:
+def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> FloorConstraints:
     here = site.landmarks.on_floor(floor.number)
     rows = [] if anew else np.flatnonzero(here.surveyed).tolist()
-    return Given(here.position_bcs[rows].reshape(-1, 2), tuple(here.ids[row] for row in rows), forbidden)
+    return FloorConstraints(here.position_bcs[rows].reshape(-1, 2), tuple(here.ids[row] for row in rows), forbidden)
 
 
 def _design(
-    floor: Floor, mask: Path | None, settings: PlanSettings, given: Given, on_step: Callable[[str], None]
+    floor: Floor, mask: Path | None, settings: PlanSettings, given: FloorConstraints, on_step: Callable[[str], None]
 ) -> FloorDesign:
     on_step("walkable space")
     space = walkable_space(floor_plan(floor), mask=None if mask is None else read_mask(mask))
@@ -163,7 +162,7 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
         with whole_file(path) as partial:
-            text = with_landmarks(before, floor.landmarks)
+            text = marker_text(before, floor.landmarks)
             partial.write_bytes(text.encode("utf-8", errors="surrogateescape"))
 
 

@@ -16,11 +16,11 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.registration.clicks import read_clicks
-from vislam2tag.registration.columns import Column
-from vislam2tag.registration.inputs import known_of_site, read_known, read_stations
+from vislam2tag.registration.measurements import known_points_of_site, read_known_points, read_stations
 from vislam2tag.registration.names import NameRules
+from vislam2tag.registration.point_file import PointColumn
 from vislam2tag.registration.record import Registration
-from vislam2tag.registration.register import Measured, register_floor
+from vislam2tag.registration.register import FloorMeasurements, register_floor
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.site_output import control_point_text, landmark_text
 from vislam2tag.registration.tape_file import read_distances, read_targets
@@ -43,7 +43,7 @@ class Sources:
     tape: Path | None = None
     targets: Path | None = None
     clicks: Path | None = None
-    columns: Sequence[Column | None] | None = None
+    columns: Sequence[PointColumn | None] | None = None
     codes: Sequence[str] = ()
     rules: NameRules = field(default_factory=NameRules)
     free_scale: bool = False
@@ -80,12 +80,12 @@ def register(site: Site, floor: Floor, sources: Sources, settings: RegistrationS
 
 def _measured(
     site: Site, floor: Floor, sources: Sources, settings: RegistrationSettings
-) -> tuple[Measured, list[Finding]]:
+) -> tuple[FloorMeasurements, list[Finding]]:
     rules = sources.rules
     shots, heights, findings = read_stations(sources.stations, sources.columns, sources.codes, rules, settings)
-    known, known_heights = known_of_site(site, floor.number, sources.known, rules, settings)
+    known, known_heights = known_points_of_site(site, floor.number, sources.known, rules, settings)
     if sources.control is not None:
-        more, more_heights, problems = read_known(sources.control, rules, settings)
+        more, more_heights, problems = read_known_points(sources.control, rules, settings)
         named = {one.point for one in more}
         known = [*more, *(one for one in known if one.point not in named)]
         known_heights = [*more_heights, *(one for one in known_heights if one.point not in named)]
@@ -95,7 +95,7 @@ def _measured(
     clicks, click_problems = ({}, []) if sources.clicks is None else read_clicks(sources.clicks, floor.number, settings)
     here = site.landmarks.on_floor(floor.number)
     expected = {here.ids[i]: complex(as_complex(here.position_bcs[i])) for i in np.flatnonzero(here.surveyed).tolist()}
-    measured = Measured(
+    measured = FloorMeasurements(
         shots=shots,
         known=known,
         heights=[*heights, *known_heights],

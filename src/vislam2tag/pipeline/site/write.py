@@ -17,7 +17,7 @@ from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
 from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.draw import GREATEST_PX
+from vislam2tag.survey.plans.images import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
 
 _WRITTEN = re.compile(

@@ -17,7 +17,7 @@ Bounds = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class Drawing:
+class PlanDrawing:
     """A plan in its file's coordinates, but with y upwards: a picture, or polygons, walls and passages.
 
     ``walls`` (w, 2, 2) are segments, ``passages`` (k, 2) polylines across which people walk from one polygon to the
@@ -56,7 +56,7 @@ def bounds_of(points: FloatArray) -> Bounds:
     return left, right, low, high
 
 
-def mapped(drawing: Drawing, to: Callable[[FloatArray], FloatArray]) -> Drawing:
+def mapped(drawing: PlanDrawing, to: Callable[[FloatArray], FloatArray]) -> PlanDrawing:
     """Map the geometry of a drawing; ``to`` maps points (..., 2). Raises OSError as :func:`bounds_of` does."""
     polygons = tuple(
         PlanPolygon(to(each.outline), tuple(to(hole) for hole in each.holes), each.use, each.name)

@@ -14,9 +14,9 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.draw import GREATEST_PX, PIXEL_M, drawn, turned_bounds, upright
-from vislam2tag.survey.plans.drawing import Bounds, Drawing, mapped
+from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped
 from vislam2tag.survey.plans.formats.raster import IMAGES
+from vislam2tag.survey.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, turned_bounds, upright
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.registry import read_drawing
@@ -94,11 +94,11 @@ def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
         return FloorPlan(extent, image)
     own = mapped(drawing, lambda points: bcs_T_plan @ points)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
-    image = drawn(own.bounds, polygons, own.walls, own.doors, side_px)
+    image = drawn_plan(own.bounds, polygons, own.walls, own.doors, side_px)
     return FloorPlan(own.bounds, image, polygons, own.walls)
 
 
-def _useful_px(drawing: Drawing, bcs_T_plan: Affine2) -> int:
+def _useful_px(drawing: PlanDrawing, bcs_T_plan: Affine2) -> int:
     """Longer side of a picture that shows all there is: its own pixels, or those of drawn plans."""
     left, right, low, high = drawing.bounds
     if drawing.pixels:

@@ -12,7 +12,7 @@ from pyproj.exceptions import ProjError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.survey.georeference import Georeference, from_wgs84
-from vislam2tag.survey.plans.drawing import Bounds, Drawing, mapped
+from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped
 from vislam2tag.survey.plans.source import PlanSource, Point
 
 _WGS84 = 4326
@@ -34,7 +34,7 @@ class _Plane:
         return from_wgs84(_degrees(self.to_wgs84, points), self.frame).reshape(points.shape)
 
 
-def placed(drawing: Drawing, source: PlanSource, georeference: Georeference | None) -> tuple[Drawing, Affine2]:
+def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference | None) -> tuple[PlanDrawing, Affine2]:
     """Return a drawing on a plane, and the map ``bcs_T_plan`` from that plane to the BCS.
 
     A drawing that lies on earth is projected: into the BCS where the floor's ``georeference`` tells where that is,
@@ -51,7 +51,7 @@ def placed(drawing: Drawing, source: PlanSource, georeference: Georeference | No
     return projected, _scaled(projected, source, points, None if georeference is None else 1.0)
 
 
-def _scaled(plane: Drawing, source: PlanSource, points: FloatArray, unit_m: float | None) -> Affine2:
+def _scaled(plane: PlanDrawing, source: PlanSource, points: FloatArray, unit_m: float | None) -> Affine2:
     """The map by whichever scale is given; ``points`` (n, 2) are the known ones on the plane."""
     left, right, low, high = plane.bounds
     if source.extent is not None:
@@ -85,7 +85,7 @@ def _points(source: PlanSource) -> Sequence[Point]:
     return [] if source.distance is None else [source.distance.start, source.distance.end]
 
 
-def _as_given(drawing: Drawing, given: Sequence[Point]) -> FloatArray:
+def _as_given(drawing: PlanDrawing, given: Sequence[Point]) -> FloatArray:
     """Points (n, 2) that a user names in the file's coordinates, with y upwards."""
     points = np.array(given, dtype=np.float64).reshape(len(given), 2)
     if drawing.downwards:

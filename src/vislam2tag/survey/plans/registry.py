@@ -7,7 +7,7 @@ from typing import Protocol
 
 from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
-from vislam2tag.survey.plans.drawing import Drawing
+from vislam2tag.survey.plans.drawing import PlanDrawing
 from vislam2tag.survey.plans.source import PlanSource
 
 
@@ -22,7 +22,7 @@ class PlanFormat(Protocol):
         """Tell from a path with one of the suffixes whether it is of this format; may look inside."""
         ...
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read a plan; raises OSError, whose text completes a sentence about the file."""
         ...
 
@@ -35,7 +35,7 @@ def register(plan_format: PlanFormat) -> None:
     FORMATS.add(plan_format.name, plan_format)
 
 
-def read_drawing(path: Path, source: PlanSource) -> Drawing:
+def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
     """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
     if not path.exists():
         raise OSError("is not there: correct its name or add it")

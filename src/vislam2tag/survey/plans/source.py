@@ -29,14 +29,14 @@ class Extent(_Part):
     """Where its lower left corner is, BCS metres."""
 
 
-class KnownPoint(_Part):
+class ScalePoint(_Part):
     """One point in the plan's own coordinates and in the BCS."""
 
     plan: Point
     bcs_m: Point
 
 
-class KnownDistance(_Part):
+class ScaleDistance(_Part):
     """The distance between two points of the plan; the plan is not turned."""
 
     start: Point = Field(alias="from")
@@ -74,8 +74,8 @@ class PlanSource(_Part):
     epsg: Annotated[int, Field(gt=0)] | None = None
     """Reference system of the file's coordinates, where the file does not tell (DXF) or tells wrongly."""
     extent: Extent | None = None
-    points: tuple[KnownPoint, KnownPoint] | None = None
-    distance: KnownDistance | None = None
+    points: tuple[ScalePoint, ScalePoint] | None = None
+    distance: ScaleDistance | None = None
     unit_m: Metres | None = None
     """Metres a unit of the file's coordinates, whose origin and axes are the BCS's."""
 

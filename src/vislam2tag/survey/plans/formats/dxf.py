@@ -16,8 +16,8 @@ from ezdxf.lldxf.const import DXFError
 from ezdxf.path import make_path
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.survey.plans.drawing import Drawing, bounds_of, file_bytes
-from vislam2tag.survey.plans.features import segments
+from vislam2tag.survey.plans.drawing import PlanDrawing, bounds_of, file_bytes
+from vislam2tag.survey.plans.geojson_features import segments
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -48,7 +48,7 @@ class DxfFormat:
         """The suffix tells."""
         return path.is_file()
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the model space."""
         try:
             document, _ = recover.read(io.BytesIO(file_bytes(path)))
@@ -61,7 +61,7 @@ class DxfFormat:
         shown = [line for line in found if line[0].lower() not in hidden]
         walls, doors = _sorted(shown, source.layers)
         points = np.concatenate([walls.reshape(-1, 2), doors.reshape(-1, 2)])
-        return Drawing(bounds_of(points), walls=walls, doors=doors, unit_m=unit_m)
+        return PlanDrawing(bounds_of(points), walls=walls, doors=doors, unit_m=unit_m)
 
 
 def _lines(

@@ -12,8 +12,8 @@ import numpy as np
 from shapely.geometry import MultiPolygon, Polygon
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.survey.plans.drawing import Bounds, Drawing, bounds_of, file_bytes
-from vislam2tag.survey.plans.features import (
+from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, bounds_of, file_bytes
+from vislam2tag.survey.plans.geojson_features import (
     Feature,
     Rings,
     features_of,
@@ -46,7 +46,7 @@ _HELD_SHARE = 0.98
 
 
 @dataclass
-class _Parts:
+class _FoundGeometry:
     """What has been found in a file so far."""
 
     polygons: list[PlanPolygon] = field(default_factory=list)
@@ -68,17 +68,17 @@ class GeoJsonFormat:
         """The suffix tells."""
         return path.is_file()
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read all features."""
         features, whole = features_of(file_bytes(path))
-        parts = _Parts()
+        parts = _FoundGeometry()
         for feature in features:
             _add(parts, feature)
         polygons = (*parts.polygons, *_with_use(parts.unsaid, parts.polygons, source))
         lines = [*parts.walls, *parts.passages]
         bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines, np.empty((0, 2))]))
         walls = [segments(line) for line in parts.walls]
-        return Drawing(
+        return PlanDrawing(
             bounds=bounds,
             polygons=polygons,
             walls=np.concatenate([*walls, np.empty((0, 2, 2))]),
@@ -87,7 +87,7 @@ class GeoJsonFormat:
         )
 
 
-def _add(parts: _Parts, feature: Feature) -> None:
+def _add(parts: _FoundGeometry, feature: Feature) -> None:
     """Sort a feature's geometries by what they stand for; points and lines without a use stand for nothing."""
     properties = properties_of(feature)
     use = _use_of(properties)

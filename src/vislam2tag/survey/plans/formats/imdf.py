@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from vislam2tag.survey.plans.drawing import Drawing, bounds_of, file_bytes
-from vislam2tag.survey.plans.features import (
+from vislam2tag.survey.plans.drawing import PlanDrawing, bounds_of, file_bytes
+from vislam2tag.survey.plans.geojson_features import (
     Feature,
     features_of,
     geometries_of,
@@ -41,7 +41,7 @@ class ImdfFormat:
         except OSError:
             return False
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the level that the source names, or the only one."""
         level = _level(_features(path, _LEVELS), source.level)
         own = str(level.get("id"))
@@ -55,7 +55,7 @@ class ImdfFormat:
             if kind == "LineString"
         )
         points = np.concatenate([np.empty((0, 2)), *(each.outline for each in polygons), *passages])
-        return Drawing(bounds_of(points), polygons=tuple(polygons), passages=passages, epsg=_WGS84)
+        return PlanDrawing(bounds_of(points), polygons=tuple(polygons), passages=passages, epsg=_WGS84)
 
 
 def _polygons(features: Sequence[Feature], uses: Mapping[str, Use]) -> list[PlanPolygon]:

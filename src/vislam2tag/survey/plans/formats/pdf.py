@@ -7,8 +7,8 @@ from pathlib import Path
 import pypdfium2
 from PIL import Image
 
-from vislam2tag.survey.plans.drawing import Drawing, file_bytes
-from vislam2tag.survey.plans.image import on_paper
+from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
+from vislam2tag.survey.plans.images import on_paper
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -23,7 +23,7 @@ class PdfFormat:
         """The suffix tells."""
         return path.is_file()
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the page's size; it is drawn when it is asked for."""
         data = file_bytes(path)
         document = _opened(data)
@@ -45,7 +45,7 @@ class PdfFormat:
             finally:
                 page_of.close()
 
-        return Drawing((0.0, float(width), 0.0, float(height)), picture)
+        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture)
 
 
 def _opened(data: bytes) -> pypdfium2.PdfDocument:

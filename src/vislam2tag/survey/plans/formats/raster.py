@@ -8,8 +8,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from vislam2tag.survey.plans.drawing import Drawing, file_bytes
-from vislam2tag.survey.plans.image import load_plan, on_paper
+from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
+from vislam2tag.survey.plans.images import load_plan, on_paper
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -26,7 +26,7 @@ class RasterFormat:
         """The suffix tells."""
         return path.is_file()
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the size; pixels are decoded when they are asked for."""
         del source
         data = file_bytes(path)
@@ -43,7 +43,7 @@ class RasterFormat:
         def picture(side_px: int) -> Image.Image:
             return on_paper(load_plan(path, side_px), side_px)
 
-        return Drawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
+        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
 
 
 register(RasterFormat())

@@ -9,8 +9,8 @@ from pathlib import Path
 import resvg_py
 from PIL import Image
 
-from vislam2tag.survey.plans.drawing import Drawing, file_bytes
-from vislam2tag.survey.plans.image import on_paper
+from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
+from vislam2tag.survey.plans.images import on_paper
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -32,7 +32,7 @@ class SvgFormat:
         """The suffix tells."""
         return path.is_file()
 
-    def read(self, path: Path, source: PlanSource) -> Drawing:
+    def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the size; the drawing is made when it is asked for."""
         del source
         text = file_bytes(path).decode("utf-8-sig", errors="replace")
@@ -51,7 +51,7 @@ class SvgFormat:
                 raise OSError("cannot be read as SVG") from error
             return on_paper(Image.open(io.BytesIO(data)), side_px)
 
-        return Drawing((0.0, width, 0.0, height), picture, downwards=True)
+        return PlanDrawing((0.0, width, 0.0, height), picture, downwards=True)
 
 
 def _size(text: str) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 
 from tests.walkable.hand_made import rectangles
 from vislam2tag.walkable.graph import NodeKind, corridor_graph
-from vislam2tag.walkable.halls import open_cells
+from vislam2tag.walkable.open_areas import open_cells
 from vislam2tag.walkable.settings import GraphSettings
 
 SETTINGS = GraphSettings()

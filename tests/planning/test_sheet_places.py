@@ -9,18 +9,20 @@ from hypothesis import strategies as st
 
 from tests.planning.floors import INNER, OUTER, rectangle, ring
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.planning.places import Places, Stations, find_places, first_hits, stations_along
+from vislam2tag.planning.corridors import Corridors, corridors_of
 from vislam2tag.planning.settings import PlanSettings
-from vislam2tag.planning.ways import Ways, ways_of
+from vislam2tag.planning.sheet_places import SheetPlaces, Stations, find_sheet_places, first_hits, stations_along
 
 SETTINGS = PlanSettings()
 
 
-def placed(forbidden: FloatArray | None = None, settings: PlanSettings = SETTINGS) -> tuple[Ways, Stations, Places]:
+def placed(
+    forbidden: FloatArray | None = None, settings: PlanSettings = SETTINGS
+) -> tuple[Corridors, Stations, SheetPlaces]:
     space, graph = ring()
-    ways = ways_of(graph, settings.turn_rad)
+    ways = corridors_of(graph, settings.turn_rad)
     stations = stations_along(ways, settings.step_m)
-    return ways, stations, find_places(space, ways, stations, settings, forbidden)
+    return ways, stations, find_sheet_places(space, ways, stations, settings, forbidden)
 
 
 @given(st.floats(0.5, 9.5), st.floats(0.5, 4.5), st.floats(-np.pi, np.pi))
@@ -45,10 +47,10 @@ def test_walls_behind_and_out_of_reach_are_not_hit() -> None:
 def test_stations_stand_evenly_along_each_way() -> None:
     ways, stations, _ = placed()
     for way, length in enumerate(ways.length_m.tolist()):
-        offsets = stations.offset_m[stations.way == way]
+        offsets = stations.offset_m[stations.corridor == way]
         assert len(offsets) == round(length)
         assert np.allclose(np.diff(offsets), length / len(offsets))
-        assert np.allclose(stations.point[stations.way == way], ways.place(way, offsets))
+        assert np.allclose(stations.point[stations.corridor == way], ways.place(way, offsets))
 
 
 def test_sheets_hang_on_the_walls_and_face_the_way() -> None:
@@ -89,10 +91,10 @@ def test_an_uneven_wall_is_no_place() -> None:
     # Half a metre of the outer wall juts out by 20 cm at x = 10.
     niche = np.array([[(9.7, 0.0), (9.7, 0.2)], [(9.7, 0.2), (10.3, 0.2)], [(10.3, 0.2), (10.3, 0.0)]])
     uneven = type(space)(space.area, np.vstack((space.walls, niche)))
-    ways = ways_of(graph, SETTINGS.turn_rad)
+    ways = corridors_of(graph, SETTINGS.turn_rad)
     stations = stations_along(ways, 0.5)
-    places = find_places(uneven, ways, stations, SETTINGS)
+    places = find_sheet_places(uneven, ways, stations, SETTINGS)
     near = (np.abs(places.position[:, 0] - 10.0) < 0.75) & (places.position[:, 1] < 1.0)
-    before = find_places(space, ways, stations, SETTINGS)
+    before = find_sheet_places(space, ways, stations, SETTINGS)
     assert ((np.abs(before.position[:, 0] - 10.0) < 0.75) & (before.position[:, 1] < 1.0)).any()
     assert not near.any()

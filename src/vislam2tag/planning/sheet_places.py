@@ -1,8 +1,8 @@
-"""Where sheets may hang: flat stretches of wall that who passes on a way faces, near enough, for long enough.
+"""Where sheets may hang: flat stretches of wall that who passes on a corridor faces, near enough, for long enough.
 
-Beside each *station*, a point of a way, lines are cast to the walls on both sides, and ahead where the way ends.
-A wall counts where it is flat over a sheet and a margin on both sides (off doors and corners), where the sheet is in
-view over enough of the way, and where some sheet fills its share of the picture from where one passes.
+Beside each *station*, a point of a corridor, lines are cast to the walls on both sides, and ahead where the corridor
+ends. A wall counts where it is flat over a sheet and a margin on both sides (off doors and corners), where the sheet is
+in view over enough of the corridor, and where some sheet fills its share of the picture from where one passes.
 """
 
 from __future__ import annotations
@@ -12,41 +12,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.planning.corridors import Corridors
 from vislam2tag.planning.settings import CameraSettings, PlanSettings
-from vislam2tag.planning.ways import Ways
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 from vislam2tag.walkable.space import WalkableSpace
 
 _AT_ONCE = 2_000_000
 """Lines times walls that are intersected at once: what bounds memory."""
 LOOK_STEP_M = 0.25
-"""Views along the way are tried this densely ..."""
+"""Views along the corridor are tried this densely ..."""
 LOOK_FROM_M = 1.5
-"""... from the middle of the way, or from so far off the wall where it is farther."""
+"""... from the middle of the corridor, or from so far off the wall where it is farther."""
 STEEPEST = 0.4
-"""Greatest slope of a wall against the way beside it: a passer-by faces it."""
+"""Greatest slope of a wall against the corridor beside it: a passer-by faces it."""
 OFF_DOOR_M = 0.9
 """No sheet nearer to a door's middle than this."""
 HALL_REACH_M = 8.0
-"""In open areas people walk along the walls as well: a sheet may hang this far off the net of ways."""
+"""In open areas people walk along the walls as well: a sheet may hang this far off the net of corridors."""
 
 
 @dataclass(frozen=True)
 class Stations:
-    """``s`` points of the ways at which a landmark would be passed: ``way`` (s,), ``offset_m`` (s,) from its first end,
-    ``point`` (s, 2) BCS; sorted by way and offset.
+    """``s`` points of the corridors at which a landmark would be passed: ``corridor`` (s,), ``offset_m`` (s,) from its
+    first end, ``point`` (s, 2) BCS; sorted by corridor and offset.
     """
 
-    way: IntArray
+    corridor: IntArray
     offset_m: FloatArray
     point: FloatArray
 
 
 @dataclass(frozen=True)
-class Places:
+class SheetPlaces:
     """``p`` places for sheets: ``station`` (p,), ``position`` (p, 2) on the wall, ``normal`` (p, 2) out of it,
-    ``line_m`` (p,) from the middle of the way, ``visible_m`` (p,) of the way from which the sheet can be seen,
-    ``pass_m`` (p,) distance in passing, ``sheet`` (p) size of paper.
+    ``line_m`` (p,) from the middle of the corridor, ``visible_m`` (p,) of the corridor from which the sheet can be
+    seen, ``pass_m`` (p,) distance in passing, ``sheet`` (p) size of paper.
     """
 
     station: IntArray
@@ -57,9 +57,9 @@ class Places:
     pass_m: FloatArray
     sheet: tuple[str, ...]
 
-    def take(self, rows: IntArray) -> Places:
+    def take(self, rows: IntArray) -> SheetPlaces:
         """Some of the places, in this order."""
-        return Places(
+        return SheetPlaces(
             self.station[rows],
             self.position[rows],
             self.normal[rows],
@@ -70,19 +70,21 @@ class Places:
         )
 
 
-def stations_along(ways: Ways, step_m: float) -> Stations:
-    """Spread stations evenly over all ways, about ``step_m`` apart, one at each dead end."""
-    way, offset = [], []
-    for number, length in enumerate(ways.length_m.tolist()):
+def stations_along(corridors: Corridors, step_m: float) -> Stations:
+    """Spread stations evenly over all corridors, about ``step_m`` apart, one at each dead end."""
+    corridor, offset = [], []
+    for number, length in enumerate(corridors.length_m.tolist()):
         count = max(1, round(length / step_m))
         at = (np.arange(count) + 0.5) * length / count
-        dead = [len(ways.leaving[end]) == 1 and not ways.is_open[end] for end in ways.joined[number].tolist()]
+        dead = [
+            len(corridors.leaving[end]) == 1 and not corridors.is_open[end] for end in corridors.joined[number].tolist()
+        ]
         at = np.concatenate(([0.0] * dead[0], at, [length] * dead[1]))
-        way += [number] * len(at)
+        corridor += [number] * len(at)
         offset.append(at)
-    index = np.array(way, dtype=np.int64)
+    index = np.array(corridor, dtype=np.int64)
     offsets = np.concatenate([*offset, np.zeros(0)])
-    points = [ways.place(number, offsets[index == number]) for number in range(len(ways.lines))]
+    points = [corridors.place(number, offsets[index == number]) for number in range(len(corridors.lines))]
     return Stations(index, offsets, np.vstack([*points, np.zeros((0, 2))]))
 
 
@@ -109,28 +111,32 @@ def first_hits(origin: FloatArray, direction: FloatArray, walls: FloatArray, rea
     return found
 
 
-def find_places(
-    space: WalkableSpace, ways: Ways, stations: Stations, settings: PlanSettings, forbidden: FloatArray | None = None
-) -> Places:
+def find_sheet_places(
+    space: WalkableSpace,
+    corridors: Corridors,
+    stations: Stations,
+    settings: PlanSettings,
+    forbidden: FloatArray | None = None,
+) -> SheetPlaces:
     """All places for sheets; none within the ``forbidden`` rectangles (f, 4), x0, y0, x1, y1, BCS metres."""
-    cast = _casts(ways, stations)
+    cast = _casts(corridors, stations)
     camera = settings.camera
     largest = max(camera.fill_distance_m(SHEET_SIZES[name]) for name in settings.sheets)
-    in_hall = ways.in_hall[stations.way[cast.station]]
+    in_hall = corridors.in_hall[stations.corridor[cast.station]]
     detour = np.where(in_hall, HALL_REACH_M, max(camera.detour_m, camera.aside_m))
     position, normal, line_m, fine = _flat_walls(space, cast, detour + largest, settings)
-    rows = np.flatnonzero(fine & _off_turns(ways, stations, cast, settings.off_turn_m))
-    rows = rows[_allowed(position[rows], ways.doors, forbidden)]
+    rows = np.flatnonzero(fine & _off_turns(corridors, stations, cast, settings.off_turn_m))
+    rows = rows[_allowed(position[rows], corridors.doors, forbidden)]
     found = [
         camera.sheet_for(line, settings.sheets, reach)
         for line, reach in zip(line_m[rows].tolist(), detour[rows].tolist(), strict=True)
     ]
-    places = Places(
+    places = SheetPlaces(
         cast.station[rows],
         position[rows],
         normal[rows],
         line_m[rows],
-        _visible(space, ways, stations, cast.station[rows], position[rows], normal[rows], camera),
+        _visible(space, corridors, stations, cast.station[rows], position[rows], normal[rows], camera),
         np.array([np.inf if one is None else one[1] for one in found]),
         tuple("" if one is None else one[0].name for one in found),
     )
@@ -139,7 +145,7 @@ def find_places(
 
 @dataclass(frozen=True)
 class _Casts:
-    """Lines from stations (k,) to walls: ``origin`` (k, 2), ``towards`` (k, 2), ``ahead`` (k,) along the way."""
+    """Lines from stations (k,) to walls: ``origin`` (k, 2), ``towards`` (k, 2), ``ahead`` (k,) along the corridor."""
 
     station: IntArray
     origin: FloatArray
@@ -147,18 +153,18 @@ class _Casts:
     ahead: BoolArray
 
 
-def _casts(ways: Ways, stations: Stations) -> _Casts:
+def _casts(corridors: Corridors, stations: Stations) -> _Casts:
     station, towards, ahead = [], [], []
-    for way, length in enumerate(ways.length_m.tolist()):
-        rows = np.flatnonzero(stations.way == way)
-        along = ways.direction(way, stations.offset_m[rows])
+    for corridor, length in enumerate(corridors.length_m.tolist()):
+        rows = np.flatnonzero(stations.corridor == corridor)
+        along = corridors.direction(corridor, stations.offset_m[rows])
         left = np.column_stack((-along[:, 1], along[:, 0]))
         for side in (left, -left):
             station.append(rows)
             towards.append(side)
             ahead.append(np.zeros(len(rows), dtype=np.bool_))
         for end, offset, sign in ((0, 0.0, -1.0), (1, length, 1.0)):
-            if len(ways.leaving[int(ways.joined[way, end])]) == 1:
+            if len(corridors.leaving[int(corridors.joined[corridor, end])]) == 1:
                 at_end = np.flatnonzero(stations.offset_m[rows] == offset)
                 station.append(rows[at_end])
                 towards.append(sign * along[at_end])
@@ -196,13 +202,13 @@ def _flat_walls(
     return cast.origin + middle[:, None] * cast.towards, normal, middle, flat
 
 
-def _off_turns(ways: Ways, stations: Stations, cast: _Casts, off_m: float) -> BoolArray:
-    """Tell (k,) what is far enough from turns along the way; what hangs ahead at a dead end is seen all the way."""
-    offset, way = stations.offset_m[cast.station], stations.way[cast.station]
-    leaving = np.array([len(halves) for halves in ways.leaving])
-    turns = (leaving > 1) & ~ways.is_open
-    near = turns[ways.joined[way, 0]] & (offset < off_m)
-    near |= turns[ways.joined[way, 1]] & (ways.length_m[way] - offset < off_m)
+def _off_turns(corridors: Corridors, stations: Stations, cast: _Casts, off_m: float) -> BoolArray:
+    """Tell (k,) what is far enough off turns along the corridor; what hangs ahead at a dead end is seen all along."""
+    offset, corridor = stations.offset_m[cast.station], stations.corridor[cast.station]
+    leaving = np.array([len(halves) for halves in corridors.leaving])
+    turns = (leaving > 1) & ~corridors.is_open
+    near = turns[corridors.joined[corridor, 0]] & (offset < off_m)
+    near |= turns[corridors.joined[corridor, 1]] & (corridors.length_m[corridor] - offset < off_m)
     return np.asarray(~near | cast.ahead)
 
 
@@ -219,22 +225,22 @@ def _allowed(position: FloatArray, doors: FloatArray, forbidden: FloatArray | No
 
 def _visible(
     space: WalkableSpace,
-    ways: Ways,
+    corridors: Corridors,
     stations: Stations,
     station: IntArray,
     position: FloatArray,
     normal: FloatArray,
     camera: CameraSettings,
 ) -> FloatArray:
-    """Length (p,) of the way about each station from which the sheet is seen; nobody looks from far off the wall."""
+    """Length (p,) of the corridor about each station from which the sheet is seen; nobody looks from far off."""
     steps = np.arange(-camera.range_m, camera.range_m + 1e-9, LOOK_STEP_M)
-    way = stations.way[station]
+    corridor = stations.corridor[station]
     offset = stations.offset_m[station][:, None] + steps
-    on_way = (offset >= 0) & (offset <= ways.length_m[way][:, None])
+    on_way = (offset >= 0) & (offset <= corridors.length_m[corridor][:, None])
     points = np.zeros((len(station), len(steps), 2))
-    for number in np.unique(way).tolist():
-        rows = np.flatnonzero(way == number)
-        line = ways.place(number, offset[rows].ravel().clip(0, ways.length_m[number]))
+    for number in np.unique(corridor).tolist():
+        rows = np.flatnonzero(corridor == number)
+        line = corridors.place(number, offset[rows].ravel().clip(0, corridors.length_m[number]))
         points[rows] = line.reshape(len(rows), len(steps), 2)
     to_wall = position - stations.point[station]
     line_m = np.linalg.norm(to_wall, axis=1)

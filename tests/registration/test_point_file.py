@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.registration.columns import parse_columns
-from vislam2tag.registration.points import PointRow, read_points
+from vislam2tag.registration.point_file import PointRow, parse_columns, read_points
 
 
 def rows_of(tmp_path: Path, text: str, columns: str | None = None) -> tuple[list[PointRow], list[str]]:

@@ -12,11 +12,10 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.registration.columns import Column
-from vislam2tag.registration.heights import KNOWN, Height
+from vislam2tag.registration.heights import KNOWN_HEIGHT, MeasuredHeight
 from vislam2tag.registration.names import NameRules, control_key
-from vislam2tag.registration.network import Known, Shot
-from vislam2tag.registration.points import PointRow, read_points
+from vislam2tag.registration.network import KnownPoint, Shot
+from vislam2tag.registration.point_file import PointColumn, PointRow, read_points
 from vislam2tag.registration.record import Repeat
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.model import Site
@@ -27,11 +26,11 @@ ALL = "all"
 
 def read_stations(
     paths: Sequence[Path],
-    columns: Sequence[Column | None] | None,
+    columns: Sequence[PointColumn | None] | None,
     codes: Sequence[str],
     rules: NameRules,
     settings: RegistrationSettings,
-) -> tuple[list[Shot], list[Height], list[Finding]]:
+) -> tuple[list[Shot], list[MeasuredHeight], list[Finding]]:
     """Read total-station exports: a file is a station, unless a column names stations.
 
     Only shots with one of these point ``codes`` count, where any is given; the others are a finding. Raises
@@ -41,7 +40,7 @@ def read_stations(
     if double := [path for i, path in enumerate(paths) if path.stem in stems[:i]]:
         raise SurveyError(f"{double[0]}: another file has the same name, which is its station's; rename one")
     shots: list[Shot] = []
-    heights: list[Height] = []
+    heights: list[MeasuredHeight] = []
     findings: list[Finding] = []
     for path in paths:
         rows, problems = read_points(path, columns)
@@ -65,13 +64,13 @@ def read_stations(
                 )
             )
             if math.isfinite(row.height_m):
-                heights.append(Height(point, station, row.height_m, settings.height_sigma_m, row.source))
+                heights.append(MeasuredHeight(point, station, row.height_m, settings.height_sigma_m, row.source))
     return shots, heights, findings
 
 
-def read_known(
+def read_known_points(
     path: Path, rules: NameRules, settings: RegistrationSettings
-) -> tuple[list[Known], list[Height], list[Finding]]:
+) -> tuple[list[KnownPoint], list[MeasuredHeight], list[Finding]]:
     """Read known points (BCS metres; H above the floor); raises SurveyError where a name comes twice."""
     rows, findings = read_points(path)
     first: dict[str, PointRow] = {}
@@ -83,7 +82,7 @@ def read_known(
             )
         first[key] = row
     known = [
-        Known(
+        KnownPoint(
             point=key,
             place=complex(row.east_m, row.north_m),
             sigma_m=settings.control_sigma_m if math.isnan(row.sigma_m) else row.sigma_m,
@@ -93,35 +92,39 @@ def read_known(
         for key, row in first.items()
     ]
     heights = [
-        Height(key, KNOWN, row.height_m, settings.height_sigma_m, row.source)
+        MeasuredHeight(key, KNOWN_HEIGHT, row.height_m, settings.height_sigma_m, row.source)
         for key, row in first.items()
         if math.isfinite(row.height_m)
     ]
     return known, heights, findings
 
 
-def known_of_site(
+def known_points_of_site(
     site: Site, floor: int, wanted: Sequence[str], rules: NameRules, settings: RegistrationSettings
-) -> tuple[list[Known], list[Height]]:
+) -> tuple[list[KnownPoint], list[MeasuredHeight]]:
     """Landmarks and control points of a floor as they stand in the site's files, those ``wanted`` or :data:`ALL`.
 
     Raises UsageError where one is wanted that has no position.
     """
-    found: dict[str, Known] = {}
-    heights: list[Height] = []
+    found: dict[str, KnownPoint] = {}
+    heights: list[MeasuredHeight] = []
     here = site.landmarks.on_floor(floor)
     for i in np.flatnonzero(here.surveyed).tolist():
         sigma_m = math.sqrt(float(np.trace(here.covariance_bcs[i])) / 2)
         source = here.source[i] if here.source else ""
-        found[here.ids[i]] = Known(
+        found[here.ids[i]] = KnownPoint(
             point=here.ids[i], place=complex(as_complex(here.position_bcs[i])), sigma_m=sigma_m, source=source
         )
         if math.isfinite(here.z_m[i]):
-            heights.append(Height(here.ids[i], KNOWN, float(here.z_m[i]), settings.height_sigma_m, source))
+            heights.append(
+                MeasuredHeight(here.ids[i], KNOWN_HEIGHT, float(here.z_m[i]), settings.height_sigma_m, source)
+            )
     points = site.floor(floor).control_points
     for i, (name, place) in enumerate(zip(points.ids, points.position_bcs, strict=True)):
         key, source = control_key(name), points.source[i] if points.source else ""
-        found[key] = Known(point=key, place=complex(as_complex(place)), sigma_m=settings.control_sigma_m, source=source)
+        found[key] = KnownPoint(
+            point=key, place=complex(as_complex(place)), sigma_m=settings.control_sigma_m, source=source
+        )
     keys = set(found) if ALL in wanted else {rules.key(name) for name in wanted}
     if missing := sorted(keys - found.keys()):
         raise UsageError(f"--known {missing[0]}: floor {floor} has no position of it")

@@ -6,8 +6,8 @@ import pytest
 
 from tests.survey.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.registration.heights import KNOWN
-from vislam2tag.registration.inputs import known_of_site, read_known, read_stations
+from vislam2tag.registration.heights import KNOWN_HEIGHT
+from vislam2tag.registration.measurements import known_points_of_site, read_known_points, read_stations
 from vislam2tag.registration.names import NameRules
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.discover import read_site
@@ -38,27 +38,27 @@ def test_two_files_of_one_name_are_refused(tmp_path: Path) -> None:
 def test_known_points_of_a_file(tmp_path: Path) -> None:
     path = tmp_path / "known.csv"
     path.write_text("name,x,y,z,sigma_m\nA,1,2,0.5,0.001\nLM7,3,4,,\n")
-    known, heights, _ = read_known(path, RULES, SETTINGS)
+    known, heights, _ = read_known_points(path, RULES, SETTINGS)
     assert [(one.point, one.place, one.sigma_m) for one in known] == [
         ("tie A", 1 + 2j, 0.001),
         ("7", 3 + 4j, SETTINGS.control_sigma_m),
     ]
-    assert [(one.point, one.station, one.height_m) for one in heights] == [("tie A", KNOWN, 0.5)]
+    assert [(one.point, one.station, one.height_m) for one in heights] == [("tie A", KNOWN_HEIGHT, 0.5)]
     path.write_text("name,x,y\nLM7,1,2\nLM07,3,4\n")
     with pytest.raises(SurveyError, match=r"known\.csv:3: known point LM07 is there twice \(first: known\.csv:2\)"):
-        read_known(path, RULES, SETTINGS)
+        read_known_points(path, RULES, SETTINGS)
 
 
 def test_known_points_of_the_site(tmp_path: Path) -> None:
     site, _ = read_site(write_survey(tmp_path))
-    known, _ = known_of_site(site, 1, ["all"], RULES, SETTINGS)
+    known, _ = known_points_of_site(site, 1, ["all"], RULES, SETTINGS)
     assert {one.point: one.place for one in known} == {
         "10": 1.5 + 2.5j,
         "7": 30 + 4j,
         "control point 0": 1 + 2j,
         "control point 1": 3.5 + 4j,
     }
-    chosen, _ = known_of_site(site, 1, ["LM7", "CP1"], RULES, SETTINGS)
+    chosen, _ = known_points_of_site(site, 1, ["LM7", "CP1"], RULES, SETTINGS)
     assert [one.point for one in chosen] == ["7", "control point 1"]
     with pytest.raises(UsageError, match="--known 99: floor 1 has no position of it"):
-        known_of_site(site, 1, ["LM99"], RULES, SETTINGS)
+        known_points_of_site(site, 1, ["LM99"], RULES, SETTINGS)

@@ -7,15 +7,15 @@ import pytest
 
 from tests.registration.networks import Survey, shot_of, survey, swapped_known, swapped_shots
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.registration.network import Known, Shot
-from vislam2tag.registration.plane_search import Searched, search_plane
+from vislam2tag.registration.network import KnownPoint, Shot
+from vislam2tag.registration.network_search import SearchedNetwork, search_network
 from vislam2tag.registration.settings import RegistrationSettings
 
 SETTINGS = RegistrationSettings()
 
 
-def searched(drawn: Survey) -> Searched:
-    return search_plane(drawn.shots, drawn.known, SETTINGS)
+def searched(drawn: Survey) -> SearchedNetwork:
+    return search_network(drawn.shots, drawn.known, SETTINGS)
 
 
 def texts(drawn: Survey) -> list[str]:
@@ -67,7 +67,7 @@ def test_of_two_stations_either_may_have_interchanged_them() -> None:
 def test_mistyped_known_points_are_named_with_what_would_fit(wrong: object, text: str) -> None:
     drawn = survey(7)
     place = round(drawn.known[2].place.real, 3) + 1j * round(drawn.known[2].place.imag, 3)
-    typed = Known(point="K2", place=wrong(place), sigma_m=0.005, source="known.csv:4")  # type: ignore[operator]
+    typed = KnownPoint(point="K2", place=wrong(place), sigma_m=0.005, source="known.csv:4")  # type: ignore[operator]
     (found,) = texts(replace(drawn, known=[*drawn.known[:2], typed, *drawn.known[3:]]))
     assert found.startswith(f"known point K2 (known.csv:4) looks mistyped in {text}: ")
     assert f"{place.real:.3f}, {place.imag:.3f} would fit" in found
@@ -77,8 +77,8 @@ def test_exchanged_digits_are_named() -> None:
     truth = {"a": 2.5 + 3.25j, "b": 23.871 + 4.215j, "c": 41.5 + 20.75j, "d": 8.125 + 18.5j}
     shots = [Shot(point=name, station="S", place=(0.8 + 0.6j) * place, sigma_m=0.003) for name, place in truth.items()]
     typed = truth | {"b": 28.371 + 4.215j}
-    known = [Known(point=name, place=place, sigma_m=0.003) for name, place in typed.items()]
-    (error,) = search_plane(shots, known, SETTINGS).errors
+    known = [KnownPoint(point=name, place=place, sigma_m=0.003) for name, place in typed.items()]
+    (error,) = search_network(shots, known, SETTINGS).errors
     assert error.text == "known point b looks mistyped in E (digits exchanged): 23.871, 4.215 would fit"
 
 
@@ -138,8 +138,8 @@ def test_two_known_points_are_enough_and_cannot_be_checked() -> None:
         Shot(point=name, station="S", place=place, sigma_m=0.003)
         for name, place in (("a", 0j), ("b", 10 + 0j), ("7", 4 + 3j))
     ]
-    known = [Known(point="a", place=1j, sigma_m=0.003), Known(point="b", place=11j, sigma_m=0.003)]
-    found = search_plane(shots, known, SETTINGS)
+    known = [KnownPoint(point="a", place=1j, sigma_m=0.003), KnownPoint(point="b", place=11j, sigma_m=0.003)]
+    found = search_network(shots, known, SETTINGS)
     assert found.fit.places["7"] == pytest.approx(-3 + 5j)
     assert found.fit.adjusted.redundancy == 1
     assert np.trace(found.fit.covariance("7")) > 2 * 0.003**2

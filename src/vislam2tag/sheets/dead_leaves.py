@@ -32,7 +32,7 @@ _SUBPIXEL_BITS = 4
 _NUMBERS = 4 + 2 * _CORNERS
 
 
-def picture(seed: int, landmark: str, attempt: int = 0) -> GreyImage:
+def dead_leaves_picture(seed: int, landmark: str, attempt: int = 0) -> GreyImage:
     """Draw the grey picture (SIDE_PX, SIDE_PX) of a landmark: the same for the same seed, id and attempt.
 
     Leaves fall in the order of their size, the largest first, so that no large one buries the rest of its area.

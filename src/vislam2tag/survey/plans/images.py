@@ -1,8 +1,10 @@
-"""Images of plans in the BCS: geometry is drawn, pictures are turned upright."""
+"""Images of plans: loaded, turned upright in the BCS, or drawn there from geometry."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +15,39 @@ from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.plans.drawing import Bounds, bounds_of
 from vislam2tag.survey.plans.model import PlanPolygon, Use
 
+_FORMATS = ("JPEG", "PNG", "BMP", "GIF", "TIFF", "WEBP")
+
+
+def load_plan(path: Path, side_px: int) -> Image.Image:
+    """Return a plan with all its pixels in memory.
+
+    A JPEG is decoded at the smallest fraction of its size whose sides are still at least ``side_px``, any other
+    format in full. Raises OSError, whose text completes a sentence about the file, where it is no whole image (JPEG,
+    PNG, BMP, GIF, TIFF or WebP) or has more pixels than Pillow takes.
+    """
+    try:
+        with warnings.catch_warnings():
+            # A huge plan is no attack here, and odd metadata no harm: it is the surveyor's own file.
+            warnings.simplefilter("ignore")
+            with Image.open(path, formats=_FORMATS) as image:
+                image.draft("RGB", (side_px, side_px))
+                image.load()
+                return image
+    except Image.DecompressionBombError as error:
+        raise OSError("has too many pixels") from error
+    except (OSError, ValueError, SyntaxError) as error:
+        raise OSError("cannot be read as an image") from error
+
+
+def on_paper(plan: Image.Image, side_px: int) -> Image.Image:
+    """Return a plan on white ground, scaled down to at most ``side_px`` along its longer side."""
+    coloured = plan.convert("RGBA")
+    coloured.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
+    paper = Image.new("RGB", coloured.size, "white")
+    paper.paste(coloured, mask=coloured.getchannel("A"))
+    return paper
+
+
 PIXEL_M = 0.05
 """Side of a pixel of drawn plans, metres: a wall of 0.1 m is still a line."""
 GREATEST_PX = 6000
@@ -22,7 +57,7 @@ _PAPER, _OUTSIDE, _INK, _PALE = (255, 255, 255), (235, 235, 235), (40, 40, 40), 
 _FILLS = {Use.OUTLINE: _PAPER, Use.WALKABLE: _PAPER, Use.OBSTACLE: (205, 225, 235)}
 
 
-def drawn(
+def drawn_plan(
     bounds: Bounds, polygons: Sequence[PlanPolygon], walls: FloatArray, doors: FloatArray, side_px: int
 ) -> npt.NDArray[np.uint8]:
     """Draw geometry in BCS metres between bounds: an image (rows, columns, 3), row 0 at the top.

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.survey.plans.model import FloorPlan
-from vislam2tag.walkable.drawing import cells_in, line_walls, plan_grid
+from vislam2tag.walkable.plan_cells import cells_in, line_walls, plan_grid
 from vislam2tag.walkable.settings import WalkableSettings
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)

@@ -1,4 +1,4 @@
-"""An adjustment as rows of the record."""
+"""What was adjusted or measured by tape or click, as rows of the result (:mod:`record`)."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from vislam2tag.registration.clicks import Click
 from vislam2tag.registration.heights import HeightFit
 from vislam2tag.registration.least_squares import SingularError
 from vislam2tag.registration.names import Role, role_of
-from vislam2tag.registration.network import Known, PlaneFit, Scale, Shot, adjust_plane
-from vislam2tag.registration.record import RegisteredPoint, Residual, ScaleTest, Source, StationRow
+from vislam2tag.registration.network import DistanceScale, KnownPoint, PlaneFit, Shot, adjust_plane
+from vislam2tag.registration.record import PositionSource, RegisteredPoint, Residual, ScaleTest, StationRow
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.registration.trilateration import Taped, TapeResult
+from vislam2tag.registration.trilateration import TapedLandmark, TapeResult
 
 LEAST_WIDTH_M = 0.05
 """Edges nearer than this give no direction."""
 
 
 @dataclass(frozen=True)
-class Sheet:
+class SheetPose:
     """Where a landmark's sheet hangs: centre, its covariance (2, 2), m^2, and direction of its X axis where known."""
 
     place: complex
@@ -33,7 +33,7 @@ class Sheet:
     heading_sigma_rad: float | None = None
 
 
-def sheet_of(fit: PlaneFit, landmark: str) -> Sheet | None:
+def sheet_pose(fit: PlaneFit, landmark: str) -> SheetPose | None:
     """Take a landmark from the shots of its centre, or of its two edges; None where neither is there.
 
     The X axis points to the right for who looks at the sheet, from the left edge (shot as ``ID_L``) to the right one.
@@ -42,12 +42,12 @@ def sheet_of(fit: PlaneFit, landmark: str) -> Sheet | None:
     both = left in fit.places and right in fit.places
     heading, sigma = _heading(fit, left, right) if both else (None, None)
     if landmark in fit.places:
-        return Sheet(fit.places[landmark], fit.covariance(landmark), heading, sigma)
+        return SheetPose(fit.places[landmark], fit.covariance(landmark), heading, sigma)
     if not both:
         return None
     half = np.hstack((np.eye(2), np.eye(2))) / 2
     covariance = half @ fit.covariance(left, right) @ half.T
-    return Sheet((fit.places[left] + fit.places[right]) / 2, covariance, heading, sigma)
+    return SheetPose((fit.places[left] + fit.places[right]) / 2, covariance, heading, sigma)
 
 
 def _heading(fit: PlaneFit, left: str, right: str) -> tuple[float | None, float | None]:
@@ -65,7 +65,7 @@ CERTAIN_SIGMAS = 3.29
 
 
 def station_points(
-    fit: PlaneFit, known: Sequence[Known], heights: HeightFit, settings: RegistrationSettings
+    fit: PlaneFit, known: Sequence[KnownPoint], heights: HeightFit, settings: RegistrationSettings
 ) -> dict[str, RegisteredPoint]:
     """Landmarks and control points that were shot and are not known, by key."""
     given = {one.point for one in known}
@@ -75,31 +75,33 @@ def station_points(
         name = identity if role in (Role.LEFT, Role.RIGHT) else key
         if role is Role.TIE or name in given or name in found:
             continue
-        sheet = sheet_of(fit, name)
+        sheet = sheet_pose(fit, name)
         if sheet is None:
             continue
         parts = [i for i, shot in enumerate(fit.shots) if shot.point in (name, f"{name}_L", f"{name}_R")]
         checked = float(np.mean([fit.reliability(i) for i in parts]))
-        point = _point(identity, sheet, (Source.STATION, len(parts), checked), settings)
+        point = _point(identity, sheet, (PositionSource.STATION, len(parts), checked), settings)
         found[name] = _with_height(point, heights.heights.get(name), settings)
     return found
 
 
-def taped_point(name: str, taped: Taped, settings: RegistrationSettings) -> RegisteredPoint:
+def taped_point(name: str, taped: TapedLandmark, settings: RegistrationSettings) -> RegisteredPoint:
     """A landmark placed by tape."""
     checked = taped.redundancy / taped.distances
-    point = _point(name, Sheet(taped.place, taped.covariance), (Source.TAPE, taped.distances, checked), settings)
+    point = _point(
+        name, SheetPose(taped.place, taped.covariance), (PositionSource.TAPE, taped.distances, checked), settings
+    )
     return point.model_copy(update={"note": taped.note})
 
 
 def clicked_point(click: Click, settings: RegistrationSettings) -> RegisteredPoint:
     """A landmark clicked on the plan."""
-    sheet = Sheet(click.place, np.eye(2) * click.sigma_m**2)
-    return _point(click.landmark, sheet, (Source.CLICK, 1, 0.0), settings)
+    sheet = SheetPose(click.place, np.eye(2) * click.sigma_m**2)
+    return _point(click.landmark, sheet, (PositionSource.CLICK, 1, 0.0), settings)
 
 
 def _point(
-    name: str, sheet: Sheet, origin: tuple[Source, int, float], settings: RegistrationSettings
+    name: str, sheet: SheetPose, origin: tuple[PositionSource, int, float], settings: RegistrationSettings
 ) -> RegisteredPoint:
     """A point from its sheet; ``origin``: source, how many measurements, how much they are checked."""
     covariance = _floored(sheet.covariance, settings.least_sigma_m)
@@ -144,7 +146,7 @@ def _rounded(value: float | None, digits: int) -> float | None:
 
 def scale_test(fit: PlaneFit, settings: RegistrationSettings) -> ScaleTest | None:
     """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
-    scale: Scale | None = fit.scale
+    scale: DistanceScale | None = fit.scale
     if scale is None:
         try:
             scale = adjust_plane(fit.shots, fit.known, fit.maps, settings.prior_freedom, free_scale=True).scale
@@ -199,7 +201,7 @@ def tape_residuals(taped: TapeResult) -> tuple[Residual, ...]:
 
 
 def network_findings(
-    fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, shots: Sequence[Shot], known: Sequence[Known]
+    fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, shots: Sequence[Shot], known: Sequence[KnownPoint]
 ) -> list[Finding]:
     """What is odd about the adjustment as a whole."""
     messages: list[tuple[str, int, str]] = []

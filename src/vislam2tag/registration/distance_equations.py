@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,8 @@ from scipy.optimize import least_squares
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.registration.least_squares import Adjusted, adjust
-from vislam2tag.registration.tape_file import Distance, Target
+from vislam2tag.registration.names import PlaceByPoint
+from vislam2tag.registration.tape_file import TapeDistance, Target
 
 BEYOND_M = 0.5
 """The foot of a distance may lie so far beyond a wall's ends."""
@@ -20,14 +21,12 @@ CLIP = 16.0
 """Squared residuals, in sigmas, count at most this much while starts are compared."""
 MOST_STARTS = 32
 
-Places = Mapping[str, complex]
-
 
 @dataclass(frozen=True)
 class Equation:
     """One distance from an unknown landmark to a fixed target, or to another unknown landmark (``other``)."""
 
-    distance: Distance
+    distance: TapeDistance
     target: Target | None
     other: str
     side: int = 1
@@ -43,17 +42,17 @@ class Equation:
         """The target, where it is a wall."""
         return self.target if self.target is not None and self.target.stop is not None else None
 
-    def from_to(self, places: Places) -> tuple[complex, float]:
+    def from_to(self, places: PlaceByPoint) -> tuple[complex, float]:
         """Unit vector from the target to the landmark, and the distance as the places have it."""
         here = places[self.distance.landmark]
         if self.wall is not None:
             normal = self.side * _normal(self.wall)
             return normal, ((here - self.wall.start) * normal.conjugate()).real
         there = self.target.start if self.target is not None else places[self.other]
-        way = here - there
-        return (way / abs(way), abs(way)) if way else (1 + 0j, 0.0)
+        offset = here - there
+        return (offset / abs(offset), abs(offset)) if offset else (1 + 0j, 0.0)
 
-    def beyond(self, places: Places) -> bool:
+    def beyond(self, places: PlaceByPoint) -> bool:
         """Whether the foot of the distance lies beyond the wall."""
         if self.wall is None or self.wall.stop is None:
             return False
@@ -63,7 +62,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Start:
+class StartingPlaces:
     """Places to start from, and the equations with the side of each wall."""
 
     places: dict[str, complex]
@@ -75,13 +74,13 @@ def _normal(wall: Target) -> complex:
     return 1j * along / abs(along)
 
 
-def misclosure(equations: Sequence[Equation], places: Places) -> FloatArray:
+def misclosure(equations: Sequence[Equation], places: PlaceByPoint) -> FloatArray:
     """Distance by the places minus distance by tape (n,), whitened."""
     off = [(one.from_to(places)[1] - one.distance.distance_m) / one.sigma_m for one in equations]
     return np.array(off, dtype=np.float64)
 
 
-def design(equations: Sequence[Equation], names: Sequence[str], places: Places) -> FloatArray:
+def design_matrix(equations: Sequence[Equation], names: Sequence[str], places: PlaceByPoint) -> FloatArray:
     """Derivatives (n, 2k) of minus the misclosure by the places of ``names``, whitened."""
     found = np.zeros((len(equations), len(names), 2))
     for row, one in enumerate(equations):
@@ -92,7 +91,7 @@ def design(equations: Sequence[Equation], names: Sequence[str], places: Places) 
     return -found.reshape(len(equations), -1)
 
 
-def settled(start: Start, names: Sequence[str]) -> dict[str, complex]:
+def least_squares_places(start: StartingPlaces, names: Sequence[str]) -> dict[str, complex]:
     """Least-squares places from a start."""
 
     def at(values: FloatArray) -> dict[str, complex]:
@@ -104,61 +103,63 @@ def settled(start: Start, names: Sequence[str]) -> dict[str, complex]:
         return misclosure(start.equations, at(values))
 
     def jacobian(values: FloatArray) -> FloatArray:
-        return -design(start.equations, names, at(values))
+        return -design_matrix(start.equations, names, at(values))
 
     return at(np.asarray(least_squares(residual, begin, jac=jacobian, x_scale="jac").x))
 
 
-def adjusted_at(equations: Sequence[Equation], names: Sequence[str], places: Places, prior_freedom: float) -> Adjusted:
+def adjusted_at(
+    equations: Sequence[Equation], names: Sequence[str], places: PlaceByPoint, prior_freedom: float
+) -> Adjusted:
     """The adjustment, linearised at places; raises SingularError where they are not determined."""
-    return adjust(design(equations, names, places), misclosure(equations, places), prior_freedom)[1]
+    return adjust(design_matrix(equations, names, places), misclosure(equations, places), prior_freedom)[1]
 
 
-def starts(equations: Sequence[Equation], names: Sequence[str]) -> list[Start]:
+def starting_places(equations: Sequence[Equation], names: Sequence[str]) -> list[StartingPlaces]:
     """Where the landmarks may be, the likeliest first: each where two of its distances meet.
 
     ``names`` come in an order in which each has two distances to targets or to earlier ones. Few of the likeliest
     are kept after each landmark.
     """
-    partial = [Start({}, ())]
+    partial = [StartingPlaces({}, ())]
     for name in names:
-        longer: list[Start] = []
+        longer: list[StartingPlaces] = []
         for start in partial:
             now = [one for one in equations if _usable(one, name, start.places)]
             meetings = [
                 meeting for pair in itertools.combinations(now, 2) for meeting in _meetings(*pair, name, start.places)
             ]
-            longer += [_with(start, name, place, now) for place in meetings]
-        longer.sort(key=lambda one: _clipped(one))
+            longer += [_with_landmark(start, name, place, now) for place in meetings]
+        longer.sort(key=lambda one: _clipped_square(one))
         partial = longer[:MOST_STARTS]
     return partial
 
 
-def _usable(one: Equation, name: str, places: Places) -> bool:
+def _usable(one: Equation, name: str, places: PlaceByPoint) -> bool:
     """Whether an equation ties this landmark to a target or to a landmark placed before."""
     if name not in (one.distance.landmark, one.other):
         return False
     return not one.other or (one.distance.landmark if one.other == name else one.other) in places
 
 
-def _with(start: Start, name: str, place: complex, now: Sequence[Equation]) -> Start:
+def _with_landmark(start: StartingPlaces, name: str, place: complex, now: Sequence[Equation]) -> StartingPlaces:
     """Add a landmark, each wall on the side on which it then is."""
     sided = [
         Equation(one.distance, one.target, one.other, 1 if _offset(one.wall, place) >= 0 else -1) if one.wall else one
         for one in now
     ]
-    return Start(start.places | {name: place}, (*start.equations, *sided))
+    return StartingPlaces(start.places | {name: place}, (*start.equations, *sided))
 
 
 def _offset(wall: Target, place: complex) -> float:
     return ((place - wall.start) * _normal(wall).conjugate()).real
 
 
-def _clipped(start: Start) -> float:
+def _clipped_square(start: StartingPlaces) -> float:
     return float(np.minimum(misclosure(start.equations, start.places) ** 2, CLIP).sum())
 
 
-def _meetings(one: Equation, other: Equation, name: str, places: Places) -> list[complex]:
+def _meetings(one: Equation, other: Equation, name: str, places: PlaceByPoint) -> list[complex]:
     """Where two distances meet, or come nearest to each other."""
     if one.wall and other.wall:
         return _lines_meet(one, other)
@@ -168,7 +169,7 @@ def _meetings(one: Equation, other: Equation, name: str, places: Places) -> list
     return _circles_meet(one, other, _centre(one, name, places), _centre(other, name, places))
 
 
-def _centre(one: Equation, name: str, places: Places) -> complex:
+def _centre(one: Equation, name: str, places: PlaceByPoint) -> complex:
     if one.target is not None:
         return one.target.start
     return places[one.distance.landmark if one.other == name else one.other]

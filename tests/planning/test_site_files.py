@@ -1,4 +1,4 @@
-"""Planned landmarks added to the site's own file."""
+"""Files of a site that a plan reads and adds to."""
 
 from __future__ import annotations
 
@@ -7,9 +7,40 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vislam2tag.planning.marker_file import with_landmarks
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.planning.records import PlannedLandmark
+from vislam2tag.planning.site_files import marker_text, read_forbidden
 from vislam2tag.survey.landmark_file import landmarks_from, read_landmark_file
+
+
+def test_rectangles_are_read_by_floor(tmp_path: Path) -> None:
+    path = tmp_path / "glass.csv"
+    path.write_text("floor,x0,y0,x1,y1\n2,0,1,5.5,2\n\n-1,3,3,4,4\n2,7,7,8,8\n")
+    found = read_forbidden(path)
+    assert list(found) == [-1, 2]
+    assert found[2].tolist() == [[0, 1, 5.5, 2], [7, 7, 8, 8]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("floor,x,y\n1,2,3\n", r"glass.csv: the first line must be: floor,x0,y0,x1,y1"),
+        ("floor,x0,y0,x1,y1\n1,0,0,1,1\n1,2,3\n", r"glass.csv:3: expected a floor's number and four numbers"),
+        ("floor,x0,y0,x1,y1\nup,0,0,1,1\n", r"glass.csv:2: expected"),
+        ("floor,x0,y0,x1,y1\n1,0,0,1,inf\n", r"glass.csv:2: expected"),
+    ],
+)
+def test_what_cannot_be_used_is_told_by_line(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "glass.csv"
+    path.write_text(text)
+    with pytest.raises(SurveyError, match=message):
+        read_forbidden(path)
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SurveyError, match="cannot be opened"):
+        read_forbidden(tmp_path / "none.csv")
+
 
 NEW = [
     PlannedLandmark(
@@ -30,7 +61,7 @@ NEW = [
     ],
 )
 def test_what_was_there_stays_to_the_letter_and_the_new_ones_are_read_back(before: str, tmp_path: Path) -> None:
-    after = with_landmarks(before, NEW)
+    after = marker_text(before, NEW)
     old = before.splitlines()
     assert after.splitlines()[1 : len(old)] == old[1:]
     assert not old or after.splitlines()[0].startswith(old[0])
@@ -52,12 +83,12 @@ def test_what_was_there_stays_to_the_letter_and_the_new_ones_are_read_back(befor
 
 
 def test_sheets_of_the_site_are_those_planned() -> None:
-    text = with_landmarks("id,x,y,sheet\n1,4.0,5.0,A3\n", NEW[:1])
+    text = marker_text("id,x,y,sheet\n1,4.0,5.0,A3\n", NEW[:1])
     assert text.splitlines()[0].endswith("heading_sigma_rad,width_m")
     assert text.splitlines()[2] == "7,1.25,2.5,A4,1.4,0.1,0.5,0.05,0.19"
 
 
 def test_adding_twice_is_adding_both() -> None:
-    once = with_landmarks("id,x,y\n1,4.0,5.0\n", NEW[:1])
-    assert with_landmarks(once, NEW[1:]) == with_landmarks("id,x,y\n1,4.0,5.0\n", NEW)
+    once = marker_text("id,x,y\n1,4.0,5.0\n", NEW[:1])
+    assert marker_text(once, NEW[1:]) == marker_text("id,x,y\n1,4.0,5.0\n", NEW)
     assert np.array_equal(once.splitlines()[0].split(",")[:3], ["id", "x", "y"])

@@ -24,7 +24,7 @@ _RANGE = re.compile(r"(\d{1,9})-(\d{1,9})")
 
 
 @dataclass(frozen=True)
-class Asked:
+class SheetRequest:
     """A landmark that is to have a sheet, as far as its source tells."""
 
     landmark: str
@@ -73,7 +73,7 @@ def _in_range(part: str) -> Sequence[str]:
     return [str(number) for number in range(first, last + 1)]
 
 
-def asked_of(source: Path | None, ids: str | None) -> tuple[tuple[Asked, ...], tuple[Finding, ...]]:
+def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetRequest, ...], tuple[Finding, ...]]:
     """Tell which landmarks are asked for, with what is odd about their files.
 
     ``source`` is a site's folder, a file of landmarks or None; ``ids`` picks some of its landmarks, or names all
@@ -84,7 +84,7 @@ def asked_of(source: Path | None, ids: str | None) -> tuple[tuple[Asked, ...], t
     if source is None:
         if wanted is None:
             raise UsageError("no landmark is named; give a site's folder, a file of landmarks, --ids or --images")
-        return tuple(Asked(name) for name in wanted), ()
+        return tuple(SheetRequest(name) for name in wanted), ()
     if source.is_dir():
         found, findings = _of_site(source)
     else:
@@ -96,7 +96,7 @@ def asked_of(source: Path | None, ids: str | None) -> tuple[tuple[Asked, ...], t
     return tuple(found), findings
 
 
-def _picked(source: Path, found: list[Asked], wanted: tuple[str, ...]) -> list[Asked]:
+def _picked(source: Path, found: list[SheetRequest], wanted: tuple[str, ...]) -> list[SheetRequest]:
     there = {one.landmark for one in found}
     missing = [name for name in wanted if name not in there]
     if missing:
@@ -106,7 +106,7 @@ def _picked(source: Path, found: list[Asked], wanted: tuple[str, ...]) -> list[A
     return [one for one in found if one.landmark in set(wanted)]
 
 
-def _of_site(root: Path) -> tuple[list[Asked], tuple[Finding, ...]]:
+def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
     site, findings = read_site(root)
     building = read_site_file(root).name if has_site_file(root) else ""
     sizes: dict[str, tuple[SheetSize | None, float | None]] = {}
@@ -115,8 +115,8 @@ def _of_site(root: Path) -> tuple[list[Asked], tuple[Finding, ...]]:
         sizes |= {table.place(line): _size(table, line, fields) for line, fields in table.rows}
     landmarks = site.landmarks
     names = {floor.number: floor.name for floor in site.floors}
-    asked = [
-        Asked(
+    requests = [
+        SheetRequest(
             landmark=name,
             building=building,
             floor=int(landmarks.floor[i]),
@@ -129,7 +129,7 @@ def _of_site(root: Path) -> tuple[list[Asked], tuple[Finding, ...]]:
         )
         for i, name in enumerate(landmarks.ids)
     ]
-    return asked, tuple(finding for finding in findings if finding.file.endswith(LANDMARK_FILE))
+    return requests, tuple(finding for finding in findings if finding.file.endswith(LANDMARK_FILE))
 
 
 def _finite(value: float) -> float | None:
@@ -142,7 +142,7 @@ def _pair(x_m: float | None, y_m: float | None) -> tuple[float, float] | None:
     return float(x_m), float(y_m)
 
 
-def _of_file(path: Path) -> list[Asked]:
+def _of_file(path: Path) -> list[SheetRequest]:
     """Read a file of landmarks: its first column is the id; floor, x, y, z, sheet and width_m may follow."""
     try:
         table = read_site_table(path.parent, path)
@@ -152,9 +152,9 @@ def _of_file(path: Path) -> list[Asked]:
         raise SurveyError(
             f"{path}: the first line must name columns: id,floor,x,y,z,sheet,width_m (all but id optional)"
         )
-    found: dict[tuple[int | None, str], Asked] = {}
+    found: dict[tuple[int | None, str], SheetRequest] = {}
     for line, fields in table.rows:
-        one = _asked(table, line, fields)
+        one = _request(table, line, fields)
         first = found.setdefault((one.floor, one.landmark), one)
         if first is not one:
             raise SurveyError(f"{first.source} and {one.source} are one id, {one.landmark}, on one floor; rename one")
@@ -169,7 +169,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _asked(table: SiteTable, line: int, fields: tuple[str, ...]) -> Asked:
+def _request(table: SiteTable, line: int, fields: tuple[str, ...]) -> SheetRequest:
     place = table.place(line)
     name = landmark_id(fields[0])
     if not name:
@@ -182,7 +182,7 @@ def _asked(table: SiteTable, line: int, fields: tuple[str, ...]) -> Asked:
         raise SurveyError(f"{place}: floor, x, y and z must be numbers or empty ({error})") from error
     sheet, width = _size(table, line, fields)
     return replace(
-        Asked(name, floor=floor, position_m=_pair(x, y), height_m=z, source=place), sheet=sheet, width_m=width
+        SheetRequest(name, floor=floor, position_m=_pair(x, y), height_m=z, source=place), sheet=sheet, width_m=width
     )
 
 

@@ -33,7 +33,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """A sheet's paper and the image on it; text grows with the paper, by ``unit_m`` (1 mm on A4)."""
 
     paper: SheetSize
@@ -64,7 +64,7 @@ def largest_width_m(paper: SheetSize, aspect: float) -> float:
     return int(1000 * paper.image_m / max(1.0, aspect) + _TOLERANCE_M) / 1000
 
 
-def layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> Layout:
+def page_layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> PageLayout:
     """Lay out a sheet: the image's centre is in the middle of the largest square that the paper holds.
 
     ``aspect`` is the image's height over its width. Raises UsageError where the image is larger than that.
@@ -76,7 +76,7 @@ def layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> La
     top = paper.height_m - _HEAD_UNITS * unit
     middle = (paper.width_m / 2, top - side / 2)
     image = Box(middle[0] - width_m / 2, middle[1] - width_m * aspect / 2, width_m, width_m * aspect)
-    return Layout(paper, image, unit, top, top - side)
+    return PageLayout(paper, image, unit, top, top - side)
 
 
 def _too_wide(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> str:

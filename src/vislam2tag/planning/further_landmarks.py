@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.planning.places import Places, Stations
-from vislam2tag.planning.prediction import Sheets, comes_by, expected_along, smoothed_walk
+from vislam2tag.planning.prediction import PassedLandmarks, expected_along, passes_near, smoothed_walk
+from vislam2tag.planning.sheet_places import SheetPlaces, Stations
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.gain_map import APART_M, GainMap, session_gains
 from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
@@ -19,7 +19,7 @@ MOST_WALKS = 12
 
 
 @dataclass(frozen=True)
-class Further:
+class FurtherPlace:
     """One more landmark: the ``place``, and by how much the mean error to expect falls with it and those before it."""
 
     place: int
@@ -28,17 +28,17 @@ class Further:
 
 def further_landmarks(
     paths: Sequence[FloatArray],
-    sheets: Sheets,
-    places: Places,
+    sheets: PassedLandmarks,
+    places: SheetPlaces,
     stations: Stations,
     free: BoolArray,
     count: int,
     survey_sigma_m: float,
-) -> list[Further]:
+) -> list[FurtherPlace]:
     """Propose ``count`` more landmarks at ``free`` (p,) places, the best first; each gain is solved for anew."""
-    found: list[Further] = []
+    found: list[FurtherPlace] = []
     errors = [_errors_m(path, sheets, survey_sigma_m) for path in paths]
-    promised = _promised(paths, sheets, survey_sigma_m)
+    promised = _first_order_gains(paths, sheets, survey_sigma_m)
     feet = stations.point[places.station]
     value = np.array([promised.get(cell, 0.0) for cell in map(tuple, np.floor(feet / CELL_M).astype(int).tolist())])
     value = np.where(free, value, 0.0)
@@ -48,16 +48,16 @@ def further_landmarks(
         best = int(np.argmax(value))
         sheets = sheets.with_one(places.position[best], feet[best], float(places.pass_m[best]))
         after = [
-            _errors_m(path, sheets, survey_sigma_m) if comes_by(path, feet[best]) else error
+            _errors_m(path, sheets, survey_sigma_m) if passes_near(path, feet[best]) else error
             for path, error in zip(paths, errors, strict=True)
         ]
-        found.append(Further(best, _mean(errors) - _mean(after)))
+        found.append(FurtherPlace(best, _mean(errors) - _mean(after)))
         errors = after
         value[np.linalg.norm(feet - feet[best], axis=1) < APART_M] = 0.0
     return found
 
 
-def _errors_m(path: FloatArray, sheets: Sheets, survey_sigma_m: float) -> FloatArray:
+def _errors_m(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) -> FloatArray:
     """Mean lengths (n,) of the errors to expect along a walk; empty where it cannot be mapped."""
     expected = expected_along(path, sheets, survey_sigma_m)
     return np.zeros(0) if expected is None else expected_error_m(expected.covariance)
@@ -67,7 +67,9 @@ def _mean(errors: Sequence[FloatArray]) -> float:
     return float(np.concatenate([*errors, np.zeros(0)]).mean())
 
 
-def _promised(paths: Sequence[FloatArray], sheets: Sheets, survey_sigma_m: float) -> dict[tuple[int, int], float]:
+def _first_order_gains(
+    paths: Sequence[FloatArray], sheets: PassedLandmarks, survey_sigma_m: float
+) -> dict[tuple[int, int], float]:
     """By how much the mean expected error falls with a landmark in each cell, to first order."""
     total = GainMap()
     for number in sorted(set(np.linspace(0, len(paths) - 1, min(MOST_WALKS, len(paths))).astype(int).tolist())):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.walkable.swings import without_swings
+from vislam2tag.walkable.door_swings import without_swings
 
 RADII = (10.0, 28.0)
 

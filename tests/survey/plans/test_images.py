@@ -8,7 +8,7 @@ from PIL import Image
 
 from tests.mutations import mutate
 from tests.survey.site import plan_bytes
-from vislam2tag.survey.plans.image import load_plan
+from vislam2tag.survey.plans.images import load_plan
 
 
 def test_a_jpeg_is_decoded_small_but_no_smaller_than_wanted(tmp_path: Path) -> None:

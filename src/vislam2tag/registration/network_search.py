@@ -13,19 +13,19 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.registration.consensus import rough_frames
-from vislam2tag.registration.gross_errors import Change, Explanation, explanations, mistyped, noted, whitened
-from vislam2tag.registration.least_squares import Noise, SingularError, suspicious
-from vislam2tag.registration.names import called
-from vislam2tag.registration.network import Known, Measurement, PlaneFit, Shot, adjust_plane
+from vislam2tag.registration.gross_errors import Explanation, ValueChange, explanations, listed, mistyped, whitened
+from vislam2tag.registration.least_squares import NoiseLevel, SingularError, suspicious
+from vislam2tag.registration.names import point_label
+from vislam2tag.registration.network import KnownPoint, Measurement, PlaneFit, Shot, adjust_plane
 from vislam2tag.registration.settings import RegistrationSettings
 
 
-def plane_changes(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
+def network_changes(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
     """What could explain the suspects (indices of measurements), each with what would then have been measured."""
     return [*_swapped_shots(fit, suspects), *_swapped_known(fit, suspects), *_mistyped(fit, suspects)]
 
 
-def _swapped_shots(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
+def _swapped_shots(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
     """Two points of one station whose names were interchanged, one of them suspect."""
     rows_of: dict[str, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
     for i, shot in enumerate(fit.shots):
@@ -42,14 +42,14 @@ def _swapped_shots(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
     found = []
     for station, one, other in pairs:
         places = {name: np.mean([fit.shots[i].place for i in rows_of[station][name]]) for name in (one, other)}
-        way = complex(places[other] - places[one])
-        members = [(i, way) for i in rows_of[station][one]] + [(i, -way) for i in rows_of[station][other]]
-        text = f"{called(one)} and {called(other)} look interchanged in the shots from {station}"
+        shift = complex(places[other] - places[one])
+        members = [(i, shift) for i in rows_of[station][one]] + [(i, -shift) for i in rows_of[station][other]]
+        text = f"{point_label(one)} and {point_label(other)} look interchanged in the shots from {station}"
         found.append(_change(fit, members, text, len(pairs)))
     return found
 
 
-def _swapped_known(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
+def _swapped_known(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
     first = len(fit.shots)
     points = {fit.measurements[i].point for i in suspects}
     pairs = [
@@ -59,14 +59,15 @@ def _swapped_known(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
     ]
     found = []
     for i, j in pairs:
-        way = fit.known[j].place - fit.known[i].place
-        text = f"the known points {called(fit.known[i].point)} and {called(fit.known[j].point)} look interchanged"
-        found.append(_change(fit, [(first + i, way), (first + j, -way)], text, len(pairs)))
+        shift = fit.known[j].place - fit.known[i].place
+        names = [point_label(fit.known[one].point) for one in (i, j)]
+        text = f"the known points {listed(names)} look interchanged"
+        found.append(_change(fit, [(first + i, shift), (first + j, -shift)], text, len(pairs)))
     return found
 
 
-def _mistyped(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
-    found: list[Change] = []
+def _mistyped(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
+    found: list[ValueChange] = []
     for i in suspects:
         one = fit.measurements[i]
         east, north = one.place.real, one.place.imag
@@ -82,12 +83,12 @@ def _mistyped(fit: PlaneFit, suspects: Sequence[int]) -> list[Change]:
     return found
 
 
-def _change(fit: PlaneFit, members: Sequence[tuple[int, complex]], text: str, choices: int) -> Change:
+def _change(fit: PlaneFit, members: Sequence[tuple[int, complex]], text: str, choices: int) -> ValueChange:
     """A hypothesis that these measurements should have been otherwise, each by so much in its own frame."""
     moved = [-(fit.maps[fit.shots[i].station].a if i < len(fit.shots) else 1) * by for i, by in members]
     rows = np.concatenate([fit.groups[i] for i, _ in members])
     sigma_m = [fit.measurements[i].sigma_m for i, _ in members]
-    return Change(text, tuple(i for i, _ in members), rows, whitened(moved, sigma_m), choices)
+    return ValueChange(text, tuple(i for i, _ in members), rows, whitened(moved, sigma_m), choices)
 
 
 TOLERANCE_M = 0.1
@@ -110,23 +111,23 @@ class GrossError:
 
 
 @dataclass(frozen=True)
-class Searched:
+class SearchedNetwork:
     """The fit without what is wrong."""
 
     fit: PlaneFit
     errors: tuple[GrossError, ...]
 
 
-def search_plane(
-    shots: Sequence[Shot], known: Sequence[Known], settings: RegistrationSettings, *, free_scale: bool = False
-) -> Searched:
+def search_network(
+    shots: Sequence[Shot], known: Sequence[KnownPoint], settings: RegistrationSettings, *, free_scale: bool = False
+) -> SearchedNetwork:
     """Adjust shots and known points; leave out, one by one, what contradicts the others, and say what it may be.
 
     Raises SurveyError where the frames are not determined, also where what is left out leaves too little.
     """
     used = {shot.point for shot in shots}
     known = [one for one in known if one.point in used]
-    frames = _rough(shots, known)
+    frames = _rough_frames(shots, known)
     good: list[Measurement] = [*shots, *known]
     errors: list[GrossError] = []
     while True:
@@ -136,19 +137,19 @@ def search_plane(
         if not suspects:
             break
         looked_at = [i for i, _ in suspects[:MOST_SUSPECTS]]
-        changes = plane_changes(fit, looked_at)
+        changes = network_changes(fit, looked_at)
         sigma_m = np.array([one.sigma_m for one in fit.measurements])
         found = explanations(fit.adjusted, fit.groups, sigma_m, noise, looked_at, changes)
-        errors.append(_named(fit, found))
+        errors.append(_gross_error(fit, found))
         wrong = {i for one in found for i in one.measurements}
         good = [one for i, one in enumerate(fit.measurements) if i not in wrong]
     if errors:
         _still_determined(good, errors)
     try:
-        final = adjust_plane(*_parts(good), frames, settings.prior_freedom, free_scale=free_scale)
+        final = adjust_plane(*_shots_and_known(good), frames, settings.prior_freedom, free_scale=free_scale)
     except SingularError as error:
         raise SurveyError(_undetermined(errors)) from error
-    return Searched(final, tuple(errors))
+    return SearchedNetwork(final, tuple(errors))
 
 
 def _still_determined(good: Sequence[Measurement], errors: Sequence[GrossError]) -> None:
@@ -157,17 +158,17 @@ def _still_determined(good: Sequence[Measurement], errors: Sequence[GrossError])
     The adjustment itself would not notice: residuals look like a little knowledge of a turn that nothing determines.
     """
     try:
-        _rough(*_parts(good))
+        _rough_frames(*_shots_and_known(good))
     except SurveyError as error:
         left_out = "; ".join(one.text for one in errors)
         raise SurveyError(f"{error}; left out as wrong: {left_out}") from error
 
 
-def _parts(measurements: Sequence[Measurement]) -> tuple[list[Shot], list[Known]]:
-    return [m for m in measurements if isinstance(m, Shot)], [m for m in measurements if isinstance(m, Known)]
+def _shots_and_known(measurements: Sequence[Measurement]) -> tuple[list[Shot], list[KnownPoint]]:
+    return [m for m in measurements if isinstance(m, Shot)], [m for m in measurements if isinstance(m, KnownPoint)]
 
 
-def _rough(shots: Sequence[Shot], known: Sequence[Known]) -> dict[str, Similarity2]:
+def _rough_frames(shots: Sequence[Shot], known: Sequence[KnownPoint]) -> dict[str, Similarity2]:
     tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max((one.sigma_m for one in (*shots, *known)), default=0.0))
     by_station: dict[str, dict[str, list[complex]]] = defaultdict(lambda: defaultdict(list))
     for shot in shots:
@@ -176,7 +177,7 @@ def _rough(shots: Sequence[Shot], known: Sequence[Known]) -> dict[str, Similarit
         name: {point: _middle(places) for point, places in points.items()} for name, points in by_station.items()
     }
     frames = rough_frames({one.point: one.place for one in known}, stations, tolerance_m)
-    return _refined(shots, known, frames, tolerance_m)
+    return _refined_frames(shots, known, frames, tolerance_m)
 
 
 def _middle(places: Sequence[complex]) -> complex:
@@ -184,8 +185,8 @@ def _middle(places: Sequence[complex]) -> complex:
     return complex(np.median(values.real), np.median(values.imag))
 
 
-def _refined(
-    shots: Sequence[Shot], known: Sequence[Known], frames: dict[str, Similarity2], tolerance_m: float
+def _refined_frames(
+    shots: Sequence[Shot], known: Sequence[KnownPoint], frames: dict[str, Similarity2], tolerance_m: float
 ) -> dict[str, Similarity2]:
     """The frames by all that agrees with the rough ones, so that a line is a good approximation about them."""
     kept, places = _agreeing(shots, known, frames, tolerance_m)
@@ -196,8 +197,8 @@ def _refined(
 
 
 def _agreeing(
-    shots: Sequence[Shot], known: Sequence[Known], frames: Mapping[str, Similarity2], tolerance_m: float
-) -> tuple[list[Shot], list[Known]]:
+    shots: Sequence[Shot], known: Sequence[KnownPoint], frames: Mapping[str, Similarity2], tolerance_m: float
+) -> tuple[list[Shot], list[KnownPoint]]:
     """What lies where most say that its point is (the known place where there is one that any shot confirms)."""
     mapped: dict[str, list[complex]] = defaultdict(list)
     for one in known:
@@ -226,24 +227,24 @@ def _linearised(
     errors: Sequence[GrossError],
 ) -> PlaneFit:
     try:
-        return adjust_plane(*_parts(good), frames, settings.prior_freedom, free_scale=free_scale, rounds=1)
+        return adjust_plane(*_shots_and_known(good), frames, settings.prior_freedom, free_scale=free_scale, rounds=1)
     except SingularError as error:
         raise SurveyError(_undetermined(errors)) from error
 
 
 def _noise(
     good: Sequence[Measurement], frames: Mapping[str, Similarity2], settings: RegistrationSettings, free_scale: bool
-) -> Noise:
+) -> NoiseLevel:
     """The noise of what is no gross error at first sight."""
-    shots, known = _parts(good)
+    shots, known = _shots_and_known(good)
     tolerance_m = max(TOLERANCE_M, TOLERANCE_SIGMAS * max(one.sigma_m for one in good))
     kept, places = _agreeing(shots, known, frames, tolerance_m)
     try:
         return adjust_plane(
             kept, places, frames, settings.prior_freedom, free_scale=free_scale, rounds=1
-        ).adjusted.noise
+        ).adjusted.noise_level
     except SingularError:
-        return Noise(1.0, settings.prior_freedom)
+        return NoiseLevel(1.0, settings.prior_freedom)
 
 
 def _undetermined(errors: Sequence[GrossError]) -> str:
@@ -256,11 +257,11 @@ def _undetermined(errors: Sequence[GrossError]) -> str:
     return message
 
 
-def _named(fit: PlaneFit, found: Sequence[Explanation]) -> GrossError:
+def _gross_error(fit: PlaneFit, found: Sequence[Explanation]) -> GrossError:
     """Put the best explanation, and those that are as good, into one sentence."""
     measurements: list[int] = list(dict.fromkeys(i for one in found for i in one.measurements))
     labels = tuple(fit.measurements[i].label for i in measurements)
-    texts = [one.text or f"{noted([fit.measurements[i].label for i in one.measurements])} is off" for one in found]
+    texts = [one.text or f"{listed([fit.measurements[i].label for i in one.measurements])} is off" for one in found]
     best = found[0]
     text = texts[0]
     if not best.text and len(found) == 1:
@@ -282,5 +283,5 @@ def _how_far(fit: PlaneFit, measurement: int) -> str:
         place = fit.maps[one.station].a * one.place + fit.maps[one.station].b
         near = [name for name, other in fit.places.items() if name != one.point and abs(other - place) < TOLERANCE_M]
         if near:
-            text += f"; it is where {called(near[0])} is: misnamed?"
+            text += f"; it is where {point_label(near[0])} is: misnamed?"
     return text

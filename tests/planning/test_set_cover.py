@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import BoolArray
-from vislam2tag.planning.cover import Cover, cover, row_matrix, time_out
-from vislam2tag.planning.demands import Row
+from vislam2tag.planning.demands import StationSet
+from vislam2tag.planning.set_cover import Cover, cover, row_matrix, time_out
 
 COUNT = 9
 ROWS = st.lists(st.frozensets(st.integers(0, COUNT - 1), min_size=1, max_size=4), min_size=1, max_size=12)
 
 
-def solved(rows: list[Row], fixed: BoolArray | None = None, later: list[Row] | None = None) -> Cover:
+def solved(rows: list[StationSet], fixed: BoolArray | None = None, later: list[StationSet] | None = None) -> Cover:
     nothing = np.zeros(COUNT, dtype=np.bool_)
     held = nothing if fixed is None else fixed
     return cover(
@@ -30,7 +30,7 @@ def solved(rows: list[Row], fixed: BoolArray | None = None, later: list[Row] | N
     )
 
 
-def fewest(rows: list[Row], held: frozenset[int] = frozenset()) -> int:
+def fewest(rows: list[StationSet], held: frozenset[int] = frozenset()) -> int:
     for size in range(len(held), COUNT + 1):
         for chosen in combinations(range(COUNT), size):
             if held <= set(chosen) and all(row & set(chosen) for row in rows):
@@ -40,7 +40,7 @@ def fewest(rows: list[Row], held: frozenset[int] = frozenset()) -> int:
 
 @settings(max_examples=60)
 @given(ROWS)
-def test_the_bound_is_the_number_that_trying_all_sets_finds(rows: list[Row]) -> None:
+def test_the_bound_is_the_number_that_trying_all_sets_finds(rows: list[StationSet]) -> None:
     found = solved(rows)
     assert all(found.chosen[sorted(row)].any() for row in rows)
     assert found.bound == found.number == fewest(rows)
@@ -49,7 +49,7 @@ def test_the_bound_is_the_number_that_trying_all_sets_finds(rows: list[Row]) -> 
 
 @settings(max_examples=40)
 @given(ROWS, ROWS)
-def test_rows_that_are_told_later_are_met_too(rows: list[Row], later: list[Row]) -> None:
+def test_rows_that_are_told_later_are_met_too(rows: list[StationSet], later: list[StationSet]) -> None:
     found = solved(rows, later=later)
     assert all(found.chosen[sorted(row)].any() for row in [*rows, *later])
     assert found.bound <= found.number == fewest([*rows, *later])
@@ -57,7 +57,7 @@ def test_rows_that_are_told_later_are_met_too(rows: list[Row], later: list[Row])
 
 @settings(max_examples=40)
 @given(ROWS, st.frozensets(st.integers(0, COUNT - 1), max_size=3))
-def test_fixed_stations_are_chosen_and_counted(rows: list[Row], held: frozenset[int]) -> None:
+def test_fixed_stations_are_chosen_and_counted(rows: list[StationSet], held: frozenset[int]) -> None:
     fixed = np.isin(np.arange(COUNT), sorted(held))
     found = solved(rows, fixed)
     assert found.chosen[sorted(held)].all()

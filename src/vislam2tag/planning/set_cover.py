@@ -12,9 +12,9 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.planning.demands import Row
+from vislam2tag.planning.demands import StationSet
 
-NOTHING = 1e-6
+BOUND_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Cover:
 
 
 def cover(
-    rows: Sequence[Row],
+    rows: Sequence[StationSet],
     fixed: BoolArray,
-    more_rows: Callable[[BoolArray], set[Row]],
+    more_rows: Callable[[BoolArray], set[StationSet]],
     *,
     allowed: BoolArray,
     gap: float,
@@ -48,24 +48,24 @@ def cover(
 
     Only ``allowed`` (s,) stations count; each row holds some of them.
 
-    ``more_rows`` tells of a choice which further rows it breaks; they are added and the search goes on. Rows that were
-    left out can only make the bound lower, so that it holds for all. ``on_round`` hears number and bound.
+    ``more_rows`` gives the further rows that a choice (s,) breaks; they are added and the search goes on. Rows that
+    were left out can only make the bound lower, so that it holds for all. ``on_round`` hears number and bound.
     """
-    known, wanted = list(dict.fromkeys(rows)), set(rows)
+    used, unique = list(dict.fromkeys(rows)), set(rows)
     bound, begun = int(fixed.sum()), time.monotonic()
     chosen, cut_short = fixed.copy(), False
     while True:
         left_s = time_limit_s - (time.monotonic() - begun)
-        solved = _fewest(known, fixed, allowed, gap, nodes, max(left_s, 1.0))
+        solved = _fewest(used, fixed, allowed, gap, nodes, max(left_s, 1.0))
         cut_short |= solved.timed_out
         bound = max(bound, solved.bound)
         chosen = solved.chosen
         on_round(int(chosen.sum()), bound)
-        further = sorted(more_rows(chosen) - wanted, key=sorted)
-        if not further:
+        broken = sorted(more_rows(chosen) - unique, key=sorted)
+        if not broken:
             break
-        known += further
-        wanted.update(further)
+        used += broken
+        unique.update(broken)
     return Cover(chosen, bound, time.monotonic() - begun, cut_short)
 
 
@@ -76,7 +76,7 @@ class _Solved:
     timed_out: bool
 
 
-def row_matrix(rows: Sequence[Row], count: int) -> csr_array:
+def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
     """(rows, stations) ones where a row holds a station."""
     columns = [sorted(row) for row in rows]
     pointer = np.concatenate(([0], np.cumsum([len(row) for row in columns]))).astype(np.int64)
@@ -85,7 +85,7 @@ def row_matrix(rows: Sequence[Row], count: int) -> csr_array:
 
 
 def _fewest(
-    rows: Sequence[Row], fixed: BoolArray, allowed: BoolArray, gap: float, nodes: int, time_s: float
+    rows: Sequence[StationSet], fixed: BoolArray, allowed: BoolArray, gap: float, nodes: int, time_s: float
 ) -> _Solved:
     if not rows:
         return _Solved(fixed.copy(), int(fixed.sum()), timed_out=False)
@@ -99,8 +99,8 @@ def _fewest(
         constraints=LinearConstraint(matrix, 1, np.inf),
         options={"mip_rel_gap": gap, "node_limit": nodes, "time_limit": time_s},
     )
-    told = getattr(result, "mip_dual_bound", None)
-    bound = math.ceil(told - NOTHING) if told is not None and math.isfinite(told) else int(fixed.sum())
+    proven = getattr(result, "mip_dual_bound", None)
+    bound = math.ceil(proven - BOUND_TOLERANCE) if proven is not None and math.isfinite(proven) else int(fixed.sum())
     chosen = greedy if result.x is None else np.asarray(result.x) > 0.5
     better = chosen if chosen.sum() <= greedy.sum() else greedy
     return _Solved(np.asarray(better), bound, timed_out=time_out(result.status, result.message))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.survey.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.sheets.asked import Asked, asked_of, typed_ids
+from vislam2tag.sheets.sheet_requests import SheetRequest, requested_sheets, typed_ids
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
@@ -61,16 +61,16 @@ def test_a_file_says_floor_place_height_paper_and_width(tmp_path: Path) -> None:
         tmp_path,
         "id,floor,x,y,z,heading_rad,sheet,width_m\n07,1,2.5,3,1.5,0,A3,0.25\nlobby,-1,,,,,,\n7,2,1,1,,0,letter,\n",
     )
-    first, lobby, second = asked_of(path, None)[0]
-    assert first == Asked("7", "", 1, "", (2.5, 3.0), 1.5, SHEET_SIZES["A3"], 0.25, source="landmarks.csv:2")
-    assert lobby == Asked("lobby", floor=-1, source="landmarks.csv:3")
+    first, lobby, second = requested_sheets(path, None)[0]
+    assert first == SheetRequest("7", "", 1, "", (2.5, 3.0), 1.5, SHEET_SIZES["A3"], 0.25, source="landmarks.csv:2")
+    assert lobby == SheetRequest("lobby", floor=-1, source="landmarks.csv:3")
     assert (second.landmark, second.floor, second.sheet, second.width_m) == ("7", 2, SHEET_SIZES["Letter"], None)
 
 
 def test_a_file_of_ids_alone_will_do(tmp_path: Path) -> None:
-    asked, findings = asked_of(landmark_file(tmp_path, "marker\n3\n1\n"), None)
-    assert [one.landmark for one in asked] == ["3", "1"]
-    assert asked[0].floor is None
+    requests, findings = requested_sheets(landmark_file(tmp_path, "marker\n3\n1\n"), None)
+    assert [one.landmark for one in requests] == ["3", "1"]
+    assert requests[0].floor is None
     assert findings == ()
 
 
@@ -90,7 +90,7 @@ def test_a_file_of_ids_alone_will_do(tmp_path: Path) -> None:
 )
 def test_files_that_cannot_be_used_are_told_with_their_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(SurveyError) as told:
-        asked_of(landmark_file(tmp_path, text), None)
+        requested_sheets(landmark_file(tmp_path, text), None)
     assert message in str(told.value)
 
 
@@ -98,7 +98,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(
         SurveyError, match=r"cannot be opened .No such file or directory.; expected a site or a landmark"
     ):
-        asked_of(tmp_path / "gone.csv", None)
+        requested_sheets(tmp_path / "gone.csv", None)
 
 
 def test_a_site_gives_its_landmarks_with_their_floors(tmp_path: Path) -> None:
@@ -109,15 +109,15 @@ def test_a_site_gives_its_landmarks_with_their_floors(tmp_path: Path) -> None:
             "floor_1/marker_dict.csv": "id,x,y,z,sheet,width_m\n10,1.5,2.5,1.6,A3,\n7,,,,,0.15\n",
         },
     )
-    asked, findings = asked_of(root, None)
-    assert [(one.floor, one.floor_name, one.landmark) for one in asked] == [
+    requests, findings = requested_sheets(root, None)
+    assert [(one.floor, one.floor_name, one.landmark) for one in requests] == [
         (1, "Ground", "10"),
         (1, "Ground", "7"),
         (4, "Floor 4", "10"),
         (4, "Floor 4", "7"),
     ]
-    assert (asked[0].position_m, asked[0].height_m, asked[0].sheet) == ((1.5, 2.5), 1.6, SHEET_SIZES["A3"])
-    assert (asked[1].position_m, asked[1].height_m, asked[1].width_m) == (None, None, 0.15)
+    assert (requests[0].position_m, requests[0].height_m, requests[0].sheet) == ((1.5, 2.5), 1.6, SHEET_SIZES["A3"])
+    assert (requests[1].position_m, requests[1].height_m, requests[1].width_m) == (None, None, 0.15)
     assert findings == ()
 
 
@@ -130,8 +130,8 @@ def test_a_sites_building_is_told_and_its_odd_rows_are(tmp_path: Path) -> None:
             "floor_4/marker_dict.csv": None,
         },
     )
-    asked, findings = asked_of(root, None)
-    assert [(one.building, one.floor_name, one.landmark) for one in asked if one.floor == 1] == [
+    requests, findings = requested_sheets(root, None)
+    assert [(one.building, one.floor_name, one.landmark) for one in requests if one.floor == 1] == [
         ("Main building", "Ground", "7")
     ]
     assert "duplicate_landmarks" in [finding.kind for finding in findings]
@@ -139,14 +139,14 @@ def test_a_sites_building_is_told_and_its_odd_rows_are(tmp_path: Path) -> None:
 
 def test_ids_pick_from_a_site_and_must_be_there(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey")
-    assert [(one.floor, one.landmark) for one in asked_of(root, "7")[0]] == [(1, "7"), (4, "7")]
+    assert [(one.floor, one.landmark) for one in requested_sheets(root, "7")[0]] == [(1, "7"), (4, "7")]
     with pytest.raises(UsageError, match="has no landmark 8, 9; leave out SITE"):
-        asked_of(root, "7-9")
+        requested_sheets(root, "7-9")
 
 
 def test_a_site_without_landmarks_and_nothing_at_all(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey", {"floor_1/marker_dict.csv": None, "floor_4/marker_dict.csv": "id,x,y\n"})
     with pytest.raises(SurveyError, match=r"holds no landmark; add rows to marker_dict.csv, or name them with --ids"):
-        asked_of(root, None)
+        requested_sheets(root, None)
     with pytest.raises(UsageError, match="no landmark is named"):
-        asked_of(None, None)
+        requested_sheets(None, None)

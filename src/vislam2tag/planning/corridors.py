@@ -1,7 +1,7 @@
-"""The ways of a floor as a plan sees them: the corridor graph without rooms, joined from turn to turn.
+"""The corridors of a floor as a plan sees them: the corridor graph without rooms, joined from turn to turn.
 
-A way leads between two *ends*: critical turns, junctions, dead ends, places of open areas. Half a way is a direction
-along it: half ``2 e`` leads from the way's first end to its second, ``2 e + 1`` back.
+A corridor leads between two *ends*: critical turns, junctions, dead ends, places of open areas. Half a corridor is a
+direction along it: half ``2 e`` leads from the corridor's first end to its second, ``2 e + 1`` back.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind
 
 LOOK_AHEAD_M = 1.5
-"""The direction of a way at its end is that to the place so far along it."""
+"""The direction of a corridor at its end is that to the place so far along it."""
 
 
 @dataclass(frozen=True)
-class Ways:
-    """``e`` ways between ``n`` ends, BCS metres."""
+class Corridors:
+    """``e`` corridors between ``n`` ends, BCS metres."""
 
     ends: FloatArray
     """(n, 2)."""
     is_open: BoolArray
     """(n,) ends that are places of an open area."""
     joined: IntArray
-    """(e, 2) the ends of each way."""
+    """(e, 2) the ends of each corridor."""
     lines: tuple[FloatArray, ...]
     """(e) corners (k, 2) from the first end to the second."""
     doors: FloatArray
@@ -35,21 +35,21 @@ class Ways:
 
     @cached_property
     def length_m(self) -> FloatArray:
-        """(e,) length of each way."""
-        return np.array([along(line)[-1] for line in self.lines])
+        """(e,) length of each corridor."""
+        return np.array([arc_lengths(line)[-1] for line in self.lines])
 
     @cached_property
     def in_hall(self) -> BoolArray:
-        """(e,) ways that lie in an open area."""
+        """(e,) corridors that lie in an open area."""
         return np.asarray(np.all(self.is_open[self.joined], axis=1))
 
     @cached_property
     def leaving(self) -> tuple[tuple[int, ...], ...]:
         """(n) halves that lead away from each end."""
         found: list[list[int]] = [[] for _ in self.ends]
-        for way, (first, second) in enumerate(self.joined.tolist()):
-            found[first].append(2 * way)
-            found[second].append(2 * way + 1)
+        for corridor, (first, second) in enumerate(self.joined.tolist()):
+            found[first].append(2 * corridor)
+            found[second].append(2 * corridor + 1)
         return tuple(tuple(halves) for halves in found)
 
     def stop(self, half: int) -> int:
@@ -57,34 +57,34 @@ class Ways:
         return int(self.joined[half // 2, 1 - half % 2])
 
     def onward(self, half: int) -> tuple[int, ...]:
-        """Halves that go on from where a half stops: never back, but where the way ends."""
+        """Halves that go on from where a half stops: never back, but where the corridor ends."""
         leaving = self.leaving[self.stop(half)]
         return tuple(other for other in leaving if other != half ^ 1) or leaving
 
-    def place(self, way: int, offset_m: FloatArray) -> FloatArray:
-        """Points (k, 2) of a way at these distances (k,) from its first end."""
-        line = self.lines[way]
-        at = along(line)
+    def place(self, corridor: int, offset_m: FloatArray) -> FloatArray:
+        """Points (k, 2) of a corridor at these distances (k,) from its first end."""
+        line = self.lines[corridor]
+        at = arc_lengths(line)
         return np.column_stack([np.interp(offset_m, at, line[:, axis]) for axis in (0, 1)])
 
-    def direction(self, way: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
-        """Unit vectors (k, 2) along a way at these distances from its first end."""
-        high = np.minimum(offset_m + reach_m, self.length_m[way])
-        step = self.place(way, high) - self.place(way, np.maximum(offset_m - reach_m, 0.0))
+    def direction(self, corridor: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
+        """Unit vectors (k, 2) along a corridor at these distances from its first end."""
+        high = np.minimum(offset_m + reach_m, self.length_m[corridor])
+        step = self.place(corridor, high) - self.place(corridor, np.maximum(offset_m - reach_m, 0.0))
         return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1), 1e-9)[:, None])
 
 
-def along(line: FloatArray) -> FloatArray:
+def arc_lengths(line: FloatArray) -> FloatArray:
     """Arc length (k,) of each corner of a line (k, 2)."""
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
 
 
 Chain = tuple[int, FloatArray, int, tuple[int, ...]]
-"""First node, line, last node and edges of a way."""
+"""First node, line, last node and edges of a corridor."""
 
 
-def ways_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Ways:
-    """Take the ways out of a corridor graph; straight joints are joined.
+def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Corridors:
+    """Take the corridors out of a corridor graph; straight joints are joined.
 
     Shortcuts over open areas are left out, and rooms unless ``rooms``, and dead ends shorter than ``niche_m``.
     """
@@ -96,7 +96,7 @@ def ways_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, room
     niches = {
         edge
         for first, line, last, edges in chains
-        if dead[[first, last]].sum() == 1 and along(line)[-1] < niche_m
+        if dead[[first, last]].sum() == 1 and arc_lengths(line)[-1] < niche_m
         for edge in edges
     }
     if niches:
@@ -104,7 +104,7 @@ def ways_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, room
     used = sorted({node for first, _, last, _ in chains for node in (first, last)})
     number = {node: i for i, node in enumerate(used)}
     doors = [node for node, kind in enumerate(graph.kinds) if kind is NodeKind.DOOR]
-    return Ways(
+    return Corridors(
         ends=graph.nodes[used].reshape(-1, 2),
         is_open=opened[used],
         joined=np.array([(number[a], number[b]) for a, _, b, _ in chains], dtype=np.int64).reshape(-1, 2),
@@ -120,14 +120,14 @@ def _line(graph: CorridorGraph, half: int) -> FloatArray:
 
 def _heading(line: FloatArray) -> float:
     """Direction in which a line leaves its first corner, rad."""
-    at = along(line)
+    at = arc_lengths(line)
     reach = min(LOOK_AHEAD_M, float(at[-1]))
     ahead = [float(np.interp(reach, at, line[:, axis])) - float(line[0, axis]) for axis in (0, 1)]
     return float(np.arctan2(ahead[1], ahead[0]))
 
 
 def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
-    """Whether the ways part, end or turn at a node that these halves leave."""
+    """Whether the corridors part, end or turn at a node that these halves leave."""
     if len(out) != 2:
         return True
     first, second = (_heading(_line(graph, half)) for half in out)
