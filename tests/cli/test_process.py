@@ -49,6 +49,9 @@ def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tm
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("2 sessions (0 failed), ")
     assert done.stdout.endswith(f"report: {tmp_path / 'out' / 'report.html'}\n")
+    other = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--strategy", "local")
+    assert "give --replace to replace them by labels of local" in the_error(vislam2tag(*other))
+    assert vislam2tag(*other, "--replace").returncode == 0
 
 
 def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_path: Path) -> None:

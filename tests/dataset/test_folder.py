@@ -51,6 +51,27 @@ def test_parts_of_a_fold() -> None:
         split.fold("none")
 
 
+def write_as(target: Path, command: str, replace: bool = False) -> None:
+    dataset = small_dataset()
+    with dataset_folder(target, command, replace) as folder:
+        folder.add_tables(dataset.tables)
+        folder.finish(dataset.info)
+
+
+def test_another_command_replaces_only_when_told(tmp_path: Path) -> None:
+    target = tmp_path / "set"
+    write_dataset(small_dataset(), target)
+    write_as(target, "import")
+    write_as(target, "import")
+    with pytest.raises(OutputError, match=r"set: holds a data set that `vislam2tag import` made; give --replace"):
+        write_as(target, "join")
+    assert open_dataset(target).info.made_by == "import"
+    write_as(target, "join", replace=True)
+    assert open_dataset(target).info.made_by == "join"
+    write_dataset(open_dataset(target), tmp_path / "copy")
+    assert open_dataset(tmp_path / "copy").info.made_by == "join"
+
+
 def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
     target = tmp_path / "set"
     write_dataset(small_dataset(), target)

@@ -16,6 +16,7 @@ from vislam2tag.cli.options import (
     IncludeNomap,
     Jobs,
     NoSsid,
+    Replace,
     privacy_of,
     wrong_values_told,
 )
@@ -121,6 +122,7 @@ def _dataset(
     labels: Annotated[
         Path | None, typer.Option(help="Keep in this folder what process writes, if the source is a survey.")
     ] = None,
+    replace: Replace = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
     with wrong_values_told():
@@ -140,6 +142,7 @@ def _dataset(
         privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
         description=None if describe is None else read_description(describe),
         field_work=_field_work(people, hours),
+        replace=replace,
     )
     try:
         dataset = _built(sources, out, settings, options, jobs)

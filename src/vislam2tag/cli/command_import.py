@@ -8,7 +8,7 @@ from typing import Annotated
 import polars as pl
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, privacy_of
+from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, privacy_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
@@ -68,6 +68,7 @@ def _import(
     include_nomap: IncludeNomap = False,
     hash_bssid: HashBssid = None,
     no_ssid: NoSsid = False,
+    replace: Replace = False,
     json: Annotated[
         bool, typer.Option("--json", help="Print the manifest (dataset.json) instead of a summary.")
     ] = False,
@@ -78,6 +79,7 @@ def _import(
         None if origin is None else degrees_of(origin),
         privacy_of(include_nomap, hash_bssid, no_ssid),
         None if describe is None else read_description(describe),
+        replace,
     )
     try:
         with session_bar("files") as bar:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.options import INTERRUPTED, Replace
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
 from vislam2tag.dataset.comparing.changes import CELL_M, CHANGED, OUTDATED
@@ -43,10 +43,11 @@ def _join(
     later: Annotated[Path, typer.Argument(help="The data set of a later survey of the same building.")],
     out: Annotated[Path, typer.Option(help="Folder for the joined data set: new, empty or an earlier data set.")],
     cell: Annotated[float, typer.Option(min=0.5, help="Side of the square that counts as one place, metres.")] = CELL_M,
+    replace: Replace = False,
 ) -> None:
     try:
         with Console(stderr=True).status("joining"):
-            record = join(base, later, out, cell)
+            record = join(base, later, out, cell, replace=replace)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None

@@ -18,6 +18,7 @@ from vislam2tag.cli.options import (
     Jobs,
     LandmarkFile,
     MaxStep,
+    Replace,
     SurveyFolder,
     selection_of,
     wrong_values_told,
@@ -67,6 +68,7 @@ def _process(
     ] = DEFAULTS.strategy,
     floor: Floors = None,
     device: Devices = None,
+    replace: Replace = False,
     jobs: Jobs = ALL_CORES,
     label_rule: Annotated[LabelRule, typer.Option(help="How a reading gets its position.")] = DEFAULTS.labels.rule,
     max_gap_s: Annotated[
@@ -102,7 +104,14 @@ def _process(
     try:
         with progress:
             summary = process(
-                survey, out, settings, landmarks=landmarks, selection=selection, jobs=jobs, progress=progress.advance
+                survey,
+                out,
+                settings,
+                landmarks=landmarks,
+                selection=selection,
+                jobs=jobs,
+                replace=replace,
+                progress=progress.advance,
             )
     except KeyboardInterrupt:
         typer.echo(

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from vislam2tag.cli.options import Replace
 from vislam2tag.cli.site_values import georeference_part, plan_source
 from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
@@ -217,6 +218,7 @@ def _rebase(
         list[str] | None, typer.Option(metavar="ID", help="Do not estimate by this landmark; repeatable.")
     ] = None,
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
+    replace: Replace = False,
 ) -> None:
     from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
@@ -225,7 +227,7 @@ def _rebase(
     _print_changes(changes)
     try:
         with Console(stderr=True).status("rebasing"):
-            kind = rebase(source, out, changes, to, building)
+            kind = rebase(source, out, changes, to, building, replace=replace)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(130) from None

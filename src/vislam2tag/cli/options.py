@@ -44,6 +44,9 @@ LandmarkFile: TypeAlias = Annotated[
 ]
 Floors: TypeAlias = Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")]
 Devices: TypeAlias = Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")]
+Replace: TypeAlias = Annotated[
+    bool, typer.Option("--replace", help="Replace what another command or another strategy left in OUT.")
+]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
 MaxStep: TypeAlias = Annotated[
     float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")

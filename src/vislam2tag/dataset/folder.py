@@ -13,7 +13,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.errors import DatasetError, OutputError, first_line
 from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
@@ -59,13 +59,29 @@ def write_dataset(dataset: Dataset, target: Path) -> Dataset:
 
 
 @contextmanager
-def dataset_folder(target: Path) -> Iterator[FolderWriter]:
+def dataset_folder(target: Path, command: str = "", replace: bool = False) -> Iterator[FolderWriter]:
     """Open a new data set folder for writing; it appears at ``target`` when the block ends well.
 
-    Raises OutputError where ``target`` holds something else or cannot be written.
+    ``command`` is what the manifest then says made it. Raises OutputError where ``target`` holds something else, or a
+    data set that another command made and ``replace`` is not said, and where nothing can be written.
     """
+    restore(target)
+    maker = _maker(target)
+    if command and maker not in ("", command) and not replace:
+        raise OutputError(
+            f"{target}: holds a data set that `vislam2tag {maker}` made; give --replace to replace it, or choose "
+            "another --out"
+        )
     with whole_folder(target, is_dataset) as partial:
-        yield FolderWriter(partial)
+        yield FolderWriter(partial, command)
+
+
+def _maker(folder: Path) -> str:
+    """The command that made a data set; empty where that is not known or there is none."""
+    try:
+        return str(json.loads((folder / MANIFEST).read_bytes())["made_by"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
 
 
 @dataclass(frozen=True)
@@ -73,6 +89,8 @@ class FolderWriter:
     """Writes the parts of a data set; :meth:`finish` comes last and writes the manifest."""
 
     root: Path
+    command: str = ""
+    """What the manifest says made the data set; empty: as it says already."""
 
     def add_tables(self, tables: Mapping[str, pl.LazyFrame]) -> None:
         """Stream each table to its Parquet file; rows keep their order."""
@@ -105,7 +123,8 @@ class FolderWriter:
         splits = {
             path.stem: self._account(f"{SPLITS}/{path.name}") for path in sorted((self.root / SPLITS).glob("*.parquet"))
         }
-        whole = info.model_copy(update={"tables": tables, "splits": splits})
+        maker = self.command or info.made_by
+        whole = info.model_copy(update={"tables": tables, "splits": splits, "made_by": maker})
         (self.root / MANIFEST).write_text(_json(whole), encoding="utf-8")
         return whole
 

@@ -123,6 +123,8 @@ class DatasetInfo(Record):
     sources: tuple[Source, ...] = ()
     findings: tuple[Finding, ...] = ()
     """What was odd about what it was made of: counted, never silently dropped."""
+    made_by: str = ""
+    """The command of this program that wrote it; empty where that is not known."""
     tables: dict[str, TableAccount] = Field(default_factory=dict)
     splits: dict[str, TableAccount] = Field(default_factory=dict)
 

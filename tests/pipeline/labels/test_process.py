@@ -19,6 +19,7 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.settings import LabelRule, LabelSettings, Settings
+from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef
 
 
@@ -71,8 +72,26 @@ def test_what_is_done_and_unchanged_is_not_repeated(survey: Path, tmp_path: Path
     wifi.write_bytes(b"".join(wifi.read_bytes().splitlines(keepends=True)[:-1]))
     process(survey, tmp_path / "out", progress=changed)
     assert len(changed.repeated) == 1
-    process(survey, tmp_path / "out", Settings(strategy="local"), progress=other)
+    process(survey, tmp_path / "out", Settings(strategy="local"), replace=True, progress=other)
     assert len(other.repeated) == 2
+
+
+def test_labels_of_another_strategy_are_replaced_only_when_told(survey: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process(survey, out, Settings(strategy="local"))
+    before = bytes_of(out)
+    with pytest.raises(OutputError, match=r"out: holds labels of the strategy local; give --replace .* of smoother"):
+        process(survey, out)
+    assert bytes_of(out) == before
+    process(survey, out, Settings(strategy="local", labels=LabelSettings(max_sigma_m=0.5)))
+    (out / CHANGE_FILE).write_text("")
+    run = json.loads((out / "run.json").read_bytes())
+    (out / "run.json").write_text(json.dumps(run | {"rebase": [{"floor": 0}]}))
+    with pytest.raises(OutputError, match="holds labels that `vislam2tag site rebase` made; give --replace"):
+        process(survey, out, Settings(strategy="local"))
+    process(survey, out, replace=True)
+    process(survey, tmp_path / "fresh")
+    assert bytes_of(out) == bytes_of(tmp_path / "fresh")
 
 
 def test_a_changed_source_makes_all_sessions_again(

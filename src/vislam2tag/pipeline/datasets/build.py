@@ -55,6 +55,8 @@ class BuildOptions:
     """What people say of the data set."""
     field_work: FieldWork | None = None
     """What the survey took as a whole."""
+    replace: bool = False
+    """Replace what another command or strategy left where data set or labels go."""
 
 
 def build_dataset(
@@ -74,7 +76,7 @@ def build_dataset(
     """
     settings, options, report = settings or DatasetSettings(), options or BuildOptions(), progress or _silent
     folders = [sources] if isinstance(sources, Path) else list(sources)
-    with dataset_folder(out) as folder:
+    with dataset_folder(out, "dataset", options.replace) as folder:
         scratch = folder.root / ".scratch"
         opened = _labelled(folders, scratch / "labels", options, jobs, report)
         floors, plans = merged_floors(opened)
@@ -117,7 +119,13 @@ def _labelled(
         keep = options.labels if len(folders) == 1 else options.labels and options.labels / names[folder]
         outs.append(keep or scratch / names[folder])
         surveys.append(folder)
-        process(folder, outs[-1], jobs=jobs, progress=lambda done, total: report(LABEL, done.error, total))
+        process(
+            folder,
+            outs[-1],
+            jobs=jobs,
+            replace=options.replace,
+            progress=lambda done, total: report(LABEL, done.error, total),
+        )
     return open_sources(outs, options.buildings, surveys, folders, scratch.parent / "plans")
 
 

@@ -40,6 +40,8 @@ class ImportOptions:
     privacy: Privacy = field(default_factory=Privacy)
     description: Description | None = None
     """What people say of the data set."""
+    replace: bool = False
+    """Replace a data set of another command."""
 
 
 def import_format(
@@ -52,7 +54,7 @@ def import_format(
     """
     options = options or ImportOptions()
     chosen = _chosen(path, options)
-    with dataset_folder(out) as folder:
+    with dataset_folder(out, "import", options.replace) as folder:
         scratch = folder.root.with_name("scratch")
         scratch.mkdir()
         with _reading(path):

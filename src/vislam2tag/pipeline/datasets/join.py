@@ -24,17 +24,18 @@ _TOLD_AGAIN = frozenset({"no_split", "not_in_split"})
 """Findings about splits, which are made again."""
 
 
-def join(base: Path, later: Path, out: Path, cell_m: float = CELL_M) -> SurveyChanges:
+def join(base: Path, later: Path, out: Path, cell_m: float = CELL_M, *, replace: bool = False) -> SurveyChanges:
     """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
 
-    Raises DatasetError where one is no data set or they cannot be joined, OutputError where ``out`` cannot be written.
+    ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set or
+    they cannot be joined, OutputError where ``out`` cannot be written.
     """
     first, second = open_dataset(base), open_dataset(later)
     joined = join_datasets(first, second)
     both = sorted(_technologies(first) & _technologies(joined.news))
     changes = [survey_changes(first, joined.news, technology, cell_m) for technology in both]
     record = survey_record(first.info.name, second.info.name, changes)
-    with dataset_folder(out) as folder:
+    with dataset_folder(out, "join", replace) as folder:
         folder.add_tables(joined.dataset.tables)
         folder.add_splits(joined.dataset.splits)
         folder.add_files(joined.dataset.files)

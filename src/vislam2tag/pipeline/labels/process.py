@@ -13,8 +13,9 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
+from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
@@ -27,6 +28,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
+from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef, Site, Survey
 
 Progress = Callable[[Outcome, int], None]
@@ -41,12 +43,14 @@ def process(
     landmarks: Path | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
+    replace: bool = False,
     progress: Progress | None = None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
-    run in that many processes (call it from under ``if __name__ == "__main__":``). Raises SurveyError where
+    run in that many processes (call it from under ``if __name__ == "__main__":``). ``replace`` allows ``out`` to hold
+    labels of another strategy, or labels that were rebased. Raises SurveyError where
     ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``Summary.failed``.
@@ -60,12 +64,31 @@ def process(
     refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
     refuse_among_sessions(survey, out)
+    if not replace:
+        _refuse_other_labels(out, settings.strategy)
     with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
+        (out / CHANGE_FILE).unlink(missing_ok=True)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
         code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
         todo = [Job(SessionTask(ref, survey.site, corrections, settings), folder, code[ref.format]) for ref in refs]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
+
+
+def _refuse_other_labels(out: Path, strategy: str) -> None:
+    """Raise OutputError where ``out`` holds labels that this strategy did not make."""
+    try:
+        run = json.loads((out / RUN_FILE).read_bytes())
+        ours = run["program"] == PROGRAM
+        before = str(run["settings"]["strategy"])
+        rebased = bool(run.get("rebase"))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return
+    if ours and (rebased or before != strategy):
+        what = "labels that `vislam2tag site rebase` made" if rebased else f"labels of the strategy {before}"
+        raise OutputError(
+            f"{out}: holds {what}; give --replace to replace them by labels of {strategy}, or choose another --out"
+        )
 
 
 def _silent(_outcome: Outcome, _total: int) -> None:

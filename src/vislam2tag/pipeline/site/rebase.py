@@ -32,14 +32,21 @@ REPORT_FILE = "report.html"
 
 
 def rebase(
-    source: Path, out: Path, changes: FrameChanges, new_site: Path | None = None, building: str | None = None
+    source: Path,
+    out: Path,
+    changes: FrameChanges,
+    new_site: Path | None = None,
+    building: str | None = None,
+    *,
+    replace: bool = False,
 ) -> str:
     """Write ``source`` in its new frame to ``out``, whole or not at all; return what it is.
 
     ``source`` is an output folder of ``process``, a data set, a site, or a file with landmarks of several floors.
     ``new_site`` is the site that the frame is of: labels and data sets take its floors and plans; ``building`` is what
-    a data set with several calls it. Raises SurveyError or DatasetError where the source cannot be read or a floor has
-    no change, UsageError where ``new_site`` or ``building`` is missing, OutputError where ``out`` cannot be written.
+    a data set with several calls it; ``replace`` allows ``out`` to hold a data set of another command. Raises
+    SurveyError or DatasetError where the source cannot be read or a floor has no change, UsageError where ``new_site``
+    or ``building`` is missing, OutputError where ``out`` cannot be written.
     """
     if out.exists() and out.resolve() == source.resolve():
         raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
@@ -54,7 +61,7 @@ def rebase(
     if new_site is None:
         raise UsageError("--to: labels and data sets need the new site, for its floors and plans")
     if is_dataset(source):
-        rebase_dataset(source, out, changes, new_site, building)
+        rebase_dataset(source, out, changes, new_site, building, replace=replace)
         return "data set"
     _rebase_labels(open_labelled(source), out, changes, new_site)
     return "labels"

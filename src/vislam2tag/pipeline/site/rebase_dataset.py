@@ -27,18 +27,27 @@ REBASE = "rebase"
 """Kind of the source that the manifest then tells, whose settings hold the changes."""
 
 
-def rebase_dataset(source: Path, out: Path, changes: FrameChanges, new_site: Path, building: str | None = None) -> None:
+def rebase_dataset(
+    source: Path,
+    out: Path,
+    changes: FrameChanges,
+    new_site: Path,
+    building: str | None = None,
+    *,
+    replace: bool = False,
+) -> None:
     """Write a data set in its new frame; what is not of ``building`` stays (None: the only building).
 
-    Tables, floors, plans, page, statistics and card are of the new frame; splits stay as they are. Raises DatasetError
-    where ``source`` is none, SurveyError where a floor has no change or the new site no such floor, UsageError where
-    there are several buildings and none is told, OutputError where ``out`` cannot be written.
+    Tables, floors, plans, page, statistics and card are of the new frame; splits stay as they are. ``replace`` allows
+    ``out`` to hold a data set of another command. Raises DatasetError where ``source`` is none, SurveyError where a
+    floor has no change or the new site no such floor, UsageError where there are several buildings and none is told,
+    OutputError where ``out`` cannot be written.
     """
     dataset = open_dataset(source)
     site, _ = read_site(new_site)
     of_site = _building(dataset.info, building)
     _refuse_missing(dataset, of_site, changes.by_floor)
-    with dataset_folder(out) as folder:
+    with dataset_folder(out, "site rebase", replace) as folder:
         scratch = folder.root / ".scratch"
         floors, plans = _floors(dataset, of_site, site, scratch)
         several = len({floor.building for floor in dataset.info.floors}) > 1
