@@ -15,8 +15,9 @@ import time
 import numpy as np
 
 from vislam2tag.common.extras import import_extra
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import model_named
-from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREYS, ACCESS_POINTS, WALKS = 5, 30, 40

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
+from vislam2tag.dataset.formats.ilc20.trace_file import parse_trace
 from vislam2tag.dataset.reading.archives import folder_of
-from vislam2tag.dataset.reading.ilc20_site import find_sites
-from vislam2tag.dataset.reading.ilc20_trace import parse_trace
 from vislam2tag.dataset.reading.waypoints import PACE_M2_S, TAP_SIGMA_M, Waypoints
 
 SPANS_S = ((0, 7), (7, 10), (10, 14), (14, 30))

@@ -24,8 +24,8 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.dataset.description import Description
 from vislam2tag.dataset.folder import open_dataset, write_dataset
-from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings

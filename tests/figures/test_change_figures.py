@@ -7,7 +7,7 @@ from matplotlib.patches import Rectangle
 
 from tests.dataset.changing import Survey, surveyed, usual_places
 from vislam2tag.dataset.comparing.changes import CHANGED, Changes, survey_changes
-from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.model import Storey
 from vislam2tag.figures.change_figures import PLACES, ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 
@@ -22,7 +22,7 @@ def changes() -> Changes:
 
 def floors(*numbers: int) -> list[ChangedFloor]:
     dataset = surveyed(Survey("base", rows=(3.0,)))
-    return [ChangedFloor(f"Floor {number}", "", floor_of(dataset, "", number)) for number in numbers]
+    return [ChangedFloor(f"Floor {number}", "", dataset.site_floor(Storey("", number))) for number in numbers]
 
 
 def test_each_place_has_the_colour_of_its_change(changes: Changes) -> None:

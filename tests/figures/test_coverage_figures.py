@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.measures.coverage import FloorCoverage
-from vislam2tag.dataset.measures.gap_walk import gap_walks
+from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
+from vislam2tag.dataset.coverage.gap_walk import gap_walks
+from vislam2tag.dataset.model import Storey
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.survey.model import ControlPoints, Floor
 
@@ -17,7 +18,7 @@ def corridor(building: str = "", counts: tuple[int, ...] = (3, 0, 0, 0, 25)) -> 
     found = np.array([counts])
     walkable = np.ones((1, 5), dtype=bool)
     near = np.array([[True, True, False, True, True]])
-    return FloorCoverage((building, 1), CellGrid((20.0, -4.0), 2.0, 1, 5), {"A": found}, walkable, near, 0)
+    return FloorCoverage(Storey(building, 1), CellGrid((20.0, -4.0), 2.0, 1, 5), {"A": found}, walkable, near, 0)
 
 
 def test_cells_are_coloured_by_count_gap_and_walk() -> None:
@@ -36,7 +37,7 @@ def test_floors_of_a_building_show_the_same_part_and_plan_and_cells_are_whole() 
     other = CoveredFloor("Floor 2", FLOOR, corridor(), ())
     wide = CoveredFloor("Floor 1", FLOOR, corridor(), ())
     whole = np.ones((1, 1), dtype=bool)
-    elsewhere = FloorCoverage(("B", 0), CellGrid((0.0, 0.0), 2.0, 1, 1), {}, whole, whole, 0)
+    elsewhere = FloorCoverage(Storey("B", 0), CellGrid((0.0, 0.0), 2.0, 1, 1), {}, whole, whole, 0)
     nameless = Floor(0, "", None, None, None, None, FLOOR.control_points)
     one, two, three = coverage_map([other, wide, CoveredFloor("B", nameless, elsewhere)]).axes
     assert one.get_xlim() == two.get_xlim() == (0, 30)

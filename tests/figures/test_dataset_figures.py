@@ -5,14 +5,14 @@ import datetime as dt
 import pytest
 from matplotlib.patches import Rectangle
 
-from vislam2tag.dataset.measures.statistics_record import (
+from vislam2tag.dataset.statistics.record import (
     DeviceRssi,
+    Distribution,
     FloorLabels,
-    Labels,
+    LabelCounts,
     SessionStatistics,
-    Sigma,
+    SigmaStatistics,
     TechnologyStatistics,
-    WholeNumbers,
 )
 from vislam2tag.figures.dataset_figures import (
     access_points_heard,
@@ -24,8 +24,8 @@ from vislam2tag.figures.dataset_figures import (
 
 
 def technology(devices: list[str]) -> TechnologyStatistics:
-    by_device = {device: Labels.of(10 * (n + 1), 9 * (n + 1)) for n, device in enumerate(devices)}
-    total = Labels.of(sum(x.fingerprints for x in by_device.values()), sum(x.labelled for x in by_device.values()))
+    by_device = {device: LabelCounts.of(10 * (n + 1), 9 * (n + 1)) for n, device in enumerate(devices)}
+    total = LabelCounts.of(sum(x.fingerprints for x in by_device.values()), sum(x.labelled for x in by_device.values()))
     return TechnologyStatistics(
         labels=total,
         readings=0,
@@ -34,7 +34,7 @@ def technology(devices: list[str]) -> TechnologyStatistics:
         by_device=by_device,
         by_floor=(FloorLabels(building="B", floor=2, labels=total, by_device=by_device),),
         statuses={},
-        heard=WholeNumbers.of({0: 1}),
+        heard=Distribution.of({0: 1}),
         rssi={},
         sigma=None,
         labelled_per_minute=None,
@@ -56,14 +56,14 @@ def test_figure_8_splits_floors_by_device_where_colours_suffice(count: int, part
 
 
 def test_bars_hold_every_fingerprint_however_many_access_points() -> None:
-    (axes,) = access_points_heard(WholeNumbers.of({0: 3, 7: 20, 200: 2})).axes
+    (axes,) = access_points_heard(Distribution.of({0: 3, 7: 20, 200: 2})).axes
     assert sum(patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle)) == 25
     assert axes.texts[0].get_text() == "median 7"
     assert axes.get_ylim()[1] > 1.1 * max(patch.get_height() for patch in axes.patches if isinstance(patch, Rectangle))
 
 
 def test_rssi_names_offsets_and_says_where_none_is_known() -> None:
-    heard = WholeNumbers.of({-80: 5, -60: 5})
+    heard = Distribution.of({-80: 5, -60: 5})
     rssi = {
         "A": DeviceRssi(rssi_dbm=heard, offset_db=2.5, shared=9),
         "B": DeviceRssi(rssi_dbm=heard, offset_db=-2.5, shared=9),
@@ -75,7 +75,7 @@ def test_rssi_names_offsets_and_says_where_none_is_known() -> None:
 
 
 def test_sigma_ends_at_all_fingerprints() -> None:
-    (axes,) = sigma_distribution(Sigma(fingerprints=4, median_m=0.1, p95_m=0.3, counts={50: 3, 66: 1})).axes
+    (axes,) = sigma_distribution(SigmaStatistics(fingerprints=4, median_m=0.1, p95_m=0.3, counts={50: 3, 66: 1})).axes
     curve = axes.lines[0]
     assert list(curve.get_ydata()) == [0, 0.75, 1.0]  # type: ignore[arg-type]
 
@@ -93,7 +93,7 @@ def test_fingerprints_add_up_over_dated_walks(devices: str, lines: int) -> None:
             distance_m=50,
             labelled_s=60,
             labelled_m=50,
-            labels={"wifi": Labels.of(12, 10)},
+            labels={"wifi": LabelCounts.of(12, 10)},
         )
 
     walks = [walk(device, day) for device in devices for day in (2, 1, None)]

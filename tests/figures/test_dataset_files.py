@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.measures.coverage import CoverageSettings
-from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
+from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.schema import REQUIRED, empty_table
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 
 
@@ -28,6 +29,6 @@ def test_an_empty_set_has_no_figure() -> None:
 def test_the_walk_begins_where_it_is_told_to(start: tuple[float, float] | None, length_m: float) -> None:
     dataset = small_dataset(unlabelled=0)
     wide = CoverageSettings(cell_m=4.0, radius_m=0.1)
-    tight = covered_floors(dataset, "none", wide, {} if start is None else {("", 0): start})
+    tight = covered_floors(dataset, "none", wide, {} if start is None else {Storey("", 0): start})
     assert tight[0].coverage.share == 0
     assert sum(walk.length_m for walk in tight[0].walks) >= length_m

@@ -10,7 +10,7 @@ from matplotlib.image import AxesImage
 from PIL import Image
 
 from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.measures.floor_plan import floor_of
+from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMapSettings, radio_maps
 from vislam2tag.figures.radio_map_figures import SCALES, SHEET, Scale, access_point_map, contact_sheet, thumbnail
 from vislam2tag.figures.style import rendered
@@ -26,7 +26,7 @@ def maps() -> FloorMaps:
 
 @pytest.fixture(scope="module")
 def floor() -> Floor:
-    return floor_of(small_dataset(), "", 0)
+    return small_dataset().site_floor(Storey("", 0))
 
 
 def cells_of(image: AxesImage) -> np.ndarray:

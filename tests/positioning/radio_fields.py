@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREY_HEIGHT_M = 4.0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 
 STOREYS = (Storey("east", 0), Storey("east", 1), Storey("west", 0))

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vislam2tag.positioning.scans.places import Positions, Storey
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.radio_scans import RadioScans, scans_from_readings
 from vislam2tag.positioning.sequences import _variance, filtered, smoothed
 

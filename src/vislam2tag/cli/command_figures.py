@@ -13,9 +13,10 @@ from rich.markup import escape
 from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.measures.coverage import CoverageSettings, Place
-from vislam2tag.dataset.measures.coverage_record import CoverageRecord
-from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, make_dataset_figures, place_text
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
+from vislam2tag.dataset.coverage.record import CoverageRecord
+from vislam2tag.dataset.model import Storey
+from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, make_dataset_figures, storey_text
 
 DEFAULTS = CoverageSettings()
 HELP = """
@@ -41,13 +42,13 @@ def register(app: typer.Typer) -> None:
     app.command("figures", help=HELP)(_figures)
 
 
-def start_of(text: str) -> tuple[Place, tuple[float, float]]:
+def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
     match = _START.fullmatch(text)
     if match is None:
         raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
     building, floor, x, y = match.groups()
-    return (building or "", int(floor)), (float(x), float(y))
+    return Storey(building or "", int(floor)), (float(x), float(y))
 
 
 def _figures(
@@ -81,7 +82,7 @@ def _print(made: CoverageRecord, out: Path) -> None:
         length_m = sum(walk.length_m for walk in floor.walks)
         minutes = sum(walk.minutes for walk in floor.walks)
         shown.add_row(
-            escape(place_text((floor.building, floor.floor))),
+            escape(storey_text(Storey(floor.building, floor.floor))),
             str(floor.fingerprints),
             f"{floor.walkable_m2:.0f} m²",
             "-" if floor.share is None else f"{100 * floor.share:.0f} %",

@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.dataset.measures.table_3 import TITLE
+from vislam2tag.dataset.statistics.table_3 import TITLE
 from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
 from vislam2tag.pipeline.paper.reproduce import NAMES, PAGE_FILE, Reproduced, reproduce
 from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4

@@ -16,7 +16,7 @@ from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.splitting.leakage import FoldLeakage, SplitLeakage, Spread, leakage
+from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage, leakage
 from vislam2tag.dataset.splitting.splits import SplitKind, make_split
 from vislam2tag.pipeline.datasets.finish import add_split
 from vislam2tag.settings import SplitSettings
@@ -149,5 +149,5 @@ def _cells(fold: FoldLeakage) -> tuple[str, ...]:
     )
 
 
-def _spread(spread: Spread | None) -> str:
+def _spread(spread: QuantileSummary | None) -> str:
     return "-" if spread is None else f"{spread.p05:.1f}  {spread.p50:.1f}  {spread.p95:.1f}"

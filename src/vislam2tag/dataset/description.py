@@ -20,7 +20,7 @@ from vislam2tag.survey.georeference import Georeference
 
 DESCRIPTION_FILE = "dataset.toml"
 """Also the name of the file that each data set's folder holds, filled in as far as known."""
-Relation = Literal[
+DataCiteRelation = Literal[
     "IsDescribedBy",
     "IsDocumentedBy",
     "IsSupplementTo",
@@ -88,26 +88,26 @@ def _related(text: str) -> str:
         raise ValueError(f"'{text}' is no DOI, arXiv:number or URL") from None
 
 
-Text = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
-class _Creator(Record):
-    name: Text
-    affiliation: Text | None = None
+class _CreatorEntry(Record):
+    name: NonEmptyText
+    affiliation: NonEmptyText | None = None
     orcid: Annotated[str, AfterValidator(_orcid)] | None = None
 
 
-class _Funding(Record):
-    funder: Text
-    award: Text | None = None
+class _FundingEntry(Record):
+    funder: NonEmptyText
+    award: NonEmptyText | None = None
 
 
-class _RelatedPart(Record):
-    identifier: Annotated[Text, AfterValidator(_related)]
-    relation: Relation
+class _RelatedEntry(Record):
+    identifier: Annotated[NonEmptyText, AfterValidator(_related)]
+    relation: DataCiteRelation
 
 
-class _FloorPart(Record):
+class _FloorEntry(Record):
     """Where a floor lies on the earth."""
 
     number: int
@@ -120,19 +120,19 @@ class _FloorPart(Record):
 class Description(Record):
     """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
 
-    title: Text | None = None
-    description: Text | None = None
-    licence: Annotated[Text, AfterValidator(_licence)] | None = None
-    keywords: tuple[Text, ...] = ()
-    version: Text | None = None
+    title: NonEmptyText | None = None
+    description: NonEmptyText | None = None
+    licence: Annotated[NonEmptyText, AfterValidator(_licence)] | None = None
+    keywords: tuple[NonEmptyText, ...] = ()
+    version: NonEmptyText | None = None
     published: dt.date | None = None
-    publisher: Text | None = None
-    doi: Annotated[Text, AfterValidator(_doi)] | None = None
-    contact: Annotated[Text, AfterValidator(_address)] | None = None
-    creators: tuple[_Creator, ...] = ()
-    funding: tuple[_Funding, ...] = ()
-    related: tuple[_RelatedPart, ...] = ()
-    floors: tuple[_FloorPart, ...] = ()
+    publisher: NonEmptyText | None = None
+    doi: Annotated[NonEmptyText, AfterValidator(_doi)] | None = None
+    contact: Annotated[NonEmptyText, AfterValidator(_address)] | None = None
+    creators: tuple[_CreatorEntry, ...] = ()
+    funding: tuple[_FundingEntry, ...] = ()
+    related: tuple[_RelatedEntry, ...] = ()
+    floors: tuple[_FloorEntry, ...] = ()
 
 
 def read_description(path: Path) -> Description:
@@ -169,7 +169,7 @@ def described(info: DatasetInfo, description: Description) -> DatasetInfo:
     return info.model_copy(update=said | {name: parts for name, parts in lists.items() if parts})
 
 
-def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorPart, ...]) -> tuple[FloorInfo, ...]:
+def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]) -> tuple[FloorInfo, ...]:
     """Give each described floor its georeference."""
     found = {(floor.building, floor.number): floor for floor in floors}
     for part in parts:
@@ -208,7 +208,7 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     ("funding", "one block a grant", {"funder": "A foundation", "award": "12345"}),
     (
         "related",
-        f"DOI, arXiv:number or URL; relation: {', '.join(get_args(Relation))}",
+        f"DOI, arXiv:number or URL; relation: {', '.join(get_args(DataCiteRelation))}",
         {"identifier": "10.5555/12345678", "relation": "IsDescribedBy"},
     ),
     (
@@ -259,10 +259,10 @@ def _wrong_field(error: ValidationError) -> str:
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
         parts: dict[str, type[Record]] = {
-            "creators": _Creator,
-            "funding": _Funding,
-            "related": _RelatedPart,
-            "floors": _FloorPart,
+            "creators": _CreatorEntry,
+            "funding": _FundingEntry,
+            "related": _RelatedEntry,
+            "floors": _FloorEntry,
         }
         known = Description if len(wrong["loc"]) == 1 else parts[str(wrong["loc"][0])]
         return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"

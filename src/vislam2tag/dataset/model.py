@@ -6,8 +6,9 @@ import datetime as dt
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
+import numpy as np
 import polars as pl
 from pydantic import Field
 
@@ -15,8 +16,16 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
+from vislam2tag.survey.model import ControlPoints, Floor
 
 FORMAT_VERSION = 1
+
+
+class Storey(NamedTuple):
+    """A floor of a building."""
+
+    building: str
+    floor: int
 
 
 class Person(Record):
@@ -70,7 +79,7 @@ class Grouping(Record):
     """Length of a window, seconds; None for scans."""
 
 
-class Source(Record):
+class DatasetSource(Record):
     """What a data set was made of: a survey labelled by this program, or files of another format."""
 
     kind: str
@@ -120,13 +129,17 @@ class DatasetInfo(Record):
     """What ``time_ns`` counts from: the phone's start, 1970, or there are no times."""
     floors: tuple[FloorInfo, ...]
     groupings: tuple[Grouping, ...] = ()
-    sources: tuple[Source, ...] = ()
+    sources: tuple[DatasetSource, ...] = ()
     findings: tuple[Finding, ...] = ()
     """What was odd about what it was made of: counted, never silently dropped."""
     made_by: str = ""
     """The command of this program that wrote it; empty where that is not known."""
     tables: dict[str, TableAccount] = Field(default_factory=dict)
     splits: dict[str, TableAccount] = Field(default_factory=dict)
+
+
+TRAIN, TEST = "train", "test"
+"""Parts of a split as formats and models call them."""
 
 
 class Fold(Record):
@@ -199,3 +212,14 @@ class Dataset:
     def sessions(self) -> pl.LazyFrame:
         """One row for each walk."""
         return self.tables[SESSIONS]
+
+    def site_floor(self, storey: Storey) -> Floor:
+        """Return a floor as figures draw it, with its plan where there is one; the manifest need not know the floor."""
+        points = ControlPoints((), np.zeros((0, 2)))
+        for floor in self.info.floors:
+            if (floor.building, floor.number) == storey:
+                plan = self.files.get(floor.plan) if floor.plan else None
+                name = floor.name or f"floor {floor.number}"
+                extent = floor.width_m, floor.height_m, floor.elevation_m, plan
+                return Floor(floor.number, name, *extent, points, floor.lower_left_m, georeference=floor.georeference)
+        return Floor(storey.floor, f"floor {storey.floor}", None, None, None, None, points)

@@ -16,8 +16,8 @@ from matplotlib.patches import Patch
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.dataset.measures.coverage import FloorCoverage
-from vislam2tag.dataset.measures.gap_walk import GapWalk
+from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
+from vislam2tag.dataset.coverage.gap_walk import GapWalk
 from vislam2tag.figures.panels import aspect_of, draw_plan, in_metres, letter, panel_grid, show
 from vislam2tag.figures.style import PAGE_IN, print_quality
 from vislam2tag.survey.model import Floor
@@ -43,7 +43,8 @@ class CoveredFloor:
 def coverage_map(floors: Sequence[CoveredFloor]) -> Figure:
     """Draw the fingerprints a cell on each floor's plan, walkable cells near none, and the walks that fill them."""
     extents = [
-        _extent([other for other in floors if other.coverage.place[0] == floor.coverage.place[0]]) for floor in floors
+        _extent([other for other in floors if other.coverage.storey.building == floor.coverage.storey.building])
+        for floor in floors
     ]
     aspect = max(aspect_of(extent) for extent in extents)
     figure, axes = panel_grid(len(floors), min(2, len(floors)), PAGE_IN, aspect, extra_in=0.5)

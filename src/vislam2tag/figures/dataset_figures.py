@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vislam2tag.common import log_bins
-from vislam2tag.dataset.measures.statistics_record import (
+from vislam2tag.dataset.statistics.record import (
     DeviceRssi,
+    Distribution,
     FloorLabels,
-    Labels,
+    LabelCounts,
     SessionStatistics,
-    Sigma,
+    SigmaStatistics,
     TechnologyStatistics,
-    WholeNumbers,
 )
 from vislam2tag.figures.panels import legend_below, letter, log_metres, panel_grid
 from vislam2tag.figures.style import COLUMN_IN, PAGE_IN, QUIET, print_quality
@@ -69,7 +69,7 @@ def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure
 def _bar(
     axes: Axes,
     place: tuple[int, float],
-    labels: Labels,
+    labels: LabelCounts,
     parts: Sequence[tuple[str, int]],
     colours: Mapping[str, str],
 ) -> None:
@@ -99,7 +99,7 @@ def floor_name(floor: FloorLabels) -> str:
 
 
 @print_quality
-def access_points_heard(heard: WholeNumbers) -> Figure:
+def access_points_heard(heard: Distribution) -> Figure:
     """Draw how many access points a fingerprint holds."""
     figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.55)
     width, bins = heard.binned(BINS)
@@ -158,7 +158,7 @@ def rssi_by_device(rssi: Mapping[str, DeviceRssi]) -> Figure:
     return figure
 
 
-def _box(values: WholeNumbers) -> dict[str, object]:
+def _box(values: Distribution) -> dict[str, object]:
     low, first, median, third, high = values.quantiles.values()
     return {"whislo": low, "q1": first, "med": median, "q3": third, "whishi": high, "mean": values.mean, "label": ""}
 
@@ -185,7 +185,7 @@ def _offsets(axes: Axes, rssi: Sequence[DeviceRssi]) -> None:
 
 
 @print_quality
-def sigma_distribution(sigma: Sigma) -> Figure:
+def sigma_distribution(sigma: SigmaStatistics) -> Figure:
     """Draw the share of fingerprints that are at least so sure."""
     figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.55)
     index = np.array(list(sigma.counts))

@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from matplotlib.figure import Figure
 
-from vislam2tag.dataset.measures.coverage import CoverageSettings, Place, coverage
-from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.measures.gap_walk import gap_walks
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings, coverage
+from vislam2tag.dataset.coverage.gap_walk import gap_walks
+from vislam2tag.dataset.model import Dataset, Storey
+from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.figures.coverage_figures import CoveredFloor, coverage_map
 from vislam2tag.figures.dataset_figures import (
     access_points_heard,
@@ -25,15 +24,15 @@ def covered_floors(
     dataset: Dataset,
     technology: str,
     settings: CoverageSettings,
-    starts: Mapping[Place, tuple[float, float]],
+    starts: Mapping[Storey, tuple[float, float]],
 ) -> list[CoveredFloor]:
     """Count the cells of every floor and plan the walks that fill its gaps, from its place of ``starts`` if given."""
     return [
         CoveredFloor(
-            title=_title(covered.place),
-            floor=floor_of(dataset, *covered.place),
+            title=_title(covered.storey),
+            floor=dataset.site_floor(covered.storey),
             coverage=covered,
-            walks=gap_walks(covered, settings.radius_m, starts.get(covered.place)),
+            walks=gap_walks(covered, settings.radius_m, starts.get(covered.storey)),
         )
         for covered in coverage(dataset, technology, settings)
     ]
@@ -56,6 +55,6 @@ def dataset_figures(statistics: DatasetStatistics, floors: Sequence[CoveredFloor
         yield "over_time", fingerprints_over_time(statistics.sessions, name)
 
 
-def _title(place: Place) -> str:
-    building, number = place
+def _title(storey: Storey) -> str:
+    building, number = storey
     return f"{building}, floor {number}" if building else f"Floor {number}"

@@ -23,8 +23,8 @@ from vislam2tag.common.errors import ModelError
 from vislam2tag.common.records import Record
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
-from vislam2tag.positioning.scans.places import Storey
 
 FORMAT_VERSION = 1
 SUFFIX = ".v2t"

@@ -14,7 +14,8 @@ from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 NamedArrays = dict[str, AnyArray]

@@ -61,3 +61,21 @@ def landmark_id(text: str) -> str:
         return stripped
     sign, digits = number.groups()
     return f"-{digits}" if sign and digits != "0" else str(digits)
+
+
+_ABOVE = re.compile(r"^[FL](\d+)$|^(\d+)F$", re.IGNORECASE)
+_BELOW = re.compile(r"^(?:B|LG)(\d*)$|^BF$", re.IGNORECASE)
+
+
+def floor_number(name: str) -> int | None:
+    """Number of a floor from its name, as the competition counts: F1, 1F, L1 and G are 0, B1 and LG1 are -1.
+
+    None for names without a place in that order, such as mezzanines (M, BM).
+    """
+    if name.upper() == "G":
+        return 0
+    if match := _ABOVE.match(name):
+        return int(match[1] or match[2]) - 1
+    if match := _BELOW.match(name):
+        return -int(match[1] or 1)
+    return None

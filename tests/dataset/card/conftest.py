@@ -13,8 +13,8 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import described, read_description
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.measures.statistics import dataset_statistics
-from vislam2tag.dataset.model import Dataset, Fold, Source, Split, SplitInfo
+from vislam2tag.dataset.model import Dataset, DatasetSource, Fold, Split, SplitInfo
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 
 FINDING = Finding(kind="stale_readings", file="a.csv", count=3, message="Given again by the scan after, left out.")
 
@@ -32,7 +32,7 @@ def described_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "dataset.toml").write_text(FULL, encoding="utf-8")
     dataset = small_dataset()
     info = described(dataset.info, read_description(folder / "dataset.toml")).model_copy(
-        update={"findings": (FINDING,), "sources": (Source(kind="process", name="survey", version="0.1.0"),)}
+        update={"findings": (FINDING,), "sources": (DatasetSource(kind="process", name="survey", version="0.1.0"),)}
     )
     groups = dataset.fingerprints.select(id="scan_id", group="device").collect()
     folds = tuple(Fold(name=name, test=(name,)) for name in ("Galaxy", "Pixel"))

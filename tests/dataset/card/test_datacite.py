@@ -9,7 +9,7 @@ import pytest
 from datacite import schema45
 
 from vislam2tag.dataset.card.datacite import REQUIRED, datacite_text
-from vislam2tag.dataset.description import Relation
+from vislam2tag.dataset.description import DataCiteRelation
 from vislam2tag.dataset.folder import open_dataset
 
 
@@ -41,6 +41,6 @@ def test_with_the_required_fields_alone_it_is_valid(described_set: Path) -> None
     schema45.validator.validate(json.loads(datacite_text(type(full)(**keep)) or ""))
 
 
-@pytest.mark.parametrize("relation", Relation.__args__)  # type: ignore[attr-defined]
+@pytest.mark.parametrize("relation", DataCiteRelation.__args__)  # type: ignore[attr-defined]
 def test_the_schema_knows_every_relation(relation: str) -> None:
     assert relation in schema45.validator.schema["definitions"]["relationType"]["enum"]

@@ -15,8 +15,8 @@ from vislam2tag.dataset.card.columns import meaning
 from vislam2tag.dataset.card.hugging_face import front_matter
 from vislam2tag.dataset.card.readme import readme_text
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.measures.statistics import dataset_statistics
 from vislam2tag.dataset.schema import SCHEMAS
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.survey.georeference import Georeference
 
 COLUMNS = [(table, column) for table, schema in SCHEMAS.items() for column in schema]

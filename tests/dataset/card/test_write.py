@@ -12,7 +12,7 @@ from tests.surveys import bytes_of
 from vislam2tag.dataset.card.write import write_card
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.measures.statistics import dataset_statistics
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 
 
 def check(folder: Path) -> subprocess.CompletedProcess[str]:

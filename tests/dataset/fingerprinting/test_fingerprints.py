@@ -8,13 +8,13 @@ import polars as pl
 import pytest
 
 from tests.dataset.labelled_rows import START_NS, S, trajectory, wifi
-from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, Walk, fingerprints_of
-from vislam2tag.dataset.fingerprinting.motion import Motion
+from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, SessionWalk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS
 from vislam2tag.settings import DatasetSettings
 
 FRAMES = trajectory([(0.1 * number, 0.0) for number in range(600)])
-WALK = Walk("floor_1.LG.walk", "main", "LG", "2022-01-14T163530", Motion.of(FRAMES))
+WALK = SessionWalk("floor_1.LG.walk", "main", "LG", "2022-01-14T163530", PhoneMotion.of(FRAMES))
 
 
 def made(*rows: dict[str, Any], settings: DatasetSettings | None = None, limit_m: float = 0.5) -> SessionFingerprints:
@@ -158,6 +158,6 @@ def test_names_are_counted_and_a_session_may_be_empty() -> None:
 
 
 def test_a_session_of_another_name_has_no_date() -> None:
-    walk = Walk("floor_1.LG.walk", "", "LG", "first walk", WALK.motion)
+    walk = SessionWalk("floor_1.LG.walk", "", "LG", "first walk", WALK.motion)
     part = fingerprints_of(wifi(at(1.0)), "wifi", walk, DatasetSettings(), 0.5)
     assert part.fingerprints["date"].to_list() == [None]

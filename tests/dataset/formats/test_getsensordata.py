@@ -16,9 +16,10 @@ from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.formats.getsensordata import read
+from vislam2tag.dataset.formats.getsensordata.log_file import GetSensorDataLog, parse_log, parse_taps
+from vislam2tag.dataset.formats.getsensordata.log_lines import looks_like_a_log
+from vislam2tag.dataset.formats.getsensordata.reading import read
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.getsensordata_log import Log, looks_like_a_log, parse_log, parse_taps
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 BOOT_S = 5000.25
@@ -54,11 +55,11 @@ def text(*rows: str) -> bytes:
     return (HEAD + "\n".join(rows) + "\n").encode()
 
 
-def parsed(*rows: str) -> Log:
+def parsed(*rows: str) -> GetSensorDataLog:
     return parse_log(text(*rows), "log.txt")
 
 
-def kinds(log: Log) -> dict[str, tuple[int, ...]]:
+def kinds(log: GetSensorDataLog) -> dict[str, tuple[int, ...]]:
     return {finding.kind: tuple(line - HEAD_LINES for line in finding.lines) for finding in log.findings}
 
 

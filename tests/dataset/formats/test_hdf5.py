@@ -20,7 +20,7 @@ from tests.dataset.formats.round_trip import (
     with_split,
 )
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.formats.hdf5 import FILE, NOT_HEARD_DBM
+from vislam2tag.dataset.formats.hdf5.writing import FILE, NOT_HEARD_DBM
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import build_dataset
 
@@ -98,7 +98,7 @@ def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     exported(small_dataset(), "hdf5", tmp_path / "a")
-    monkeypatch.setattr("vislam2tag.dataset.writing.samples._CELLS_AT_ONCE", 30)
+    monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "hdf5", tmp_path / "b")
     assert signatures_of_hdf5(tmp_path / "a") == signatures_of_hdf5(tmp_path / "b")
     exported(small_dataset(), "hdf5", tmp_path / "c")

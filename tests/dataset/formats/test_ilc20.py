@@ -17,11 +17,12 @@ from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.formats.ilc20 import read
+from vislam2tag.dataset.formats.ilc20.reading import read
+from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
+from vislam2tag.dataset.formats.ilc20.trace_file import parse_trace
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.reading.archives import folder_of
-from vislam2tag.dataset.reading.ilc20_site import find_sites, floor_number
-from vislam2tag.dataset.reading.ilc20_trace import parse_trace
+from vislam2tag.survey.names import floor_number
 
 T = 1574149352000
 
@@ -29,12 +30,12 @@ T = 1574149352000
 @pytest.fixture(scope="module")
 def floor(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The real floor's folder."""
-    return folder_of(shared_folder("ilc20"), tmp_path_factory.mktemp("ilc20")) / "site2" / "F4"
+    return folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path_factory.mktemp("ilc20")) / "site2" / "F4"
 
 
 @pytest.fixture(scope="module")
 def mall(floor: Path, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    assert import_format_of(shared_folder("ilc20")).name == "ilc20"
+    assert import_format_of(shared_folder("ilc20") / "site2-F4.tar.xz").name == "ilc20"
     assert import_format_of(floor).name == "ilc20"
     return read(floor, ImportContext(tmp_path_factory.mktemp("scratch")))
 

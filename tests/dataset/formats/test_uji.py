@@ -13,9 +13,9 @@ from tests.dataset.factory import SCANS, small_dataset
 from tests.dataset.formats.round_trip import ODD_BSSID, ODD_DEVICE, exported, imported, odd_dataset, through, with_split
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.format_registry import import_format_of
-from vislam2tag.dataset.formats import uji
+from vislam2tag.dataset.formats.uji.writing import wap_columns
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.writing.samples import labelled
+from vislam2tag.dataset.writing.labelled_samples import labelled
 
 TAIL = "LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP"
 
@@ -136,7 +136,7 @@ def test_times_are_seconds_of_the_walks_own_day(tmp_path: Path) -> None:
 
 def test_pieces_make_the_same_file_as_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     exported(small_dataset(), "uji", tmp_path / "whole")
-    monkeypatch.setattr("vislam2tag.dataset.writing.samples._CELLS_AT_ONCE", 30)
+    monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
     exported(small_dataset(), "uji", tmp_path / "pieces")
     whole, pieces = ((tmp_path / name / "trainingData.csv").read_bytes() for name in ("whole", "pieces"))
     assert whole == pieces
@@ -158,8 +158,8 @@ def test_a_line_without_a_floor_is_named(tmp_path: Path) -> None:
 
 
 def test_columns_are_numbered_with_enough_digits() -> None:
-    assert uji.wap_columns(2) == ["WAP001", "WAP002"]
-    assert uji.wap_columns(1000)[0] == "WAP0001"
+    assert wap_columns(2) == ["WAP001", "WAP002"]
+    assert wap_columns(1000)[0] == "WAP0001"
 
 
 def test_labelled_counts_what_it_leaves_out() -> None:

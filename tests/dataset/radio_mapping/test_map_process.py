@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.radio_mapping.map_process import MapKernel, fit_kernel, fit_process, points_of
+from vislam2tag.dataset.radio_mapping.map_process import MapKernel, fit_kernel, fit_process, map_points
 from vislam2tag.dataset.radio_mapping.map_readings import MapReadings
 
 KERNEL = MapKernel()
@@ -27,11 +27,11 @@ def readings(count: int, seed: int) -> tuple[FloatArray, FloatArray, IntArray]:
 @settings(max_examples=15)
 def test_left_out_readings_are_predicted_as_without_them(seed: int, count: int) -> None:
     position, rssi, fold = readings(count, seed)
-    process = fit_process(points_of(position, rssi, fold, 1000), rssi, KERNEL, FAR_M)
+    process = fit_process(map_points(position, rssi, fold, 1000), rssi, KERNEL, FAR_M)
     own = fold == fold[0]
     if own.all():
         return
-    rest = points_of(position[~own], rssi[~own] - process.level_dbm, np.zeros((~own).sum(), dtype=np.int64), 1000)
+    rest = map_points(position[~own], rssi[~own] - process.level_dbm, np.zeros((~own).sum(), dtype=np.int64), 1000)
     covariance = KERNEL.smooth()(rest.position) + KERNEL.noise_db**2 * np.eye(len(rest.rssi_dbm))
     cross = KERNEL.smooth()(position[own], rest.position)
     mean = process.level_dbm + cross @ np.linalg.solve(covariance, rest.rssi_dbm)
@@ -45,14 +45,14 @@ def test_left_out_readings_are_predicted_as_without_them(seed: int, count: int) 
 
 def test_without_other_folds_nothing_is_near() -> None:
     position, rssi, fold = readings(20, 1)
-    process = fit_process(points_of(position, rssi, 0 * fold, 1000), rssi, KERNEL, 3.0)
+    process = fit_process(map_points(position, rssi, 0 * fold, 1000), rssi, KERNEL, 3.0)
     assert np.isinf(process.left_out.distance_m).all()
     assert process.scale == 1.0
 
 
 def test_far_from_all_readings_the_mean_is_their_level_and_unsure() -> None:
     position, rssi, fold = readings(30, 2)
-    process = fit_process(points_of(position, rssi, fold, 1000), rssi, KERNEL, 3.0)
+    process = fit_process(map_points(position, rssi, fold, 1000), rssi, KERNEL, 3.0)
     mean, deviation, sigma = process.at(np.array([[1000.0, 1000.0]]))
     assert mean[0] == pytest.approx(rssi.mean())
     assert sigma[0] == pytest.approx(process.scale * np.hypot(KERNEL.trend_db, KERNEL.shadowing_db))
@@ -61,16 +61,16 @@ def test_far_from_all_readings_the_mean_is_their_level_and_unsure() -> None:
 
 def test_deviations_follow_the_readings() -> None:
     position, rssi, fold = readings(300, 3)
-    honest = fit_process(points_of(position, rssi, fold, 1000), rssi, KERNEL, FAR_M)
+    honest = fit_process(map_points(position, rssi, fold, 1000), rssi, KERNEL, FAR_M)
     noisy = rssi + np.random.default_rng(4).normal(0, 9, len(rssi))
-    wild = fit_process(points_of(position, noisy, fold, 1000), noisy, KERNEL, FAR_M)
+    wild = fit_process(map_points(position, noisy, fold, 1000), noisy, KERNEL, FAR_M)
     assert honest.scale == pytest.approx(1, abs=0.15)
     assert wild.scale > 2
 
 
 def test_few_readings_stay_as_they_are() -> None:
     position, rssi, fold = readings(50, 5)
-    points = points_of(position, rssi, fold, 50)
+    points = map_points(position, rssi, fold, 50)
     assert points.square_m is None
     np.testing.assert_array_equal(points.position, position)
     assert points.readings.tolist() == [1] * 50
@@ -78,7 +78,7 @@ def test_few_readings_stay_as_they_are() -> None:
 
 def test_many_readings_become_means_of_squares_and_folds() -> None:
     position, rssi, fold = readings(400, 6)
-    points = points_of(position, rssi, fold, 100)
+    points = map_points(position, rssi, fold, 100)
     assert points.square_m is not None
     assert len(points.rssi_dbm) <= 100
     assert points.readings.sum() == 400
@@ -91,7 +91,7 @@ def test_means_of_squares_hardly_change_a_map() -> None:
     position, rssi, fold = readings(600, 7)
     at = np.random.default_rng(8).uniform(2, 18, (50, 2))
     single, square = (
-        fit_process(points_of(position, rssi, fold, most), rssi, KERNEL, FAR_M).at(at)[0] for most in (1000, 599)
+        fit_process(map_points(position, rssi, fold, most), rssi, KERNEL, FAR_M).at(at)[0] for most in (1000, 599)
     )
     assert np.sqrt(((single - square) ** 2).mean()) < 0.5
 

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import UsageError
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.measures.coverage import CoverageSettings
+from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.schema import READINGS
 from vislam2tag.pipeline.datasets import figures as dataset_figures
 from vislam2tag.pipeline.datasets.figures import make_dataset_figures
@@ -49,7 +50,7 @@ def test_figures_table_and_walk_are_written_the_same_bytes_each_time(folder: Pat
 
 def test_the_walk_in_coverage_json_begins_at_the_start_and_ends_in_the_gap(folder: Path, tmp_path: Path) -> None:
     settings = CoverageSettings(radius_m=1.0)
-    record = make_dataset_figures(folder, tmp_path / "out", settings, {("", 0): (41.0, 11.0)})
+    record = make_dataset_figures(folder, tmp_path / "out", settings, {Storey("", 0): (41.0, 11.0)})
     written = json.loads((tmp_path / "out" / "coverage.json").read_text())
     assert written == record.model_dump(mode="json")
     ground, upper = written["floors"]
@@ -63,5 +64,5 @@ def test_the_walk_in_coverage_json_begins_at_the_start_and_ends_in_the_gap(folde
 
 def test_a_start_on_a_floor_without_labels_is_refused_before_anything_is_written(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="--start A/7: no label lies on this floor; floors with labels: 0, 1"):
-        make_dataset_figures(folder, tmp_path / "out", starts={("A", 7): (1.0, 1.0)})
+        make_dataset_figures(folder, tmp_path / "out", starts={Storey("A", 7): (1.0, 1.0)})
     assert not (tmp_path / "out").exists()

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.benchmark.predictions import PREDICTIONS, predictions_table, with_errors
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
 STOREYS = (Storey("a", 0), Storey("a", 1))
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.cell_density.path_loss import fitted_path_loss, unheard_dbm
-from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 FAINTEST_DBM = -90.0
 STANDS = np.array([[5.0, 8.0], [30.0, 15.0], [44.0, 10.0]])

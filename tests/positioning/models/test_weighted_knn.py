@@ -13,7 +13,7 @@ from tests.positioning.scans.test_radio_scans import scans_from
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.format_registry import ImportContext
 from vislam2tag.dataset.formats.tampere import read
-from vislam2tag.dataset.reading.points import OFFICIAL
+from vislam2tag.dataset.reading.point_fingerprints import OFFICIAL
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours, SignalDistance
 from vislam2tag.positioning.registry import model_named

@@ -17,11 +17,11 @@ from playwright.sync_api import Page
 from tests.dataset.factory import SCANS, small_dataset
 from tests.report.browser import note_problems, running_browser
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.measures.statistics import dataset_statistics
-from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
 from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
+from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.report.pages import dataset_map, dataset_page
 
 EVIL = "</script><img src=x onerror=alert(1)>"

@@ -14,9 +14,9 @@ from vislam2tag.dataset.card.columns import meaning
 from vislam2tag.dataset.card.datacite import datacite_text
 from vislam2tag.dataset.card.hugging_face import front_matter, licence_url
 from vislam2tag.dataset.description import missing_fields
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Source
+from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource
 from vislam2tag.dataset.schema import SCHEMAS, UNITS
+from vislam2tag.dataset.statistics.record import DatasetStatistics
 
 NOT_STATED = "not stated"
 LABELS = "process"
@@ -98,7 +98,7 @@ def _authors(info: DatasetInfo) -> str:
     return "; ".join(person.name for person in info.creators)
 
 
-def _made(source: Source) -> str:
+def _made(source: DatasetSource) -> str:
     if source.kind == LABELS:
         return f"labels of the survey `{source.name}` by vislam2tag {source.version}"
     return f"`{source.name}`, format {source.kind}, by vislam2tag {source.version}"

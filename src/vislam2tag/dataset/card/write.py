@@ -10,8 +10,8 @@ from vislam2tag.dataset.card.datacite import datacite_text
 from vislam2tag.dataset.card.readme import readme_text
 from vislam2tag.dataset.description import DESCRIPTION_FILE, description_text
 from vislam2tag.dataset.folder import sha256_of
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.statistics.record import DatasetStatistics
 
 README, CITATION, DATACITE, CROISSANT = "README.md", "CITATION.cff", "datacite.json", "croissant.json"
 SUMS = "SHA256SUMS"

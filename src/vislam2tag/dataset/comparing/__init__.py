@@ -1,1 +1,1 @@
-"""Two data sets: are they the same, what changed between them, and joining them."""
+"""Two data sets: are they the same (comparable, table by table), what changed in between, and joining them."""

@@ -27,7 +27,7 @@ MOST_CHANGED, NOTHING_COMPARED = "most_changed", "nothing_compared"
 CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 
-class DeviceOffset(Record):
+class SurveyDeviceOffset(Record):
     """How much louder a phone hears than the mean of all phones, dB."""
 
     survey: str
@@ -58,7 +58,7 @@ class TechnologyChanges(Record):
 
     technology: str
     cell_m: float
-    offsets: tuple[DeviceOffset, ...]
+    offsets: tuple[SurveyDeviceOffset, ...]
     access_points: dict[str, int]
     """How many there are of each kind of change."""
     places: dict[str, int]
@@ -103,7 +103,7 @@ def _record(changes: Changes) -> TechnologyChanges:
         technology=changes.technology,
         cell_m=changes.cell_m,
         offsets=tuple(
-            DeviceOffset(survey=survey, device=device, offset_db=round(offset, 2))
+            SurveyDeviceOffset(survey=survey, device=device, offset_db=round(offset, 2))
             for (survey, device), offset in sorted(changes.offsets_db.items())
         ),
         access_points=_counts(changes.access_points),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -10,12 +9,12 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
+from vislam2tag.dataset.formats.gia.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.gia_tables import SENSOR_COLUMNS, WIFI_COLUMNS
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, SESSIONS
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE
 from vislam2tag.labeling.schemas import TRAJECTORY
@@ -23,19 +22,12 @@ from vislam2tag.labeling.schemas import TRAJECTORY
 DATASET, LABELS, ANNOTATED = "data set", "labels", "annotated files"
 WHOLE_SET = ""
 """Stands for the session of tables that belong to none."""
-_ANNOTATED_FILES: Mapping[str, tuple[str, ...]] = {
-    "wifi_annotated.csv": WIFI_COLUMNS,
-    "sensors_annotated.csv": SENSOR_COLUMNS,
-}
-_FREE_TEXT = "ssid"
-"""The one column that may hold commas."""
-_NUMBERS = ("rss", "x_coord", "y_coord", "v1", "v2", "v3", "v4", "v5", "v6")
 _FACTS = {"floors", "frame", "clock", "groupings", "bssid_key"}
 """What of a manifest must be equal (of floors all but the file of the plan): the rest says who, when and how."""
 
 
 @dataclass(frozen=True)
-class Part:
+class ComparedTable:
     """One table of one session: its keys, and how it is read."""
 
     keys: tuple[str, ...]
@@ -47,7 +39,7 @@ class Comparable:
     """A folder's parts by session and table."""
 
     kind: str
-    parts: Mapping[tuple[str, str], Part]
+    parts: Mapping[tuple[str, str], ComparedTable]
     facts: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -67,7 +59,7 @@ def comparable(folder: Path) -> Comparable:
         return Comparable(ANNOTATED, annotated)
     raise UsageError(
         f"{folder}: holds nothing to compare; give data sets, outputs of `vislam2tag process`, or folders with "
-        f"{' or '.join(_ANNOTATED_FILES)} in their sessions"
+        f"{' or '.join(ANNOTATED_FILES)} in their sessions"
     )
 
 
@@ -75,20 +67,20 @@ def _of_dataset(dataset: Dataset) -> Comparable:
     facts = dataset.info.model_dump(mode="json", include=_FACTS, exclude={"floors": {"__all__": {"plan"}}})
     parts = dict(_session_parts(dataset))
     for name in (ACCESS_POINTS, SESSIONS):
-        parts[WHOLE_SET, name] = Part((KEYS[name],), dataset.tables[name].collect)
+        parts[WHOLE_SET, name] = ComparedTable((KEYS[name],), dataset.tables[name].collect)
     for name, split in dataset.splits.items():
-        parts[WHOLE_SET, f"split {name}"] = Part(("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
+        parts[WHOLE_SET, f"split {name}"] = ComparedTable(("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
     return Comparable(DATASET, parts, {name: json.dumps(value, sort_keys=True) for name, value in facts.items()})
 
 
-def _session_parts(dataset: Dataset) -> Iterator[tuple[tuple[str, str], Part]]:
+def _session_parts(dataset: Dataset) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
     sessions = dataset.fingerprints.select("session").unique().collect(engine="streaming")["session"]
     for session in sessions.sort():
-        yield (session, FINGERPRINTS), Part((KEYS[FINGERPRINTS],), _rows_of(dataset, FINGERPRINTS, session))
-        yield (session, READINGS), Part(("scan_id", "bssid", "time_ns"), _readings_of(dataset, session))
+        yield (session, FINGERPRINTS), ComparedTable((KEYS[FINGERPRINTS],), _rows_of(dataset, FINGERPRINTS, session))
+        yield (session, READINGS), ComparedTable(("scan_id", "bssid", "time_ns"), _readings_of(dataset, session))
         for name in (MAGNETIC, IMU_WINDOWS):
             if name in dataset.tables:
-                yield (session, name), Part((KEYS[name],), _rows_of(dataset, name, session))
+                yield (session, name), ComparedTable((KEYS[name],), _rows_of(dataset, name, session))
 
 
 def _rows_of(dataset: Dataset, name: str, session: str) -> Callable[[], pl.DataFrame]:
@@ -106,7 +98,7 @@ def _is_output(folder: Path) -> bool:
         return False
 
 
-def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], Part]]:
+def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
     """Tables of the sessions that are done; readings are known by their line in the raw file, frames by their time."""
     for result in sorted((folder / RESULTS).glob("*.json")):
         for path in (table / f"{result.stem}.parquet" for table in sorted(folder.iterdir())):
@@ -114,47 +106,12 @@ def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], Part]]:
                 continue
             name = path.parent.name
             keys = ("time_ns",) if name == TRAJECTORY else ("row",)
-            yield (result.stem, name), Part(keys, scan_parquet(path).collect)
+            yield (result.stem, name), ComparedTable(keys, scan_parquet(path).collect)
 
 
-def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], Part]]:
+def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
     for path in sorted(folder.rglob("*_annotated.csv")):
-        if path.name in _ANNOTATED_FILES:
-            keys = ("time", "mac") if path.name.startswith("wifi") else ("time", "type")
+        if path.name in ANNOTATED_FILES:
+            keys = ("time", "mac") if path.name == WIFI_FILE else ("time", "type")
             session = path.parent.relative_to(folder).as_posix()
-            yield (session, path.name), Part(keys, lambda path=path: read_annotated(path))  # type: ignore[misc]
-
-
-def read_annotated(path: Path) -> pl.DataFrame:
-    """Read ``wifi_annotated.csv`` or ``sensors_annotated.csv``; white space around fields and forms of numbers go.
-
-    Names of networks may hold commas. Raises DatasetError for a header or a line that is not as the layout says.
-    """
-    expected = _ANNOTATED_FILES[path.name]
-    try:
-        with path.open(encoding="utf-8", errors="replace", newline="") as file:
-            rows = csv.reader(file, skipinitialspace=True)
-            header = tuple(name.strip() for name in next(rows, []))
-            if header != expected:
-                raise DatasetError(f"{path}: expected the header {','.join(expected)}, found {','.join(header)}")
-            fields = [_fields(row, expected, path, rows.line_num) for row in rows if row]
-    except OSError as error:
-        raise DatasetError(f"{path}: cannot be read ({error.strerror})") from error
-    table = pl.DataFrame(fields, schema=dict.fromkeys(expected, pl.String), orient="row")
-    numbers = [name for name in expected if name in _NUMBERS]
-    try:
-        return table.with_columns(
-            pl.col(numbers).replace("", None).cast(pl.Float64), pl.col("time").cast(pl.Float64).cast(pl.Int64)
-        )
-    except pl.exceptions.PolarsError as error:
-        raise DatasetError(f"{path}: expected numbers in {', '.join(numbers)} and time ({error})") from error
-
-
-def _fields(row: list[str], expected: tuple[str, ...], path: Path, line: int) -> list[str]:
-    """Read fields from both ends: those in the middle are one name with commas."""
-    more = len(row) - len(expected)
-    if more < 0 or (more and _FREE_TEXT not in expected):
-        raise DatasetError(f"{path}, line {line}: expected {len(expected)} fields, found {len(row)}")
-    at = expected.index(_FREE_TEXT) if more else 0
-    whole = [*row[:at], ",".join(row[at : at + more + 1]), *row[at + more + 1 :]] if more else row
-    return [text.strip() for text in whole]
+            yield (session, path.name), ComparedTable(keys, lambda path=path: read_annotated(path))  # type: ignore[misc]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import polars as pl
 
 from vislam2tag.dataset.by_session import each_session
-from vislam2tag.dataset.measures.device_offsets import PlaceMeans, device_offsets
+from vislam2tag.dataset.device_offsets import PlaceMeans, device_offsets
 from vislam2tag.dataset.model import Dataset
 
 PLACE = ("building", "floor", "column", "row")

@@ -1,1 +1,1 @@
-"""From the labelled tables of a walk to fingerprints, magnetic ones among them."""
+"""From the labels of a walk to its fingerprints: readings grouped by scan or window, motion, magnetic windows."""

@@ -12,7 +12,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import STATUS_LABELS
-from vislam2tag.dataset.fingerprinting.motion import Motion
+from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
 from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.labeling.results import SessionResult
@@ -21,7 +21,7 @@ from vislam2tag.survey.corrections import session_start
 
 
 @dataclass(frozen=True)
-class Walk:
+class SessionWalk:
     """Who a session is in the data set, and how its phone moved."""
 
     session: str
@@ -30,12 +30,12 @@ class Walk:
     device: str
     name: str
     """The session folder's own name."""
-    motion: Motion
+    motion: PhoneMotion
 
     @classmethod
-    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> Walk:
+    def of(cls, result: SessionResult, trajectory: pl.DataFrame, session: str, building: str) -> SessionWalk:
         """Make it of what ``process`` wrote of a session: its result and its trajectory."""
-        return cls(session, building, result.device, result.session, Motion.of(trajectory))
+        return cls(session, building, result.device, result.session, PhoneMotion.of(trajectory))
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,14 @@ class SessionFingerprints:
 
 
 def fingerprints_of(
-    rows: pl.DataFrame, technology: str, walk: Walk, settings: DatasetSettings, max_sigma_m: float
+    rows: pl.DataFrame, technology: str, walk: SessionWalk, settings: DatasetSettings, max_sigma_m: float
 ) -> SessionFingerprints:
     """Make the fingerprints of a session's labelled readings (:func:`.radio_tables.radio_rows`).
 
     Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
-    A fingerprint's position is the mean of its readings' by certainty (:func:`.positions.mean_position`). With scans,
-    readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay,
-    with their own position, and the scan's position, spread and times are those of the others.
+    A fingerprint's position is the mean of its readings' by certainty (:func:`.radio_tables.mean_position`). With
+    scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay, with
+    their own position, and the scan's position, spread and times are those of the others.
     """
     window_s = settings.window_of(technology)
     heard, findings = _heard(rows, technology)
@@ -132,7 +132,7 @@ def _most_frequent(cause: pl.Expr) -> pl.Expr:
     return code.mode().min()
 
 
-def _finished(table: pl.DataFrame, technology: str, walk: Walk, max_sigma_m: float) -> pl.DataFrame:
+def _finished(table: pl.DataFrame, technology: str, walk: SessionWalk, max_sigma_m: float) -> pl.DataFrame:
     heading, speed = walk.motion.heading_and_speed(table["start_ns"].to_numpy(), table["end_ns"].to_numpy())
     start = session_start(walk.name)
     return table.with_columns(

@@ -18,7 +18,7 @@ from vislam2tag.labeling.schemas import SCHEMAS
 _AGAIN = "run `vislam2tag process` again"
 
 
-class _Run(BaseModel):
+class _RunFile(BaseModel):
     """What ``run.json`` says that matters here."""
 
     program: str
@@ -120,13 +120,13 @@ def open_labelled(root: Path) -> LabelledSurvey:
     )
 
 
-def _run(root: Path) -> _Run:
+def _run(root: Path) -> _RunFile:
     path = root / RUN_FILE
     try:
         content = json.loads(path.read_bytes())
         if not isinstance(content, dict) or content.get("program") != PROGRAM:
             raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
-        return _Run.model_validate(content)
+        return _RunFile.model_validate(content)
     except OSError as error:
         raise DatasetError(
             f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror}) "

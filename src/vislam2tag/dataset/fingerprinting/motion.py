@@ -18,7 +18,7 @@ UNUSABLE = ("duplicate", "invalid")
 
 
 @dataclass(frozen=True)
-class Motion:
+class PhoneMotion:
     """The usable frames of a trajectory (n,), times strictly increasing, with what is summed along them."""
 
     time_ns: IntArray
@@ -34,7 +34,7 @@ class Motion:
     """(k,) labelled way up to each of them, metres."""
 
     @classmethod
-    def of(cls, trajectory: pl.DataFrame) -> Motion:
+    def of(cls, trajectory: pl.DataFrame) -> PhoneMotion:
         """Make it of a session's trajectory as ``process`` wrote it."""
         frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
         time_ns = frames["time_ns"].to_numpy()

@@ -1,1 +1,1 @@
-"""Formats of the field: one file each, found by import, that registers how it is read, written, or both."""
+"""Formats of the field: a module each, or a package with modules for reading and writing, that registers it."""

@@ -18,7 +18,7 @@ from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
-from vislam2tag.dataset.writing.samples import each_labelled, labelled
+from vislam2tag.dataset.writing.labelled_samples import each_labelled, labelled
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"

@@ -17,10 +17,10 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Person, Source
+from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
 from vislam2tag.dataset.reading.archives import folder_of, names_in
-from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide import read_columns, read_matrix
+from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.reading.wide_tables import read_columns, read_matrix
 
 FLOOR_HEIGHT_M = 3.7
 _OFF_FLOOR_M = 0.05
@@ -65,7 +65,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         findings += [*table.findings, *odd]
         first_row += described.height
         context.advance(len(parts))
-    points = Points(pl.concat(rows), pl.concat(heard))
+    points = PointFingerprints(pl.concat(rows), pl.concat(heard))
     elevations_m = {floor: round(FLOOR_HEIGHT_M * floor, 3) for floor in points.rows["floor"].drop_nulls().unique()}
     inputs = {file.name: sha256_of(file) for _, file in sorted(files.items())}
     info = DatasetInfo(
@@ -78,7 +78,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         clock="unix",
         floors=floor_infos(points.rows, elevations_m),
         groupings=(Grouping(technology="wifi", by="scan"),),
-        sources=(Source(kind="tampere", name=path.name, version=__version__, inputs=inputs),),
+        sources=(DatasetSource(kind="tampere", name=path.name, version=__version__, inputs=inputs),),
         findings=tuple(findings),
     )
     return point_dataset(info, points)

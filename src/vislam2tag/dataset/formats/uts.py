@@ -16,10 +16,10 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Source
+from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.dataset.reading.archives import folder_of, names_in
-from vislam2tag.dataset.reading.points import TEST, TRAIN, Points, floor_infos, point_dataset
-from vislam2tag.dataset.reading.wide import WideTable, read_wide
+from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.reading.wide_tables import WideTable, read_wide
 
 _FILES = {"uts_training.csv": TRAIN, "uts_test.csv": TEST}
 _ACCESS_POINT = re.compile(r"W?AP[_ ]?\d+", re.IGNORECASE)
@@ -51,7 +51,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         findings += table.findings
         first_row += table.rows.height
         context.advance(len(files))
-    points = Points(pl.concat(rows), pl.concat(heard))
+    points = PointFingerprints(pl.concat(rows), pl.concat(heard))
     inputs = {file.name: sha256_of(file) for file in files}
     info = DatasetInfo(
         name="uts",
@@ -61,7 +61,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         clock="none",
         floors=floor_infos(points.rows),
         groupings=(Grouping(technology="wifi", by="scan"),),
-        sources=(Source(kind="uts", name=path.name, version=__version__, inputs=inputs),),
+        sources=(DatasetSource(kind="uts", name=path.name, version=__version__, inputs=inputs),),
         findings=tuple(findings),
     )
     return point_dataset(info, points)

@@ -1,1 +1,1 @@
-"""Windows of inertial readings, gravity-aligned, with the way walked in them."""
+"""Windows of inertial readings with the way walked in them: series of sensors, their level frame, the building's."""

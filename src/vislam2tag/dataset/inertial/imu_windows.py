@@ -55,7 +55,7 @@ class ImuWindows:
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _LevelSensors:
     """The sensors of a session in their common level frame."""
 
     accelerometer: SensorSeries
@@ -127,7 +127,7 @@ def _counted(cause: IntArray) -> dict[str, int]:
     return {CAUSES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}
 
 
-def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _Motion | int:
+def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _LevelSensors | int:
     """Return the session's sensors in their level frame, or why there are none."""
     accelerometer = sensor_series(sensors, "ACC", ("v1", "v2", "v3"))
     gyroscope = _gyroscope(sensors)
@@ -140,7 +140,7 @@ def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _Motion | int:
     if any(series.time_ns[-1] < start_ns[0] or series.time_ns[0] > start_ns[-1] for series in used):
         return OTHER_CLOCK
     level = logged_orientation(rotation) if logged else filtered_orientation(accelerometer, gyroscope)
-    return _Motion(accelerometer, gyroscope, rotation if logged else gyroscope, level)
+    return _LevelSensors(accelerometer, gyroscope, rotation if logged else gyroscope, level)
 
 
 def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
@@ -152,7 +152,7 @@ def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
     return SensorSeries(raw.time_ns, raw.values[:, :3] - raw.values[:, 3:], raw.status, raw.floor)
 
 
-def _causes(motion: _Motion, frames: MappedFrames, start_ns: IntArray, settings: ImuWindowSettings) -> IntArray:
+def _causes(motion: _LevelSensors, frames: MappedFrames, start_ns: IntArray, settings: ImuWindowSettings) -> IntArray:
     """Tell for each window (w,) why it is dropped, or FINE."""
     end_ns = start_ns + _length_ns(settings)
     cause = np.full(len(start_ns), FINE, dtype=np.int64)
@@ -163,7 +163,7 @@ def _causes(motion: _Motion, frames: MappedFrames, start_ns: IntArray, settings:
 
 
 def _columns(
-    motion: _Motion, frames: MappedFrames, start_ns: IntArray, turn: ComplexArray, settings: ImuWindowSettings
+    motion: _LevelSensors, frames: MappedFrames, start_ns: IntArray, turn: ComplexArray, settings: ImuWindowSettings
 ) -> dict[str, pl.Series]:
     """Return the columns of the windows that start at these times (w,); ``turn`` (w,) is the level frame's heading."""
     end_ns = start_ns + _length_ns(settings)

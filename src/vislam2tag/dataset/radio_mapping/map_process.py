@@ -52,7 +52,7 @@ class MapKernel(Record):
 
 
 @dataclass(frozen=True)
-class Points:
+class MapPoints:
     """Readings of one access point, those of one square and fold as one where there are many (n points, k readings)."""
 
     position: FloatArray
@@ -72,13 +72,13 @@ class Points:
         return np.bincount(self.of_reading, minlength=len(self.rssi_dbm))
 
 
-def points_of(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most: int) -> Points:
+def map_points(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most: int) -> MapPoints:
     """Take readings (k,) as they are, or average them in squares that double until there are at most ``most``.
 
     So a map costs what its floor is large, not how often it was walked.
     """
     if len(rssi_dbm) <= most:
-        return Points(position, rssi_dbm, fold, np.arange(len(rssi_dbm)), None)
+        return MapPoints(position, rssi_dbm, fold, np.arange(len(rssi_dbm)), None)
     side = _SQUARE_M
     while True:
         keys = np.column_stack((np.floor(position / side).astype(np.int64), fold))
@@ -90,7 +90,7 @@ def points_of(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most: 
     mean = [np.bincount(of_reading, weights=column) / count for column in (*position.T, rssi_dbm)]
     part = np.zeros(len(count), dtype=np.int64)
     part[of_reading] = fold
-    return Points(np.column_stack(mean[:2]), mean[2], part, of_reading, side)
+    return MapPoints(np.column_stack(mean[:2]), mean[2], part, of_reading, side)
 
 
 def fit_kernel(readings: MapReadings, access_points: IntArray) -> MapKernel:
@@ -127,7 +127,7 @@ def _sample(position: FloatArray, rssi_dbm: FloatArray) -> tuple[FloatArray, Flo
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class LeftOutReadings:
     """Readings (k,) predicted from the other folds: error (truth less prediction) and stated deviation, dB."""
 
     error_db: FloatArray
@@ -144,7 +144,7 @@ class MapProcess:
     scale: float
     """Factor of all deviations, by what its own left-out readings say."""
     level_dbm: float
-    left_out: LeftOut
+    left_out: LeftOutReadings
     _process: GaussianProcessRegressor
 
     def at(self, position: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -159,7 +159,7 @@ class MapProcess:
         return mean + self.level_dbm, deviation, self.scale * sigma
 
 
-def fit_process(points: Points, rssi_dbm: FloatArray, kernel: MapKernel, reach_m: float) -> MapProcess:
+def fit_process(points: MapPoints, rssi_dbm: FloatArray, kernel: MapKernel, reach_m: float) -> MapProcess:
     """Fit the map of one access point from its ``points``; ``rssi_dbm`` (k,) are its single readings.
 
     Deviations are set by left-out readings that have a point of another fold within ``reach_m``.
@@ -171,14 +171,14 @@ def fit_process(points: Points, rssi_dbm: FloatArray, kernel: MapKernel, reach_m
     error, sigma, distance = _left_out(points, process, noise)
     each = points.of_reading
     predicted = points.rssi_dbm - error
-    left_out = LeftOut(rssi_dbm - predicted[each], np.hypot(sigma, kernel.noise_db)[each], distance[each])
+    left_out = LeftOutReadings(rssi_dbm - predicted[each], np.hypot(sigma, kernel.noise_db)[each], distance[each])
     ratio = (left_out.error_db / left_out.deviation_db)[left_out.distance_m < reach_m]
     scale = float(np.sqrt((_PRIOR_READINGS + (ratio**2).sum()) / (_PRIOR_READINGS + len(ratio))))
     return MapProcess(kernel, scale, level, replace(left_out, deviation_db=scale * left_out.deviation_db), process)
 
 
 def _left_out(
-    points: Points, process: GaussianProcessRegressor, noise: FloatArray
+    points: MapPoints, process: GaussianProcessRegressor, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Predict each fold from the others, by blocks of the inverse covariance (Rasmussen and Williams 2006, eq. 5.12).
 

@@ -11,9 +11,9 @@ import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.by_session import each_session
-from vislam2tag.dataset.measures.device_offsets import PlaceMeans, device_offsets
-from vislam2tag.dataset.measures.statistics_record import UNKNOWN
+from vislam2tag.dataset.device_offsets import PlaceMeans, device_offsets
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.statistics.record import UNKNOWN
 
 FOLDS = 5
 _PLACE = ("building", "floor", "technology")

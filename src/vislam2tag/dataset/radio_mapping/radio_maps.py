@@ -20,16 +20,16 @@ from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.map_heard import best_width, heard_error, heard_matrix, heard_share
 from vislam2tag.dataset.radio_mapping.map_process import (
-    LeftOut,
+    LeftOutReadings,
     MapKernel,
     MapProcess,
     fit_kernel,
     fit_process,
-    points_of,
+    map_points,
 )
 from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, MapReadings, heard_at, map_readings, offsets_db
 
-Cells: TypeAlias = NDArray[np.float32]
+MapLayer: TypeAlias = NDArray[np.float32]
 _SAMPLE = 12
 """Access points of a floor that set what all its maps share."""
 _MOST_CELLS = 250_000
@@ -62,7 +62,7 @@ class MapErrors(Record):
     """Share of the readings, 0 to 1; 0.68 where deviations are right."""
 
     @classmethod
-    def of(cls, left_out: LeftOut, reach_m: float) -> MapErrors:
+    def of(cls, left_out: LeftOutReadings, reach_m: float) -> MapErrors:
         """Sum up the left-out readings of one map."""
         counted = left_out.distance_m < reach_m
         if not counted.any():
@@ -105,13 +105,13 @@ class FloorMaps:
     heard_width_m: float
     offsets_db: dict[str, float]
     """What was taken off the readings of each device."""
-    mean_dbm: Cells
+    mean_dbm: MapLayer
     """Mean of the readings that are heard, as the mean of all devices hears them."""
-    deviation_db: Cells
+    deviation_db: MapLayer
     """Standard deviation of a single reading there from that mean."""
-    sigma_db: Cells
+    sigma_db: MapLayer
     """Standard deviation of the mean itself."""
-    heard: Cells
+    heard: MapLayer
     """Share of scans that hear it, 0 to 1."""
 
 
@@ -143,7 +143,7 @@ def radio_maps(
         readings = map_readings(dataset, place, {*mapped, *sample}, offsets)
         device_offsets = {device: value for (own, device), value in offsets.items() if own == place.technology}
         order, shared = readings.indices(mapped), readings.indices(sample or mapped)
-        here = _Floor(place, readings, order, shared, names, settings)
+        here = _FloorMapper(place, readings, order, shared, names, settings)
         # The matrices are small, and how many threads add up a sum shows in its last digits.
         with threadpool_limits(limits=1):
             maps = here.maps(device_offsets, lambda: progress(len(wanted)))
@@ -178,7 +178,7 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
 
 
 @dataclass(frozen=True)
-class _Floor:
+class _FloorMapper:
     """One floor's maps in the making."""
 
     place: MapPlace
@@ -212,7 +212,7 @@ class _Floor:
 
     def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
         position, rssi, fold = self.readings.of(index)
-        points = points_of(position, rssi, fold, self.settings.most_points)
+        points = map_points(position, rssi, fold, self.settings.most_points)
         process = fit_process(points, rssi, kernel, self.settings.reach_m)
         return process, points.square_m, _near(centres, position, self.settings.reach_m)
 
@@ -227,7 +227,7 @@ class _Floor:
         return width_m, error, share.T
 
     def _record(
-        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: Cells, brier: float
+        self, index: int, process: MapProcess, square_m: float | None, mean_dbm: MapLayer, brier: float
     ) -> RadioMap:
         bssid = self.readings.bssids[index]
         return RadioMap(

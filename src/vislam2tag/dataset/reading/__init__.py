@@ -1,1 +1,1 @@
-"""What the formats that are read are made of."""
+"""What several formats that are read share: archives, wide tables and points, or walks logged between taps."""

@@ -24,7 +24,7 @@ _ELSE = {"device": "with another phone", "day": "on another day"}
 _MOST = 0.5
 
 
-class Spread(Record):
+class QuantileSummary(Record):
     """Quantiles of the distance or time from each test fingerprint to the nearest that trains."""
 
     p05: float
@@ -43,12 +43,12 @@ class FoldLeakage(Record):
     train: int
     """How many train (of all folds together: the mean)."""
     test: int
-    distance_m: Spread | None
+    distance_m: QuantileSummary | None
     """To the nearest on the same floor; None where no test floor is trained."""
     within_1_m: float
     new_floor: float
     """Share on floors without training."""
-    time_s: Spread | None
+    time_s: QuantileSummary | None
     """To the nearest of the same walk (of the same device where times count from 1970); None: no such."""
     within_5_s: float
     same_walk: float
@@ -149,12 +149,12 @@ def _share(mask: pl.Series) -> float:
     return round(int(mask.sum()) / len(mask), 4)
 
 
-def _spread(values: pl.Series) -> Spread | None:
+def _spread(values: pl.Series) -> QuantileSummary | None:
     known = values.drop_nulls().to_numpy()
     if len(known) == 0:
         return None
     p05, p25, p50, p75, p95 = (round(float(value), 3) for value in np.quantile(known, QUANTILES))
-    return Spread(p05=p05, p25=p25, p50=p50, p75=p75, p95=p95)
+    return QuantileSummary(p05=p05, p25=p25, p50=p50, p75=p75, p95=p95)
 
 
 def _verdict(kind: str, whole: FoldLeakage | None) -> str:

@@ -19,7 +19,7 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.splitting.split_items import rank_of_kind, split_items
 from vislam2tag.settings import SplitSettings
@@ -85,7 +85,6 @@ def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
     return distance
 
 
-TEST, TRAIN = "test", "train"
 _LABELLED = pl.col("labelled")
 _GROUP = pl.col("group")
 _PLACE = ("building", "floor")

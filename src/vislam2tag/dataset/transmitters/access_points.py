@@ -39,7 +39,7 @@ NOMAP = r"(?i)_nomap$"
 
 
 @dataclass(frozen=True)
-class _Tally:
+class _TransmitterCounts:
     """What is counted of each access point; its size follows the access points and their surroundings alone."""
 
     heard: pl.DataFrame
@@ -72,7 +72,7 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
 
     ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
     """
-    tallies: list[_Tally] = []
+    tallies: list[_TransmitterCounts] = []
     for tables in each_session(fingerprints, readings):
         tallies.append(_tally(tables))
         if len(tallies) == _PARTS:
@@ -91,13 +91,13 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
     return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far").sort("bssid"))
 
 
-def _tally(tables: SessionTables) -> _Tally:
+def _tally(tables: SessionTables) -> _TransmitterCounts:
     scans = tables.fingerprints.select("scan_id", "technology", "building")
     readings = tables.readings.join(scans, on="scan_id", how="left").with_columns(
         column=(pl.col("x") // _CELL_M).cast(pl.Int32), row=(pl.col("y") // _CELL_M).cast(pl.Int32)
     )
     strong = readings.filter((pl.col("rssi_dbm") >= STRONG_DBM) & pl.col("x").is_not_null())
-    return _Tally(
+    return _TransmitterCounts(
         readings.group_by("bssid").agg(
             technology=pl.col("technology").min(),
             readings=pl.len().cast(pl.Int64),
@@ -112,13 +112,13 @@ def _tally(tables: SessionTables) -> _Tally:
     )
 
 
-def _sum(tallies: Sequence[_Tally]) -> _Tally:
+def _sum(tallies: Sequence[_TransmitterCounts]) -> _TransmitterCounts:
     def all_of(part: str) -> pl.DataFrame:
         parts: list[pl.DataFrame] = [getattr(tally, part) for tally in tallies]
         return pl.concat(parts)
 
     counts = pl.col("count").sum()
-    return _Tally(
+    return _TransmitterCounts(
         all_of("heard")
         .group_by("bssid")
         .agg(

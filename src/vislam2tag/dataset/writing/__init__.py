@@ -1,1 +1,1 @@
-"""What the formats that are written are made of."""
+"""What several formats that are written share: labelled samples, parts of a split, and what is left out."""

@@ -1,1 +1,1 @@
-"""From labels to data sets, and from data sets to other formats and maps."""
+"""From labels (sources, sessions, build, finish) or others' files to data sets; from these to formats and maps."""

@@ -14,9 +14,9 @@ from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.description import Description, described
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
-from vislam2tag.dataset.measures.statistics_record import FieldWork
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.dataset.transmitters.merged_radios import merged_radios
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy

@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
+from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.measures.coverage import CoverageSettings, Place
-from vislam2tag.dataset.measures.coverage_record import CoverageRecord, floor_record
-from vislam2tag.dataset.measures.statistics import dataset_statistics
-from vislam2tag.dataset.measures.table_3 import Table3, csv_text, latex_text, markdown_text
+from vislam2tag.dataset.model import Storey
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
+from vislam2tag.dataset.statistics.table_3 import Table3, csv_text, latex_text, markdown_text
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.run.store import claim
@@ -31,7 +32,7 @@ def make_dataset_figures(
     root: Path,
     out: Path,
     settings: CoverageSettings | None = None,
-    starts: Mapping[Place, tuple[float, float]] | None = None,
+    starts: Mapping[Storey, tuple[float, float]] | None = None,
     progress: Progress = lambda _stem: None,
 ) -> CoverageRecord:
     """Write a data set's figures (SVG, PDF), Table III (CSV, Markdown, LaTeX) and ``coverage.json`` into ``out``.
@@ -45,7 +46,7 @@ def make_dataset_figures(
     statistics = dataset_statistics(dataset)
     technology = statistics.main[0] if statistics.main else "wifi"
     floors = covered_floors(dataset, technology, settings, starts)
-    _refuse_unknown(starts, {floor.coverage.place for floor in floors})
+    _refuse_unknown(starts, {floor.coverage.storey for floor in floors})
     record = CoverageRecord(
         settings=settings,
         technology=technology,
@@ -65,16 +66,16 @@ def make_dataset_figures(
     return record
 
 
-def _refuse_unknown(starts: Mapping[Place, tuple[float, float]], places: set[Place]) -> None:
-    for place in starts:
-        if place not in places:
-            there = ", ".join(place_text(one) for one in sorted(places)) or "none"
-            raise UsageError(f"--start {place_text(place)}: no label lies on this floor; floors with labels: {there}")
+def _refuse_unknown(starts: Mapping[Storey, tuple[float, float]], storeys: set[Storey]) -> None:
+    for storey in starts:
+        if storey not in storeys:
+            there = ", ".join(storey_text(one) for one in sorted(storeys)) or "none"
+            raise UsageError(f"--start {storey_text(storey)}: no label lies on this floor; floors with labels: {there}")
 
 
-def place_text(place: Place) -> str:
+def storey_text(storey: Storey) -> str:
     """``BUILDING/FLOOR``, or the floor's number alone."""
-    building, number = place
+    building, number = storey
     return f"{building}/{number}" if building else str(number)
 
 

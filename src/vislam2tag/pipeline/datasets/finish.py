@@ -11,10 +11,10 @@ from pathlib import Path
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
-from vislam2tag.dataset.measures.statistics import dataset_statistics
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics, FieldWork
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
 from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
+from vislam2tag.dataset.statistics.record import DatasetStatistics, FieldWork
 from vislam2tag.report.pages.dataset_page import dataset_page
 
 STATISTICS_FILE = "statistics.json"

@@ -11,8 +11,7 @@ from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_rec
 from vislam2tag.dataset.comparing.changes import CELL_M, Changes, survey_changes
 from vislam2tag.dataset.comparing.joining import join_datasets
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
-from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.model import Dataset, DatasetInfo
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset
@@ -58,7 +57,7 @@ def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Path) -> None:
     """Draw the floors of each technology that both surveys have labelled fingerprints of."""
     for one in changes:
         keys = one.places.select(pl.col("building").fill_null(""), "floor").unique().sort("building", "floor").rows()
-        floors = [ChangedFloor(_title(*key), key[0], floor_of(dataset, *key)) for key in keys]
+        floors = [ChangedFloor(_title(*key), key[0], dataset.site_floor(Storey(*key))) for key in keys]
         if floors:
             figure = change_map(floors, one)
             for kind in _KINDS:

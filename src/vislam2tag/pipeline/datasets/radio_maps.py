@@ -11,8 +11,7 @@ from vislam2tag import __version__
 from vislam2tag.common.records import Record
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
-from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
@@ -91,7 +90,7 @@ def write_radio_maps(
         for maps in radio_maps(dataset, settings, access_points, progress):
             index = _write_floor(folder, dataset, maps)
             floors.append(index)
-            floor = floor_of(dataset, maps.place.building, maps.place.floor)
+            floor = dataset.site_floor(Storey(maps.place.building, maps.place.floor))
             files = [one.geotiff for one in index.access_points]
             shown.append(MapFloor.of(maps, floor, Path(index.npz).stem, files))
         write_radio_map_page(folder / PAGE_FILE, dataset.info.title or dataset.info.name, shown)
@@ -150,7 +149,7 @@ def _write_arrays(path: Path, maps: FloorMaps) -> None:
 
 def _write_figures(folder: Path, stem: str, dataset: Dataset, maps: FloorMaps) -> None:
     folder.mkdir(exist_ok=True)
-    floor = floor_of(dataset, maps.place.building, maps.place.floor)
+    floor = dataset.site_floor(Storey(maps.place.building, maps.place.floor))
     sheet, most_heard = contact_sheet(maps, floor), access_point_map(maps, floor, 0)
     for kind in ("png", "pdf"):
         (folder / f"{stem}.{kind}").write_bytes(rendered(sheet, kind))

@@ -11,7 +11,7 @@ import polars as pl
 from vislam2tag.common.findings import Finding, Severity, pooled
 from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, Walk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, SessionWalk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, radio_rows
@@ -59,7 +59,7 @@ def build_session(job: SessionJob) -> SessionOutcome:
     """Build one session's parts of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
     result = job.labelled.result()
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
-    walk = Walk.of(result, trajectory, job.session, job.building)
+    walk = SessionWalk.of(result, trajectory, job.session, job.building)
     made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name)}
     fingerprints = _write_radio(job, list(made.values()))
     _write(job, SESSIONS, _session_row(job, result, walk, fingerprints))
@@ -73,7 +73,7 @@ def build_session(job: SessionJob) -> SessionOutcome:
     return SessionOutcome(job.session, result.device, result.error, heard, tuple(findings))
 
 
-def _radio(job: SessionJob, walk: Walk, technology: str) -> SessionFingerprints:
+def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFingerprints:
     rows = radio_rows(job.labelled.table(technology, SCHEMAS[technology]), technology)
     return fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
 
@@ -122,7 +122,7 @@ def _unknown_columns(labelled: LabelledSession) -> list[Finding]:
     ]
 
 
-def _session_row(job: SessionJob, result: SessionResult, walk: Walk, fingerprints: int) -> pl.DataFrame:
+def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fingerprints: int) -> pl.DataFrame:
     seconds = result.frame_seconds
     return in_schema(
         SESSIONS,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
-from vislam2tag.dataset.model import FloorInfo, Source
+from vislam2tag.dataset.model import DatasetSource, FloorInfo
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord
 from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.discover import read_site
@@ -29,10 +29,10 @@ class LabelledSource:
     named: Path
     """The folder that was asked for: the labels, or the survey that they were made of on the way."""
 
-    def record(self, settings: DatasetSettings) -> Source:
+    def record(self, settings: DatasetSettings) -> DatasetSource:
         """What the manifest keeps of it."""
         run = self.labelled.root / RUN_FILE
-        return Source(
+        return DatasetSource(
             kind="process",
             name=self.labelled.survey,
             version=self.labelled.version,

@@ -10,11 +10,11 @@ from pathlib import Path
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.folder import write_dataset
-from vislam2tag.dataset.measures.statistics import dataset_statistics
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.dataset.splitting.splits import standard_splits
+from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
+from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process

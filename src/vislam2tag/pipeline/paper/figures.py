@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
-from vislam2tag.dataset.measures.table_3 import PAPER_FINGERPRINTS
+from vislam2tag.dataset.statistics.record import DatasetStatistics
+from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS
 from vislam2tag.evaluation.error_curves import error_curve
 from vislam2tag.evaluation.measuring import measured, sure_frames
 from vislam2tag.evaluation.paper.station import station_settings

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
-from vislam2tag.dataset.measures import table_3
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
-from vislam2tag.dataset.measures.table_3 import PAPER_FINGERPRINTS, Table3
+from vislam2tag.dataset.statistics import table_3
+from vislam2tag.dataset.statistics.record import DatasetStatistics
+from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS, Table3
 from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdown_text, walks_csv
 from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares

@@ -1,1 +1,1 @@
-"""From data sets to positioning models, and from scans to positions."""
+"""From data sets to positioning models (train), from scans to positions (locate), and models compared."""

@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from vislam2tag.common.table_files import read_parquet
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.figures.positioning_figures import (
     ErrorFloor,
     calibration,
@@ -88,7 +87,7 @@ def _confusion(tables: Mapping[str, pl.DataFrame]) -> tuple[list[str], dict[str,
 def _floors(dataset: Dataset, table: pl.DataFrame) -> Sequence[ErrorFloor]:
     groups = table.partition_by("building", "floor", as_dict=True)
     return [
-        ErrorFloor(_title(str(building), int(floor)), floor_of(dataset, str(building), int(floor)), part)
+        ErrorFloor(_title(str(building), int(floor)), dataset.site_floor(Storey(str(building), int(floor))), part)
         for (building, floor), part in sorted(groups.items())
     ]
 

@@ -13,6 +13,7 @@ from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
+from vislam2tag.survey.names import floor_number
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.plans.placing import NO_SCALE
 from vislam2tag.survey.plans.source import Extent, PlanSource
@@ -43,8 +44,6 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
 
     ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
     """
-    from vislam2tag.dataset.reading.ilc20_site import floor_number  # all else of a site does without data sets
-
     path = folder / INFO
     try:
         extent = json.loads(path.read_bytes())["map_info"]

@@ -12,9 +12,9 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
 from vislam2tag.dataset.folder import dataset_folder, open_dataset, sha256_of
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics, FieldWork
-from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Source
+from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.dataset.statistics.record import DatasetStatistics, FieldWork
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, finish_dataset
 from vislam2tag.pipeline.datasets.sources import plan_path
@@ -127,7 +127,7 @@ def _changed(dataset: Dataset, name: str, changes: Mapping[int, FrameChange], bu
 def _info(
     info: DatasetInfo, floors: tuple[FloorInfo, ...], changes: FrameChanges, building: str, new_site: Path
 ) -> DatasetInfo:
-    source = Source(
+    source = DatasetSource(
         kind=REBASE,
         name=new_site.resolve().name,
         version=__version__,

@@ -1,1 +1,1 @@
-"""What the baseline models are made of: votes, trees, level maps."""
+"""What the baseline models are made of: votes of training scans, trees as arrays, maps of levels by cell."""

@@ -1,1 +1,1 @@
-"""Positioning models compared: protocol -> record -> rows -> text, the paper's Table IV."""
+"""Models compared: the protocol's runs -> records and predictions -> rows over seeds -> text, the paper's Table IV."""

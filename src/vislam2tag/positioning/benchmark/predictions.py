@@ -8,7 +8,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces, Storey
+from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import TextArray
 
 PREDICTIONS = {

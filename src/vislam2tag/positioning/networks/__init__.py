@@ -1,1 +1,1 @@
-"""Neural networks: training, devices, and the modules that answer. All of it needs the extra ``models`` (PyTorch)."""
+"""Neural networks of the paper: layers, the training loop, what a network answers. Needs the extra ``models``."""

@@ -1,1 +1,1 @@
-"""What models learn from: radio scans, their places, files of scans and tracks."""
+"""What models learn from: radio scans and their places, what is held out, and files of scans and tracks."""

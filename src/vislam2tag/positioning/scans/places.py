@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows
-
-
-class Storey(NamedTuple):
-    """A floor of a building."""
-
-    building: str
-    floor: int
 
 
 @dataclass(frozen=True)

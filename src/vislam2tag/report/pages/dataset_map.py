@@ -11,11 +11,10 @@ import plotly.graph_objects as go
 import polars as pl
 
 from vislam2tag.core.status import Status
-from vislam2tag.dataset.measures.coverage import FloorCoverage
-from vislam2tag.dataset.measures.floor_plan import floor_of
-from vislam2tag.dataset.measures.gap_walk import GapWalk, gap_walks
-from vislam2tag.dataset.measures.statistics_record import UNKNOWN
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
+from vislam2tag.dataset.coverage.gap_walk import GapWalk, gap_walks
+from vislam2tag.dataset.model import Dataset, Storey
+from vislam2tag.dataset.statistics.record import UNKNOWN
 from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout, placed_plan
 from vislam2tag.report.floor_map.layers import Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
@@ -73,8 +72,8 @@ class FloorMap:
 
 def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colours: dict[str, str]) -> FloorMap:
     """Draw one floor; ``colours`` by device, grey where a device has none."""
-    building, number = coverage.place
-    floor = floor_of(dataset, building, number)
+    building, number = coverage.storey
+    floor = dataset.site_floor(Storey(building, number))
     plan, note = drawn_plan(floor)
     walks = gap_walks(coverage)
     points, labelled = _points(dataset, technology, coverage)
@@ -103,7 +102,7 @@ def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colour
 
 def _points(dataset: Dataset, technology: str, coverage: FloorCoverage) -> tuple[pl.DataFrame, int]:
     """Labelled fingerprints of a floor, thinned evenly, and how many there are."""
-    building, number = coverage.place
+    building, number = coverage.storey
     here = dataset.fingerprints.filter(
         (pl.col("technology") == technology)
         & (pl.col("status") == Status.OK.label)

@@ -10,11 +10,11 @@ import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
-from vislam2tag.dataset.measures.coverage import CoverageSettings, coverage
-from vislam2tag.dataset.measures.statistics_record import DatasetStatistics
-from vislam2tag.dataset.measures.table_3 import TITLE, Table3
+from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings, coverage
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
+from vislam2tag.dataset.statistics.record import DatasetStatistics
+from vislam2tag.dataset.statistics.table_3 import TITLE, Table3
 from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.page import page_text
 from vislam2tag.report.pages.dataset_charts import charts

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import __version__
-from vislam2tag.dataset.measures.table_3 import TITLE, Table3
+from vislam2tag.dataset.statistics.table_3 import TITLE, Table3
 from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4

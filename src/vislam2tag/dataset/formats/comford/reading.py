@@ -1,0 +1,166 @@
+"""Reading COMFORD's three files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.table_files import read_csv
+from vislam2tag.dataset.folder import sha256_of
+from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
+from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
+from vislam2tag.dataset.reading.archives import folder_of, names_in
+from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+
+FOLDER = "intermediate"
+"""Where the package looks for the three files below a data set's root."""
+UNKNOWN = "None"
+SETS = {TRAIN: "training", TEST: "testing"}
+SAMPLES = (
+    "sample_id",
+    "x",
+    "y",
+    "z",
+    "timestamp",
+    "set",
+    "floor",
+    "building",
+    "device",
+    "user",
+    "config",
+    "orientation",
+)
+RSSI = ("sample_id", "rssi", "ap_id", "channel/freq")
+APS = ("ap_id", "technology", "x", "y", "z")
+FILES: Mapping[str, tuple[str, ...]] = {"Samples.csv": SAMPLES, "RSSI.csv": RSSI, "APs.csv": APS}
+TECHNOLOGIES = {"wifi": "WiFi", "ble": "BLE"}
+IMPORT_HELP = "COMFORD: folder or archive with Samples.csv, RSSI.csv and APs.csv"
+_OUR_ID = r"^(.+)/[a-z]+/\d{6}$"
+"""Ids that this program writes begin with the walk."""
+_VALIDATION = "validation"
+"""Read as a test set: the package gives it to data sets whose test set is called so."""
+
+
+def recognises(path: Path) -> bool:
+    """Whether the three files are there."""
+    return set(FILES) <= {name.name for name in names_in(path)}
+
+
+def read(path: Path, context: ImportContext) -> Dataset:
+    """Read the three files; a device's samples of a day are a session, unless the ids name the walk as ours do.
+
+    Raises DatasetError where a file lacks a column, or a sample its position.
+    """
+    folder = folder_of(path, context.scratch)
+    files = {name: _file(path, folder, name) for name in FILES}
+    samples, rssi, aps = (_table(file, FILES[name]) for name, file in files.items())
+    rows = _rows(files["Samples.csv"], samples, _technologies(rssi, aps))
+    heard = _heard(files["RSSI.csv"], rssi, rows)
+    info = DatasetInfo(
+        name=path.stem,
+        frame="as the files have it, metres",
+        clock="unix" if rows["time_ns"].count() else "none",
+        floors=floor_infos(rows),
+        groupings=tuple(Grouping(technology=name, by="scan") for name in rows["technology"].unique().sort()),
+        sources=(
+            DatasetSource(
+                kind="comford",
+                name=path.name,
+                version=__version__,
+                inputs={name: sha256_of(file) for name, file in files.items()},
+            ),
+        ),
+        findings=_orphans(rssi.height - heard.height),
+    )
+    return point_dataset(info, PointFingerprints(rows.drop("sample_id"), heard))
+
+
+def _file(path: Path, folder: Path, name: str) -> Path:
+    found = sorted(file for file in folder.rglob("*") if file.name == name)
+    if len(found) != 1:
+        raise DatasetError(f"{path}: holds {len(found)} files {name}, expected one")
+    return found[0]
+
+
+def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
+    """Read a file as text by the positions that the package uses, whatever its header calls the columns."""
+    try:
+        table = read_csv(file, separator=";", infer_schema=False, null_values=[UNKNOWN, ""])
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise DatasetError(f"{file}: cannot be read ({first_line(error)})") from error
+    if table.width < len(columns):
+        raise DatasetError(f"{file}: line 1 has {table.width} columns; expected {', '.join(columns)}")
+    return table.select(table.columns[: len(columns)]).rename(dict(zip(table.columns, columns, strict=False)))
+
+
+def _technologies(rssi: pl.DataFrame, aps: pl.DataFrame) -> pl.DataFrame:
+    """The technology of each sample: that of what was heard."""
+    ours = {theirs: name for name, theirs in TECHNOLOGIES.items()}
+    named = aps.select("ap_id", pl.col("technology").replace(ours).str.to_lowercase())
+    joined = rssi.select("sample_id", "ap_id").join(named, on="ap_id", how="left")
+    return joined.group_by("sample_id").agg(pl.col("technology").drop_nulls().min())
+
+
+def _rows(file: Path, samples: pl.DataFrame, technologies: pl.DataFrame) -> pl.DataFrame:
+    seconds, rest = pl.col("timestamp").str.extract(r"^(\d+)"), pl.col("timestamp").str.extract(r"^\d+\.(\d{1,9})")
+    time_ns = seconds.cast(pl.Int64, strict=False) * 1_000_000_000 + rest.str.pad_end(9, "0").cast(pl.Int64).fill_null(
+        0
+    )
+    rows = samples.with_row_index("row").join(technologies, on="sample_id", how="left", maintain_order="left")
+    typed = rows.select(
+        pl.col("row").cast(pl.Int64),
+        "sample_id",
+        pl.col("technology").fill_null("wifi"),
+        pl.col("x", "y", "z").cast(pl.Float64, strict=False),
+        pl.col("floor").cast(pl.Float64, strict=False).cast(pl.Int32, strict=False),
+        "building",
+        "device",
+        "user",
+        time_ns=time_ns,
+        heading_deg=pl.col("orientation").cast(pl.Float64, strict=False),
+        part=_part(samples["set"]),
+    ).with_columns(date=pl.from_epoch("time_ns", time_unit="ns").dt.date())
+    wrong = typed.filter(pl.any_horizontal(pl.col("x", "y", "floor").is_null()))
+    if wrong.height:
+        raise DatasetError(
+            f"{file}: line {wrong['row'][0] + 2}: x, y and floor must be numbers; a sample without them has no place"
+        )
+    together = pl.concat_str("device", "user", pl.col("date").cast(pl.String), separator=".", ignore_nulls=True)
+    return typed.with_columns(session=pl.coalesce(pl.col("sample_id").str.extract(_OUR_ID), together))
+
+
+def _part(sets: pl.Series) -> pl.Series:
+    """``train`` and ``test``; a validation set tests where there is no test set, else it is in neither part."""
+    named = {SETS[TRAIN]: TRAIN, "train": TRAIN, SETS[TEST]: TEST, "test": TEST}
+    part = sets.replace_strict(named, default=None, return_dtype=pl.String)
+    if TEST not in part:
+        part = sets.replace_strict(named | {_VALIDATION: TEST}, default=None, return_dtype=pl.String)
+    return part if part.n_unique() > 1 else pl.repeat(None, len(part), dtype=pl.String, eager=True)
+
+
+def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> pl.DataFrame:
+    typed = rssi.with_row_index("line", offset=2).with_columns(rssi_dbm=pl.col("rssi").cast(pl.Float32, strict=False))
+    wrong = typed.filter(pl.any_horizontal(pl.col("rssi_dbm", "ap_id").is_null()))
+    if wrong.height:
+        raise DatasetError(f"{file}: line {wrong['line'][0]}: rssi must be a number and ap_id be there")
+    return typed.join(rows.select("row", "sample_id"), on="sample_id", maintain_order="left").select(
+        "row",
+        pl.col("ap_id").alias("bssid"),
+        "rssi_dbm",
+        pl.col("channel/freq").cast(pl.Float32, strict=False).alias("frequency_mhz"),
+    )
+
+
+def _orphans(count: int) -> tuple[Finding, ...]:
+    if not count:
+        return ()
+    message = "levels of samples that Samples.csv does not have are left out"
+    return (Finding(kind="unknown_samples", file="RSSI.csv", count=count, message=message),)
+
+
+READS = ImportFormat("comford", read, IMPORT_HELP, recognises)

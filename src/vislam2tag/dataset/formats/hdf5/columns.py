@@ -1,0 +1,145 @@
+"""Columns of a table as data sets of an HDF5 group, filled piece by piece."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from vislam2tag.dataset.model import Split
+from vislam2tag.dataset.schema import UNITS
+
+UNKNOWN_NUMBER = -1
+"""Stands for a name or time that is not known."""
+_CHUNK_CELLS = 65_536
+_GZIP = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+
+
+@dataclass(frozen=True)
+class Hdf5Column:
+    """One data set of a group: how it is made of rows of the table."""
+
+    name: str
+    kind: npt.DTypeLike
+    values: Callable[[pl.DataFrame], Any]
+    """Makes the array (rows, *tail)."""
+    tail: tuple[int, ...] = ()
+    """Shape of one row."""
+    unit: str | None = None
+    meaning: str | None = None
+
+
+def floats(*names: str) -> list[Hdf5Column]:
+    """Columns of numbers; NaN where not known."""
+    return [Hdf5Column(name, np.float64, partial(_known, name=name), unit=UNITS.get(name)) for name in names]
+
+
+def together(name: str, parts: Sequence[str], unit: str) -> Hdf5Column:
+    """Several columns of numbers side by side."""
+    return Hdf5Column(
+        name,
+        np.float64,
+        lambda rows: np.column_stack([_known(rows, part) for part in parts]),
+        (len(parts),),
+        unit,
+        ", ".join(parts),
+    )
+
+
+def whole(name: str, kind: npt.DTypeLike) -> Hdf5Column:
+    """A column of whole numbers."""
+    return Hdf5Column(
+        name,
+        kind,
+        lambda rows: rows[name].fill_null(UNKNOWN_NUMBER).to_numpy(),
+        unit="ns" if name[-3:] == "_ns" else None,
+    )
+
+
+def texts(name: str) -> Hdf5Column:
+    """A column of different texts."""
+    return Hdf5Column(name, h5py.string_dtype(), lambda rows: rows[name].to_list())
+
+
+def named(table: pl.LazyFrame, name: str) -> tuple[Hdf5Column, pl.Series]:
+    """A column of numbers that stand for names, and the names."""
+    words = table.select(pl.col(name).drop_nulls().unique()).collect(engine="streaming")[name].sort()
+    numbered = pl.DataFrame({"word": words}).with_row_index("number")
+
+    def numbers(rows: pl.DataFrame) -> Any:
+        found = pl.DataFrame({"word": rows[name]}).join(numbered, on="word", how="left", maintain_order="left")
+        return found["number"].cast(pl.Int32).fill_null(UNKNOWN_NUMBER).to_numpy()
+
+    meaning = f"row of vocabularies/{name}; {UNKNOWN_NUMBER}: not known"
+    return Hdf5Column(name, np.int32, numbers, meaning=meaning), words
+
+
+def _known(rows: pl.DataFrame, name: str) -> Any:
+    return rows[name].fill_null(float("nan")).to_numpy()
+
+
+class Hdf5Table:
+    """The data sets of a group, filled from the front."""
+
+    def __init__(
+        self, group: h5py.Group, count: int, columns: Iterable[Hdf5Column], vocabularies: Mapping[str, pl.Series]
+    ) -> None:
+        self._group, self._columns, self._at = group, tuple(columns), 0
+        for column in self._columns:
+            _create(group, count, column)
+        for name, words in vocabularies.items():
+            write_texts(group, f"vocabularies/{name}", words)
+
+    def add(self, rows: pl.DataFrame) -> None:
+        """Write the next rows of every column."""
+        span = slice(self._at, self._at + rows.height)
+        for column in self._columns:
+            self._group[column.name][span] = column.values(rows)
+        self._at += rows.height
+
+
+def _create(group: h5py.Group, count: int, column: Hdf5Column) -> None:
+    size = int(np.prod(column.tail, dtype=np.int64))
+    packed = count > 0 and size > 0 and column.kind != h5py.string_dtype()
+    height = max(1, min(count, _CHUNK_CELLS // max(1, size)))
+    made = group.create_dataset(
+        column.name,
+        (count, *column.tail),
+        column.kind,
+        chunks=(height, *column.tail) if packed else None,
+        **(_GZIP if packed else {}),
+    )
+    for name in ("unit", "meaning"):
+        if text := getattr(column, name):
+            made.attrs[name] = text
+
+
+def write_texts(group: h5py.Group, name: str, words: Iterable[str]) -> None:
+    """Write a list of texts."""
+    group.create_dataset(name, data=list(words), dtype=h5py.string_dtype())
+
+
+def write_splits(group: h5py.Group, splits: Mapping[str, Split], ids: pl.Series) -> None:
+    """Write ``splits/NAME/fold_N/train`` and ``test``: row numbers; rows in neither part are in none.
+
+    ``ids`` are those of the group's rows, in order; splits that know none of them are left out.
+    """
+    numbered = pl.DataFrame({"id": ids}).with_row_index("row")
+    for name, split in splits.items():
+        if not split.groups["id"].is_in(ids.implode()).any():
+            continue
+        own = group.create_group(f"splits/{name}", track_order=True)
+        own.attrs["kind"] = split.info.kind
+        for number, fold in enumerate(split.info.folds):
+            # A fold's name may hold a slash, which would make a further group of it.
+            each = own.create_group(f"fold_{number}", track_order=True)
+            each.attrs["name"] = fold.name
+            for part, members in zip(("train", "test"), split.parts(fold), strict=True):
+                rows = numbered.join(pl.DataFrame({"id": members}), on="id", how="semi", maintain_order="left")["row"]
+                each.create_dataset(part, data=rows.cast(pl.Int64).to_numpy())

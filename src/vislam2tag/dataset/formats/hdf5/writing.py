@@ -1,0 +1,113 @@
+"""HDF5 matrices for training (docs/datasets.md): what was heard, where, and the parts of every split, by technology.
+
+Windows of inertial and magnetic readings stand beside, with the same splits.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import polars as pl
+
+from vislam2tag import __version__
+from vislam2tag.common.findings import Finding
+from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
+from vislam2tag.dataset.formats.hdf5.columns import (
+    Hdf5Column,
+    Hdf5Table,
+    floats,
+    named,
+    texts,
+    together,
+    whole,
+    write_splits,
+    write_texts,
+)
+from vislam2tag.dataset.formats.hdf5.windows import write_imu_windows, write_magnetic
+from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
+from vislam2tag.dataset.writing.labelled_samples import MatrixLosses, each_labelled, labelled, matrices
+from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
+
+FILE = "fingerprints.h5"
+NOT_HEARD_DBM = -110.0
+"""Below what any phone reports, and near enough for a network: 0 or 100 would stand far off."""
+_LEVELS = "levels"
+_NAMES = ("building", "device", "user", "session")
+_FLOATS = ("z", "sigma", "heading_deg", "speed_m_s")
+HOLDS = {
+    SET: (SPLITS, ONE_SPLIT),
+    "fingerprints": (
+        "scan_id",
+        "technology",
+        "x",
+        "y",
+        "floor",
+        *_FLOATS,
+        *_NAMES,
+        "start_ns",
+        "end_ns",
+    ),
+    "readings": ("scan_id", "bssid", "rssi_dbm"),
+    "access_points": ("bssid", "technology", "ssid", "frequency_mhz"),
+    "sessions": ("session", "building", "device", "user"),
+    IMU_WINDOWS: tuple(SCHEMAS[IMU_WINDOWS]),
+    MAGNETIC: tuple(SCHEMAS[MAGNETIC]),
+}
+EXPORT_HELP = f"{FILE}: matrix of levels, positions, floors, devices and the parts of every split, for training"
+
+
+def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
+    """Write ``fingerprints.h5`` with a group for each technology, piece by piece.
+
+    Raises DatasetError where no fingerprint has a position.
+    """
+    fingerprints, findings = labelled(dataset)
+    kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
+    found = list(findings)
+    with h5py.File(folder / FILE, "w", track_order=True) as file:
+        info = dataset.info
+        file.attrs.update({"name": info.name, "title": info.title, "frame": info.frame, "clock": info.clock})
+        file.attrs["version"] = __version__
+        for kind in kinds:
+            own = fingerprints.filter(pl.col("technology") == kind)
+            found += _technology(file.create_group(kind, track_order=True), dataset, own, kind, context)
+        write_imu_windows(file, dataset)
+        write_magnetic(file, dataset)
+    return tuple(found)
+
+
+def _technology(
+    group: h5py.Group, dataset: Dataset, fingerprints: pl.LazyFrame, kind: str, context: ExportContext
+) -> tuple[Finding, ...]:
+    transmitters = dataset.access_points.filter(pl.col("technology") == kind).collect()
+    ids = fingerprints.select("scan_id").collect(engine="streaming")["scan_id"]
+    names = {name: named(fingerprints, name) for name in _NAMES}
+    levels = Hdf5Column("X", np.float32, lambda rows: rows[_LEVELS].to_numpy(), (transmitters.height,), "dBm")
+    columns = [
+        levels,
+        together("y", ("x", "y"), "m, BCS"),
+        whole("floor", np.int32),
+        *floats(*_FLOATS),
+        *(column for column, _ in names.values()),
+        whole("start_ns", np.int64),
+        whole("end_ns", np.int64),
+        texts("scan_id"),
+    ]
+    filling = Hdf5Table(group, len(ids), columns, {name: words for name, (_, words) in names.items()})
+    group["X"].attrs["not_heard"] = NOT_HEARD_DBM
+    write_texts(group, "access_points/bssid", transmitters["bssid"])
+    write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
+    group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
+    losses = MatrixLosses(NOT_HEARD_DBM)
+    for tables in each_labelled(dataset, fingerprints, context.advance):
+        losses.add(tables.readings)
+        for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
+            filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))
+    write_splits(group, dataset.splits, ids)
+    return losses.findings
+
+
+WRITES = ExportFormat("hdf5", EXPORT_HELP, HOLDS, write=write)

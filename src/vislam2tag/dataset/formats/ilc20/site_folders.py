@@ -1,0 +1,129 @@
+"""Folders of the Indoor Location Competition 2.0: traces by site and floor, plans, names of floors to numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.dataset.model import FloorInfo, Storey
+from vislam2tag.survey.names import floor_number, unique_slugs
+
+TRACES = "path_data_files"
+INFO = "floor_info.json"
+PLAN = "floor_image.png"
+
+
+@dataclass(frozen=True)
+class TraceRef:
+    """A trace file and where its folders say that it was walked."""
+
+    path: Path
+    place: Storey
+    floor_name: str
+    slug: str
+
+
+@dataclass(frozen=True)
+class Ilc20Sites:
+    """What lies below a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
+
+    traces: tuple[TraceRef, ...]
+    floors: tuple[FloorInfo, ...]
+    plans: dict[str, Path]
+    findings: tuple[Finding, ...]
+
+
+def is_trace_path(parts: Sequence[str]) -> bool:
+    """Whether a path (by its parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
+    return len(parts) >= 2 and parts[-1].endswith(".txt") and _floor_folder(parts) is not None
+
+
+def find_sites(root: Path) -> Ilc20Sites:
+    """Look for traces below a folder; one that is a floor's or a site's own folder will do.
+
+    Traces lie in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR`` itself, ``floor_info.json`` and the plan in
+    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError where there is no trace.
+    """
+    root = root.resolve()
+    found, left_out = [], []
+    for path in sorted(root.rglob("*.txt")):
+        folder = _folder_of(path)
+        if folder is None:
+            continue
+        number = floor_number(folder.name)
+        if number is None:
+            left_out.append(path)
+        else:
+            found.append((path, Storey(folder.parent.name, number), folder.name))
+    if not found:
+        raise DatasetError(
+            f"{root}: holds no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors called F1, B1, L2 ..."
+        )
+    names = [".".join((place.building, floor, path.stem)) for path, place, floor in found]
+    refs = [TraceRef(*each, slug) for each, slug in zip(found, unique_slugs(names), strict=True)]
+    floors, plans, odd = _floors(root, sorted({(ref.place, ref.floor_name) for ref in refs}))
+    findings = (*_unnumbered(root, left_out), *odd)
+    return Ilc20Sites(tuple(sorted(refs, key=lambda ref: ref.slug)), floors, plans, findings)
+
+
+def _folder_of(trace: Path) -> Path | None:
+    """The floor's folder of a trace file; None where its folders are not named so."""
+    parts = _floor_folder(trace.parts)
+    return None if parts is None else Path(*parts)
+
+
+def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
+    own = parts[:-1]
+    if own and own[-1] == TRACES:
+        return own[:-1]
+    looks_like_a_floor = own and (floor_number(own[-1]) is not None)
+    return own if looks_like_a_floor else None
+
+
+def _floors(
+    root: Path, named: Sequence[tuple[Storey, str]]
+) -> tuple[tuple[FloorInfo, ...], dict[str, Path], list[Finding]]:
+    described = {(path.parent.parent.name, path.parent.name): path for path in sorted(root.rglob(INFO))}
+    infos: dict[Storey, FloorInfo] = {}
+    plans: dict[str, Path] = {}
+    findings = []
+    for place, name in named:
+        path = described.get((place.building, name))
+        if path is None:
+            message = f"floor {name} of {place.building} has no {INFO}: its extent is not known"
+            findings.append(Finding(kind="no_floor_info", file=f"{place.building}/{name}", count=1, message=message))
+        width_m, height_m = (None, None) if path is None else _extent(path)
+        plan = None
+        if path is not None and (path.parent / PLAN).is_file():
+            plan = f"plans/{unique_slugs([place.building])[0]}.floor_{place.floor}.png"
+            plans[plan] = path.parent / PLAN
+        infos[place] = FloorInfo(
+            building=place.building, number=place.floor, name=name, width_m=width_m, height_m=height_m, plan=plan
+        )
+    return tuple(infos[place] for place in sorted(infos)), plans, findings
+
+
+def _extent(path: Path) -> tuple[float, float]:
+    try:
+        extent = json.loads(path.read_bytes())["map_info"]
+        return float(extent["width"]), float(extent["height"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DatasetError(
+            f'{path}: cannot be read; expected {{"map_info": {{"width": ..., "height": ...}}}}'
+        ) from error
+
+
+def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
+    if not left_out:
+        return []
+    names = sorted({folder.name for path in left_out if (folder := _folder_of(path)) is not None})
+    message = (
+        f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
+        "F1, F2, ... or B1, ..."
+    )
+    first = left_out[0].relative_to(root).as_posix()
+    return [Finding(kind="unknown_floor", file=first, count=len(left_out), message=message, severity=Severity.ERROR)]

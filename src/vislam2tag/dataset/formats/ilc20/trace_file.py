@@ -1,0 +1,220 @@
+"""Trace files of the Indoor Location Competition 2.0: tab separated records ``unix-ms TYPE_... values``."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.table_files import read_csv
+from vislam2tag.dataset.reading.logged_walks import once
+from vislam2tag.dataset.reading.waypoints import Waypoints
+from vislam2tag.dataset.reading.wide_tables import GREATEST_DBM, LEAST_DBM
+
+_MARK = re.compile(rb"\tTYPE_")
+_DIGITS = 13
+"""Of a time in milliseconds since 1970, until the year 2286."""
+_LATEST_MS = 9 * 10**12
+"""As nanoseconds, later times do not fit 64 bits."""
+_WIDTH = 10
+"""Fields of the longest record taken."""
+_MS_TO_NS = 1_000_000
+_OLDEST_MS = 600_000
+"""Phones cache results for a minute or so; a ``lastseen`` this much older is on another clock."""
+_HEADER = re.compile(r"\b(SiteName|FloorName|Brand|Model):([^\t\r\n]*)")
+_HEADER_BYTES = 4096
+_TEXT, _F32, _F64, _I64 = pl.String(), pl.Float32(), pl.Float64(), pl.Int64()
+SENSORS: Mapping[str, str] = {
+    "TYPE_ACCELEROMETER": "ACC",
+    "TYPE_GYROSCOPE": "GYRO",
+    "TYPE_MAGNETIC_FIELD": "MAG",
+    "TYPE_ROTATION_VECTOR": "ROT",
+}
+"""Sensors that are taken, by the names that the table ``sensors`` has."""
+_RECORDS: Mapping[str, Mapping[str, tuple[str, pl.DataType]]] = {
+    "TYPE_WAYPOINT": {"x": ("f2", _F64), "y": ("f3", _F64)},
+    "TYPE_WIFI": {"bssid": ("f3", _TEXT), "rssi_dbm": ("f4", _F32), "frequency_mhz": ("f5", _F32)},
+    "TYPE_BEACON": {"bssid": ("f8", _TEXT), "rssi_dbm": ("f6", _F32)},
+    "TYPE_BLUE": {"bssid": ("f3", _TEXT), "rssi_dbm": ("f4", _F32)},
+    **{kind: {"v1": ("f2", _F64), "v2": ("f3", _F64), "v3": ("f4", _F64)} for kind in SENSORS},
+}
+"""Fields without which a record is none, by type, with the name and type that they get."""
+
+
+@dataclass(frozen=True)
+class Ilc20Trace:
+    """What a trace file holds; times are nanoseconds since 1970.
+
+    ``taps`` are on floor 0; ``wifi``, ``ble`` (as :func:`.radio_tables.radio_rows` makes it) and ``sensors`` are as a
+    :class:`~vislam2tag.sessions.model.Session` has them, a reading's time being when it was received, not when it was
+    logged. ``header`` has what the comments say.
+    """
+
+    header: dict[str, str]
+    taps: Waypoints
+    wifi: pl.DataFrame
+    ble: pl.DataFrame
+    sensors: pl.DataFrame
+    first_ns: int
+    last_ns: int
+    findings: tuple[Finding, ...]
+
+
+def parse_trace(data: bytes, file: str) -> Ilc20Trace:
+    """Parse a trace file; records that a missing newline joined are taken apart, lines that are none are counted."""
+    separated, joined = _separated(data.replace(b"\r\n", b"\n"))
+    lines = _lines(separated)
+    comment = pl.all_horizontal(pl.col(f"f{number}").is_null() for number in range(_WIDTH)) | (
+        pl.col("f0").str.starts_with("#").fill_null(value=False)
+    )
+    timed = pl.col("time_ms").is_between(0, _LATEST_MS) & pl.col("f1").str.starts_with("TYPE_")
+    timed = timed.fill_null(value=False)
+    records = lines.filter(timed)
+    broken = lines.filter(~comment & ~timed)["row"].to_list()
+    typed = {}
+    for kind, fields in _RECORDS.items():
+        rows = records.filter(pl.col("f1") == kind).with_columns(
+            pl.col(field).cast(cast, strict=False).alias(name) for name, (field, cast) in fields.items()
+        )
+        whole = pl.all_horizontal(
+            pl.col(name).is_not_null() if cast == _TEXT else pl.col(name).is_finite().fill_null(value=False)
+            for name, (_, cast) in fields.items()
+        )
+        typed[kind] = rows.filter(whole)
+        broken += rows.filter(~whole)["row"].to_list()
+    wifi, odd = _wifi(typed["TYPE_WIFI"], file, joined)
+    time_ns = records["time_ms"].to_numpy() * _MS_TO_NS
+    return Ilc20Trace(
+        dict(_HEADER.findall(data[:_HEADER_BYTES].decode("utf-8", errors="replace"))),
+        _taps(typed["TYPE_WAYPOINT"]),
+        wifi,
+        _ble(typed["TYPE_BEACON"], typed["TYPE_BLUE"]),
+        _sensors(typed),
+        int(time_ns.min()) if len(time_ns) else 0,
+        int(time_ns.max()) if len(time_ns) else 0,
+        (*_line_findings(separated, file, joined, broken), *odd),
+    )
+
+
+def _separated(data: bytes) -> tuple[bytes, list[int]]:
+    """Begin a line with each record; also the 1-based lines, as separated, of records that did not begin one."""
+    starts = [mark.start() - _DIGITS for mark in _MARK.finditer(data)]
+    inside = [start for start in starts if start > 0 and data[start - 1 : start] != b"\n" and _is_time(data, start)]
+    if not inside:
+        return data, []
+    pieces = [data[start:stop] for start, stop in zip([0, *inside], [*inside, len(data)], strict=True)]
+    newlines = accumulate(piece.count(b"\n") + 1 for piece in pieces[:-1])
+    return b"\n".join(pieces), [before + 1 for before in newlines]
+
+
+def _is_time(data: bytes, start: int) -> bool:
+    return data[start : start + _DIGITS].isdigit()
+
+
+def _lines(data: bytes) -> pl.DataFrame:
+    """One row a line: ``row`` (from 1), the fields ``f0`` ... as text, ``time_ms``."""
+    names = [f"f{number}" for number in range(_WIDTH)]
+    header = "\t".join(names).encode() + b"\n"
+    table = read_csv(
+        header + data,
+        separator="\t",
+        quote_char=None,
+        schema=dict.fromkeys(names, pl.String),
+        truncate_ragged_lines=True,
+        encoding="utf8-lossy",
+    )
+    return table.with_row_index("row", offset=1).with_columns(
+        pl.col("row").cast(pl.Int64), time_ms=pl.col("f0").cast(pl.Int64, strict=False)
+    )
+
+
+def _taps(rows: pl.DataFrame) -> Waypoints:
+    time_ns = (rows["time_ms"] * _MS_TO_NS).to_numpy()
+    return Waypoints.of(time_ns, rows.select("x", "y").to_numpy(), np.zeros(len(time_ns), dtype=np.int64))
+
+
+def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFrame, list[Finding]]:
+    """Give each result the time when it was received; a scan is what was logged at one time.
+
+    The logger turned times since boot into unix time anew for each scan, which jitters by a millisecond.
+    """
+    seen_ms = pl.col("f6").cast(pl.Int64, strict=False)
+    usable = seen_ms.is_between(pl.col("time_ms") - _OLDEST_MS, pl.col("time_ms")).fill_null(value=False)
+    table = rows.with_columns(
+        usable=usable,
+        time_ns=pl.when(usable).then(seen_ms).otherwise("time_ms") * _MS_TO_NS,
+        scan=pl.col("time_ms").rank("dense"),
+        ssid=pl.col("f2"),
+    )
+    odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
+    message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
+    findings = [Finding.at_lines("unusable_lastseen", file, odd, message)] if odd else []
+    return once(_readings(table)), findings
+
+
+def _ble(beacons: pl.DataFrame, adverts: pl.DataFrame) -> pl.DataFrame:
+    """Take each advertisement once: those of iBeacons come twice, the second time with what they call themselves."""
+    who = beacons.select("bssid", beacon=pl.concat_str("f2", "f3", "f4", separator="-"))
+    both = pl.concat([beacons.with_columns(ssid=pl.lit(None, _TEXT)), adverts.with_columns(ssid=pl.col("f2"))])
+    heard = once(
+        _readings(
+            both.with_columns(time_ns=pl.col("time_ms") * _MS_TO_NS, frequency_mhz=pl.lit(None), scan=pl.lit(None))
+        )
+    )
+    who = who.drop_nulls().unique("bssid", keep="first")
+    told = heard.join(who, on="bssid", how="left", maintain_order="left").with_columns(
+        bssid=pl.coalesce("beacon", "bssid")
+    )
+    return (
+        told.filter(~pl.col("repeated")).with_columns(bssid=pl.coalesce("beacon", "bssid")).drop("beacon").sort("row")
+    )
+
+
+def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
+    rest = [pl.lit(0.0).alias(f"v{number}") for number in (4, 5, 6)]
+    time_ns = (pl.col("time_ms") * _MS_TO_NS).alias("time_ns")
+    rows = pl.concat(
+        typed[kind].select("row", time_ns, pl.lit(name).alias("sensor"), "v1", "v2", "v3", *rest)
+        for kind, name in SENSORS.items()
+    )
+    return rows.sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
+
+
+def _readings(table: pl.DataFrame) -> pl.DataFrame:
+    measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
+    return table.select(
+        "row",
+        "time_ns",
+        pl.col("scan").cast(pl.Int32),
+        "bssid",
+        pl.col("ssid").fill_null(""),
+        pl.when(measured).then("rssi_dbm"),
+        pl.col("frequency_mhz").cast(_F32),
+    )
+
+
+def _original(rows: list[int], joined: list[int]) -> list[int]:
+    """Lines of the file from lines after separation."""
+    return [row - bisect_right(joined, row) for row in sorted(rows)]
+
+
+def _line_findings(data: bytes, file: str, joined: list[int], broken: list[int]) -> list[Finding]:
+    findings = []
+    if joined:
+        message = "records that a missing newline joined are taken apart"
+        findings.append(Finding.at_lines("joined_records", file, _original(joined, joined), message, Severity.INFO))
+    lines = data.count(b"\n") + 1
+    if lines in broken and not data.endswith(b"\n"):
+        message = "the last line is cut off, as when the recorder is killed; it is left out"
+        findings.append(Finding.at_lines("partial_last_line", file, _original([lines], joined), message))
+        broken = [line for line in broken if line != lines]
+    if broken:
+        message = "these lines are no records of the format; they are left out: look at the first ones"
+        findings.append(Finding.at_lines("malformed_lines", file, _original(broken, joined), message))
+    return findings

@@ -1,1 +1,0 @@
-"""What a data set amounts to: statistics, coverage, the walk that fills its gaps."""

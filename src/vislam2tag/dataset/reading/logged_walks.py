@@ -1,0 +1,231 @@
+"""Data sets made of walks that were logged by other programs: taps at known places, radio and inertial readings.
+
+Each walk is read, labelled by its taps, and written to the scratch folder; the tables scan what lies there, so that
+one walk is in memory at a time.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.table_files import scan_parquet, write_parquet
+from vislam2tag.core.status import STATUS_LABELS
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
+from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
+from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
+from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
+from vislam2tag.dataset.reading.waypoints import Waypoints, trajectory_between
+from vislam2tag.dataset.schema import (
+    ACCESS_POINTS,
+    FINGERPRINTS,
+    MAGNETIC,
+    READINGS,
+    SCHEMAS,
+    SESSIONS,
+    empty_table,
+    in_schema,
+)
+from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.labeling.readings import label_readings
+from vislam2tag.settings import DatasetSettings, LabelSettings
+
+SAME_READING_NS = 5_000_000
+"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
+_LABELS = LabelSettings(max_sigma_m=math.inf)
+"""No place between taps is too unsure to be one: its sigma is told."""
+_NAMES = "names"
+_ROWS_A_GROUP = 20_000
+"""Of the joined files: small enough to read one walk without its neighbours."""
+
+
+@dataclass(frozen=True)
+class LoggedWalk:
+    """One walk as its file has it.
+
+    ``taps.floor`` holds indices into the data set's places. ``tables`` are as a
+    :class:`~vislam2tag.sessions.model.Session` has them: ``wifi``, ``ble`` (as :func:`.radio_tables.radio_rows` makes
+    it) and ``sensors``; each may lack.
+    """
+
+    slug: str
+    name: str
+    place: Storey | None
+    """Where all of it was walked; None: as its taps say."""
+    device: str | None
+    taps: Waypoints
+    tables: Mapping[str, pl.DataFrame]
+    first_ns: int
+    last_ns: int
+    """Times of the first and the last row."""
+    started: datetime | None
+    """Wall clock at the first row."""
+    source: str
+    """SHA-256 of the file."""
+
+
+class WalkTables:
+    """Collects walks, which must come in the order of their slugs."""
+
+    def __init__(self, scratch: Path, places: Sequence[Storey]) -> None:
+        self._scratch, self._places = scratch, places
+        self._settings = DatasetSettings()
+        self._walks = 0
+        self._findings: list[Finding] = []
+
+    def add(self, walk: LoggedWalk, findings: Iterable[Finding]) -> None:
+        """Label a walk and write its rows; ``findings`` are those of its file."""
+        trajectory = trajectory_between(walk.taps)
+        motion = PhoneMotion.of(_frames(trajectory))
+        who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
+        labelled = {name: _labelled(table, trajectory) for name, table in walk.tables.items() if table.height}
+        made = [
+            fingerprints_of(labelled[name], name, who, self._settings, math.inf)
+            for name in TECHNOLOGIES
+            if name in labelled
+        ]
+        self._findings += [*findings, *_tap_findings(walk), *(finding for each in made for finding in each.findings)]
+        fingerprints = pl.concat([empty_table(FINGERPRINTS), *(each.fingerprints for each in made)])
+        fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
+        readings = pl.concat([empty_table(READINGS), *(each.readings for each in made)])
+        readings = fingerprints.select("scan_id").join(readings, on="scan_id", maintain_order="left_right")
+        self._write(FINGERPRINTS, self._placed(fingerprints).with_columns(_date(walk), device=pl.lit(walk.device)))
+        self._write(READINGS, self._placed(readings))
+        self._write(SESSIONS, self._session(walk, motion, fingerprints.height))
+        self._write(_NAMES, pl.concat([each.names for each in made]) if made else _no_names())
+        self._write(MAGNETIC, self._placed(self._magnetic(walk, labelled.get("sensors"))))
+        self._walks += 1
+
+    def _magnetic(self, walk: LoggedWalk, sensors: pl.DataFrame | None) -> pl.DataFrame:
+        if sensors is None:
+            return empty_table(MAGNETIC)
+        rows = sensors.with_columns(device=pl.lit(walk.device, pl.String))
+        return magnetic_windows(rows, walk.slug, "", self._settings.magnetic_window_s)
+
+    def dataset(self, info: DatasetInfo, files: Mapping[str, Path]) -> Dataset:
+        """Make the data set of all walks added; findings are added to those of ``info``."""
+        tables = {name: self._joined(name) for name in (FINGERPRINTS, READINGS, SESSIONS, MAGNETIC)}
+        names = self._joined(_NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
+        counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
+        transmitters = access_point_table(tables[FINGERPRINTS], tables[READINGS], counted)
+        whole = info.model_copy(update={"findings": (*info.findings, *summed(self._findings))})
+        return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
+
+    def _write(self, table: str, rows: pl.DataFrame) -> None:
+        folder = self._scratch / table
+        folder.mkdir(parents=True, exist_ok=True)
+        rows = in_schema(table, rows) if table in SCHEMAS else rows
+        write_parquet(rows, folder / f"{self._walks:06d}.parquet", compression="lz4")
+
+    def _joined(self, table: str) -> pl.LazyFrame:
+        """Stream the walks' files of a table into one, which is read many times."""
+        parts, whole = self._scratch / table, self._scratch / f"{table}.parquet"
+        write_parquet(scan_parquet(sorted(parts.glob("*.parquet"))), whole, row_group_size=_ROWS_A_GROUP)
+        shutil.rmtree(parts)
+        return scan_parquet(whole)
+
+    def _placed(self, rows: pl.DataFrame) -> pl.DataFrame:
+        """Turn indices of places into buildings and floors."""
+        index = pl.col("floor")
+        floors = dict(enumerate(place.floor for place in self._places))
+        placed = rows.with_columns(floor=index.replace_strict(floors, default=None, return_dtype=pl.Int32))
+        if "building" not in rows.columns:
+            return placed
+        buildings = dict(enumerate(place.building for place in self._places))
+        return placed.with_columns(building=rows["floor"].replace_strict(buildings, default="", return_dtype=pl.String))
+
+    def _session(self, walk: LoggedWalk, motion: PhoneMotion, fingerprints: int) -> pl.DataFrame:
+        visited = [walk.place] if walk.place else [self._places[index] for index in set(walk.taps.floor.tolist())]
+        floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
+        known_s = np.diff(walk.taps.time_ns)[walk.taps.walked].sum() * 1e-9
+        return pl.DataFrame(
+            {
+                "session": walk.slug,
+                "building": buildings.pop() if len(buildings) == 1 else "",
+                "floor": floors.pop() if len(floors) == 1 else None,
+                "device": walk.device,
+                "name": walk.name,
+                "started": walk.started,
+                "duration_s": (walk.last_ns - walk.first_ns) * 1e-9,
+                "distance_m": float(walk.taps.leg_m.sum()),
+                "labelled_s": float(known_s),
+                "labelled_m": round(motion.labelled_m, 2),
+                "fingerprints": fingerprints,
+                "source": walk.source,
+            }
+        )
+
+
+def once(rows: pl.DataFrame) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row of the same transmitter is at most ``SAME_READING_NS`` older or younger.
+
+    Rows keep their order.
+    """
+    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over("bssid", order_by=["time_ns", "row"])
+    return rows.with_columns(repeated=~fresh.fill_null(value=True))
+
+
+def summed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Sum findings of one kind and message over walks, in order of their first."""
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    for finding in findings:
+        groups.setdefault((finding.kind, finding.message), []).append(finding)
+    return tuple(
+        same[0]
+        if len(same) == 1
+        else same[0].model_copy(update={"count": sum(each.count for each in same), **_where(same)})
+        for same in groups.values()
+    )
+
+
+def _tap_findings(walk: LoggedWalk) -> list[Finding]:
+    if len(walk.taps) >= 2:
+        return []
+    message = "walks have fewer than two taps: none of their readings has a position"
+    return [Finding(kind="too_few_taps", file=walk.name, count=1, message=message)]
+
+
+def _date(walk: LoggedWalk) -> pl.Expr:
+    """The day of each fingerprint: a walk may end on the next one."""
+    if walk.started is None:
+        return pl.lit(None, pl.Date).alias("date")
+    since_us = (pl.col("start_ns") - walk.first_ns) // 1000
+    return (pl.lit(walk.started) + pl.duration(microseconds=since_us)).dt.date().alias("date")
+
+
+def _where(same: Sequence[Finding]) -> dict[str, object]:
+    """Name the first file where several have the problem: a place to look at first."""
+    files = sorted({finding.file for finding in same})
+    return {"file": files[0], "lines": next(f.lines[:ROWS_NAMED] for f in same if f.file == files[0])}
+
+
+def _labelled(table: pl.DataFrame, trajectory: Trajectory) -> pl.DataFrame:
+    rows = label_readings(table, trajectory, _LABELS)
+    return rows if "floor" in rows.columns else rows.with_columns(floor=pl.lit(None, pl.Int32))
+
+
+def _frames(trajectory: Trajectory) -> pl.DataFrame:
+    """The trajectory as Motion reads it."""
+    unknown = pl.lit(None, pl.Float64)
+    return pl.DataFrame(
+        {
+            "time_ns": trajectory.time_ns,
+            "x": pl.Series(trajectory.position_bcs[:, 0], nan_to_null=True),
+            "y": pl.Series(trajectory.position_bcs[:, 1], nan_to_null=True),
+            "status": pl.Series([STATUS_LABELS[code] for code in trajectory.status], dtype=pl.String),
+        }
+    ).with_columns(qx=unknown, qy=unknown, qz=unknown, qw=unknown)
+
+
+def _no_names() -> pl.DataFrame:
+    return pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
