@@ -15,10 +15,11 @@ from data_sets import extract_agreement, landmarks_on
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import LabelRule, LabelSettings, Settings
 
 PUBLISHED = {
     "global": "coords_global_post",
@@ -50,7 +51,7 @@ def compare_all(root: Path) -> list[dict[str, object]]:
         folder = root / "published-output" / ref.folder.relative_to(root / "raw")
         for strategy, stem in PUBLISHED.items():
             landmarks = landmarks_on(survey, ref.key.floor)
-            trajectory = strategy_named(strategy, Settings()).map(session.camera, session.landmarks, landmarks)
+            trajectory = strategy_named(strategy, MappingSettings()).map(session.camera, session.landmarks, landmarks)
             rows.append({"of": strategy, **compare_frames(trajectory, folder, stem)})
             if strategy == "local-corrected":
                 rows += [

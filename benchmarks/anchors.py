@@ -20,8 +20,8 @@ import polars as pl
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
@@ -62,7 +62,7 @@ def _walks(seeds: list[int], landmarks: int, updates: float) -> Iterator[Walk]:
 
 def _errors(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, truth: pl.DataFrame) -> tuple[float, float]:
     """Mean and 95th percentile of a walk's errors, metres; NaN where it cannot be mapped."""
-    mapped = strategy_named("smoother", Settings()).map(camera, log, landmarks)
+    mapped = strategy_named("smoother", MappingSettings()).map(camera, log, landmarks)
     known = has_position(mapped.status)
     if not known.any():
         return np.nan, np.nan

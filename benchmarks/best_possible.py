@@ -27,7 +27,7 @@ from scipy.special import ellipe
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.settings import SEVERITIES, TrackerSettings, stream
 from vislam2tag.simulation.survey import simulate
@@ -38,6 +38,7 @@ from vislam2tag.simulation.tracking.tracker import of_rank
 from vislam2tag.simulation.walking.walk import make_walk
 from vislam2tag.simulation.world import simulated_floor
 from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.names import session_slugs
 
 OURS, THEIRS = "smoother", "local-corrected"
@@ -171,7 +172,7 @@ def errors_of(scenario: Scenario) -> Iterator[tuple[bool, tuple[float, ...]]]:
     Theirs, ours, and the two floors, in metres.
     """
     planned = dict(zip(session_slugs([one.key for one in scenario.sessions]), scenario.sessions, strict=True))
-    strategies = [strategy_named(name, Settings()) for name in (THEIRS, OURS)]
+    strategies = [strategy_named(name, MappingSettings()) for name in (THEIRS, OURS)]
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder) / "survey"
         simulate(scenario, root)
@@ -207,7 +208,7 @@ def main() -> None:
 
 def print_scatter(name: str, walks: Iterable[Walk]) -> None:
     """Print how far sightings of one pass lie from their mean, over passes of many sightings."""
-    range_m = Settings().smoother.sighting_range_m
+    range_m = SmootherSettings().sighting_range_m
     passes = [Walked.of(walk.camera, walk.log, range_m).passes for walk in walks]
     spread_m = np.concatenate([one.spread_m[one.count >= MANY] for one in passes])
     low, middle, high = np.quantile(spread_m, (0.25, 0.5, 0.75))

@@ -22,7 +22,6 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.walking.tour import Climb
@@ -68,7 +67,7 @@ def _errors(
         simulate(scenario, Path(folder), WritingOptions(columns=COLUMNS))
         survey = open_survey(Path(folder))
         for ref in survey.sessions:
-            prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), Settings()))
+            prepared = prepared_session(SessionTask(ref, survey.site, Corrections()))
             session, mine = prepared.session, prepared.landmarks
             truth = pl.read_csv(ref.folder / "truth.csv")
             for name, given in GIVEN.items():

@@ -26,11 +26,11 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.planning.floor import FloorConstraints, FloorDesign, longest_free_m, plan_floor
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.sheet_places import SheetPlaces
 from vislam2tag.planning.sigma_map import CLASS_M
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks, site_building
 from vislam2tag.simulation.scenario import Scenario, regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
@@ -227,7 +227,7 @@ def mapped(scenario: Scenario, number: int, floor: SiteFloor) -> tuple[FloatArra
     walk, log = walk_and_track(scenario, scenario.sessions[number])
     status = np.zeros(len(log.time_ns), dtype=np.int8)
     camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, status)
-    trajectory = strategy_named("smoother", Settings()).map(camera, log.landmarks, known(floor))
+    trajectory = strategy_named("smoother", MappingSettings()).map(camera, log.landmarks, known(floor))
     true = position_at(walk, log.time_ns)[:, :2]
     miss = np.linalg.norm(trajectory.position_bcs[:, :2] - true, axis=1)
     return true, np.where(has_position(trajectory.status), miss, np.nan)

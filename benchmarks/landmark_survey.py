@@ -112,7 +112,7 @@ def site_of(walks: list[Walk]) -> Site:
     maps = []
     for walk in walks:
         known = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
-        walked = Walked.of(walk.camera, known, SETTINGS.smoother.sighting_range_m)
+        walked = Walked.of(walk.camera, known, SETTINGS.mapping.smoother.sighting_range_m)
         index = np.array([landmarks.index[name] for name in known.ids], dtype=np.int64)
         local = LocalMap.of(smooth_in_own_frame(walked))
         maps.append(replace(local, landmark=index[local.landmark]))
@@ -186,7 +186,7 @@ def squares(miss: FloatArray, covariance: FloatArray) -> FloatArray:
 
 def mapped(site: Site, landmarks: Landmarks) -> list[Labels]:
     """Map each walk of a site with these landmarks."""
-    strategy = strategy_named("smoother", SETTINGS)
+    strategy = strategy_named("smoother", SETTINGS.mapping)
     return [labels_of(walk, strategy.map(walk.camera, walk.log, landmarks)) for walk in site.walks]
 
 

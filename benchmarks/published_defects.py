@@ -30,16 +30,16 @@ from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Trajectory, Visit
 from vislam2tag.core.visits import find_visits, frames_without_landmark, usable_rank
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.mapping.strategies.global_ import GlobalMapping
 from vislam2tag.mapping.strategies.local import LocalMapping
 from vislam2tag.mapping.trajectory_builder import surveyed_part
-from vislam2tag.settings import Settings
 
-RADIUS_M = Settings().visits.radius_m
+RADIUS_M = MappingSettings().visit_radius_m
 MOVED_M = 0.001
 LOCAL = {
     "local": LocalMapping(RADIUS_M, math.inf, discards=False),
-    "local-corrected": LocalMapping(RADIUS_M, Settings().local.max_step_m, discards=True),
+    "local-corrected": LocalMapping(RADIUS_M, MappingSettings().max_step_m, discards=True),
 }
 
 
@@ -171,7 +171,7 @@ def main() -> None:
         for walk in walks:
             crashes[data][crash_cause(walk)] += 1
             for strategy, defect, theirs in defective_trajectories(walk):
-                ours = strategy_named(strategy, Settings()).map(walk.camera, walk.log, walk.landmarks)
+                ours = strategy_named(strategy, MappingSettings()).map(walk.camera, walk.log, walk.landmarks)
                 effects[defect, data, strategy].add(walk, ours, theirs)
     print_table(effects)
     for data, causes in crashes.items():

@@ -23,12 +23,12 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.registration.network import KnownPoint, Shot
 from vislam2tag.registration.network_search import search_network
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import TapeDistance, Target
 from vislam2tag.registration.trilateration import trilaterate
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
 
@@ -252,7 +252,7 @@ def print_labels(draws: int) -> None:
         exact = walks[0].landmarks
         rows = {"exact": exact, "registered": by_stations(exact), "clicked (10 cm)": moved(exact, 0.1)}
         for name, landmarks in rows.items():
-            strategy = strategy_named("smoother", Settings())
+            strategy = strategy_named("smoother", MappingSettings())
             errors = [walk.errors(strategy.map(walk.camera, walk.log, landmarks)) for walk in walks]
             error = np.concatenate([one[np.isfinite(one)] for one in errors])
             print(f"| {name} | {error.mean():.3f} | {np.quantile(error, 0.95):.3f} |", flush=True)

@@ -28,13 +28,13 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
 from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
-from vislam2tag.settings import Settings
 from vislam2tag.smoother.contradictions import discrepancy, predicted
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
-RANGE_M = Settings().smoother.sighting_range_m
+RANGE_M = SmootherSettings().sighting_range_m
 LIMITS_M = (0.5, float("inf"))
 
 

@@ -20,7 +20,7 @@ from vislam2tag.core.faults import EventKind
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.truth import errors_at_frames
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 
 SEED = 3
 BREAKS = 2
@@ -41,7 +41,7 @@ def main() -> None:
 
 def faulty(walk: Walk) -> bool:
     """Tell whether the tracker broke down often enough on a walk to be worth a picture."""
-    events = strategy_named("smoother", Settings()).map(walk.camera, walk.log, walk.landmarks).events
+    events = strategy_named("smoother", MappingSettings()).map(walk.camera, walk.log, walk.landmarks).events
     return sum(event.kind is EventKind.BREAK for event in events) >= BREAKS
 
 
@@ -51,7 +51,7 @@ def one_walk(walk: Walk) -> go.Figure:
         cols=2, column_widths=[0.5, 0.5], subplot_titles=("floor, m", "error and 2 sigma, m, over s")
     )
     trajectories = {
-        name: strategy_named(name, Settings()).map(walk.camera, walk.log, walk.landmarks)
+        name: strategy_named(name, MappingSettings()).map(walk.camera, walk.log, walk.landmarks)
         for name in ("local-corrected", "smoother")
     }
     assert walk.truth is not None
@@ -149,7 +149,7 @@ def reliability() -> go.Figure:
 
 def regions(walk: Walk) -> FloatArray:
     """The smallest stated region that holds the error of each frame (n,), 0 to 1."""
-    trajectory = strategy_named("smoother", Settings()).map(walk.camera, walk.log, walk.landmarks)
+    trajectory = strategy_named("smoother", MappingSettings()).map(walk.camera, walk.log, walk.landmarks)
     truth = walk.truth
     assert truth is not None
     inside = (trajectory.time_ns >= truth.time_ns[0]) & (trajectory.time_ns <= truth.time_ns[-1])

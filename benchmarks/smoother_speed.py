@@ -23,7 +23,7 @@ from process_speed import convert
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.sensors.devices import Locale
 from vislam2tag.simulation.settings import BuildingSettings
@@ -61,7 +61,7 @@ def simulated(folder: Path, minutes: float) -> tuple[Path, Walk]:
 
 def mapping(walk: Walk) -> Callable[[], None]:
     """What is timed: the strategy alone."""
-    strategy = strategy_named("smoother", Settings())
+    strategy = strategy_named("smoother", MappingSettings())
 
     def work() -> None:
         strategy.map(walk.camera, walk.log, walk.landmarks)
@@ -89,7 +89,7 @@ def grow(folder: Path, minutes: float, repeats: int) -> None:
     work = mapping(walk)
     least = min(seconds(work) for _ in range(repeats))
     frames = len(walk.camera.time_ns)
-    visits = len(strategy_named("smoother", Settings()).map(walk.camera, walk.log, walk.landmarks).visits)
+    visits = len(strategy_named("smoother", MappingSettings()).map(walk.camera, walk.log, walk.landmarks).visits)
     cells = f"{minutes:g} | {frames} | {len(walk.log.frame)} | {visits} | {least:.3f} | {1e6 * least / frames:.1f}"
     print(f"| {cells} |")
 

@@ -22,7 +22,7 @@ from static_figure import write_svg
 
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.mapping.registry import strategy_named, strategy_names
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.settings import BuildingSettings
 
 LANDMARKS = 24
@@ -66,7 +66,8 @@ def curves(walks: Iterable[Walk], sparsest: int) -> Curves:
     for number, walk in enumerate(walks):
         for k in range(1, sparsest + 1):
             for strategy, one in variants(walk, number, k):
-                trajectory = strategy_named(strategy.split(" ")[0], Settings()).map(one.camera, one.log, one.landmarks)
+                mapping = strategy_named(strategy.split(" ")[0], MappingSettings())
+                trajectory = mapping.map(one.camera, one.log, one.landmarks)
                 found.setdefault((strategy, k), []).append(summarise(one.errors(trajectory)))
     result: Curves = {}
     for (strategy, k), errors in found.items():

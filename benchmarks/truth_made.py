@@ -25,9 +25,9 @@ from vislam2tag.evaluation.total_station.alignment import StationWalk, align_dev
 from vislam2tag.evaluation.total_station.frame import StationFrame, fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, paper_evaluation
 from vislam2tag.simulation.sensors.devices import Locale, make_device
 from vislam2tag.simulation.survey import simulate
@@ -63,7 +63,7 @@ def main() -> None:
 def mapped(ref: SessionRef, session: Session, survey: Survey, strategy: str) -> Trajectory:
     """Map a session with the landmarks of its floor."""
     landmarks = survey.site.landmarks.on_floor(ref.key.floor)
-    return strategy_named(strategy, Settings()).map(session.camera, session.landmarks, landmarks)
+    return strategy_named(strategy, MappingSettings()).map(session.camera, session.landmarks, landmarks)
 
 
 def look_at_presses(scenario: Scenario, survey: Survey, counts: Counts, leads: Pairs) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from vislam2tag.api import (
     LabelSettings,
-    Settings,
     Status,
     label_readings,
     open_survey,
@@ -19,6 +18,7 @@ from vislam2tag.api import (
     strategy_named,
     strategy_names,
 )
+from vislam2tag.mapping.settings import MappingSettings
 
 
 def main() -> None:
@@ -29,7 +29,9 @@ def main() -> None:
         session = read_session(survey.sessions[0])
         print(f"{session.key}: {len(session.camera.time_ns)} frames, landmarks {', '.join(session.landmarks.ids)}")
         for name in strategy_names():
-            trajectory = strategy_named(name, Settings()).map(session.camera, session.landmarks, survey.site.landmarks)
+            trajectory = strategy_named(name, MappingSettings()).map(
+                session.camera, session.landmarks, survey.site.landmarks
+            )
             codes, counts = np.unique(trajectory.status, return_counts=True)
             causes = ", ".join(f"{Status(code).label} {count}" for code, count in zip(codes, counts, strict=True))
             wifi = label_readings(session.tables["wifi"], trajectory, LabelSettings())

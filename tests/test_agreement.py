@@ -13,10 +13,11 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import LabelRule, LabelSettings, Settings
 
 PUBLISHED = {
     "local": "coords_local_raw_post",
@@ -38,7 +39,7 @@ def sessions(root: Path) -> list[tuple[Session, Path]]:
 
 def mapped(session: Session, root: Path, strategy: str) -> Trajectory:
     landmarks = open_survey(root / "raw").site.landmarks
-    return strategy_named(strategy, Settings()).map(session.camera, session.landmarks, landmarks)
+    return strategy_named(strategy, MappingSettings()).map(session.camera, session.landmarks, landmarks)
 
 
 def published_positions(folder: Path, stem: str) -> tuple[IntArray, FloatArray]:

@@ -11,7 +11,6 @@ ROOT = Path(vislam2tag.__file__).parent
 LAYERS = (
     "core",
     "common",
-    "settings",
     "smoother",
     "heights",
     "landmark_survey",
@@ -30,6 +29,7 @@ LAYERS = (
     "positioning",
     "figures",
     "simulation",
+    "settings",
     "report",
     "pipeline",
     "cli",

@@ -5,7 +5,9 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from vislam2tag.settings import FindingSettings, LabelSettings, Settings
+from vislam2tag.labeling.settings import LabelSettings
+from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.settings import Settings
 
 
 @pytest.mark.parametrize("name", sorted(FindingSettings.model_fields))

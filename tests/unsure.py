@@ -14,7 +14,7 @@ from vislam2tag.core.faults import Contradiction, EventKind, TrackerEvent
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.mapping.registry import STRATEGIES, strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 
 SURE_M, UNSURE_M = 0.1, 0.9
 """Sigma of the first and of the last frame; it grows evenly between."""
@@ -26,7 +26,7 @@ OFFSET_M = (0.3, -0.4)
 class Unsure:
     """Positions of ``local``, a sigma that grows with time, two events, and a contradiction of the first landmark."""
 
-    settings: Settings
+    settings: MappingSettings
     needs: str = "two landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:

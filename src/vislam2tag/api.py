@@ -25,12 +25,15 @@ from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.dataset.description import Description
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.settings import DatasetSettings, ImuWindowSettings
 from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.dataset.transmitters.privacy import Privacy
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import SessionResult, Summary
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.mapping.registry import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord, export
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
@@ -50,24 +53,17 @@ from vislam2tag.positioning.scans.learning_data import LearningData, learning_da
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import (
-    DatasetSettings,
-    FindingSettings,
-    ImuWindowSettings,
-    LabelRule,
-    LabelSettings,
-    LocalSettings,
-    Settings,
-    SmootherSettings,
-    VisitSettings,
-)
+from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey
 from vislam2tag.simulation.sensors.devices import Locale
 from vislam2tag.simulation.settings import BuildingSettings, WalkSettings
 from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
 from vislam2tag.simulation.walking.tour import Climb
 from vislam2tag.simulation.writing.site_files import SiteColumn
+from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.survey.settings import SurveySettings
 
 __all__ = [
     "Benchmark",
@@ -92,8 +88,8 @@ __all__ = [
     "Landmarks",
     "Layout",
     "LearningData",
-    "LocalSettings",
     "Locale",
+    "MappingSettings",
     "MappingStrategy",
     "ModelChoice",
     "ModelError",
@@ -122,9 +118,9 @@ __all__ = [
     "SurveyCheck",
     "SurveyError",
     "SurveyEvaluation",
+    "SurveySettings",
     "Trajectory",
     "UsageError",
-    "VisitSettings",
     "Vislam2tagError",
     "WalkSettings",
     "WritingOptions",

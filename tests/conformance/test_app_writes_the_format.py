@@ -19,6 +19,7 @@ from tests.conformance.java import replay
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions.model import Session
@@ -116,7 +117,7 @@ def mapped(survey: Survey, slug: str) -> Trajectory:
     ref = next(ref for ref in survey.sessions if ref.slug == slug)
     session = read_session(ref)
     landmarks = survey.site.landmarks.on_floor(ref.key.floor)
-    return strategy_named("smoother", Settings()).map(session.camera, session.landmarks, landmarks)
+    return strategy_named("smoother", MappingSettings()).map(session.camera, session.landmarks, landmarks)
 
 
 def test_the_app_s_zip_has_its_sums_and_its_record(written: Path) -> None:

@@ -15,7 +15,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping, strategies_compared
 from vislam2tag.figures.style import rendered
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 
 BCS_T_ACS = Similarity2(np.exp(0.4j), 2 - 1j)
 STATIONS = {"a": (5.0, 0.4), "b": (15.0, -0.4), "c": (30.0, 0.4)}
@@ -30,7 +30,7 @@ def walk() -> Walk:
 
 
 def mapped_by(name: str, walk: Walk) -> Trajectory:
-    return strategy_named(name, Settings()).map(*walk[:3])
+    return strategy_named(name, MappingSettings()).map(*walk[:3])
 
 
 def lines_of(axes: Axes) -> list[FloatArray]:

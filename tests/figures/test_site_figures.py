@@ -13,7 +13,7 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.figures.style import rendered
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 
 LANDMARKS = landmarks_at({"7": (1.0, 2.0), "9": (18.0, 8.0)})
@@ -67,7 +67,7 @@ def test_each_scan_has_its_readings_and_their_mean(plan: Path) -> None:
 
 def test_walk_without_wifi_still_has_its_workflow(plan: Path) -> None:
     camera, log, landmarks, _ = corridor_walk(Similarity2.identity(), {"a": (5.0, 0.4), "b": (15.0, -0.4)})
-    mapped = strategy_named("local", Settings()).map(camera, log, landmarks)
+    mapped = strategy_named("local", MappingSettings()).map(camera, log, landmarks)
     nothing = pl.DataFrame(schema={"scan": pl.Int32, "x": pl.Float64, "y": pl.Float64})
     figure = workflow(planned_floor(plan), landmarks, camera, log, mapped, nothing)
     assert len(figure.axes) == 4

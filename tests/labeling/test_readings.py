@@ -11,7 +11,7 @@ import pytest
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.readings import label_readings
-from vislam2tag.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.walking.sampling import position_at
 from vislam2tag.simulation.world import simulated_floor, walk_and_track
@@ -56,7 +56,7 @@ def compared(severity: str) -> tuple[Compared, ...]:
         )
         truth = position_at(walk, log.time_ns)[:, :2]
         mapped = {
-            name: strategy_named(name, Settings()).map(camera, log.landmarks, landmarks)
+            name: strategy_named(name, MappingSettings()).map(camera, log.landmarks, landmarks)
             for name in ("local", "local-corrected", "smoother")
         }
         assert set(mapped["smoother"].status) == {Status.OK}

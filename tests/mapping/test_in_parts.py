@@ -17,7 +17,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracker_sections import longest_part, parts_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings, VisitSettings
+from vislam2tag.mapping.settings import MappingSettings
 
 
 def anew(camera: CameraTrack, log: LandmarkLog, later: BoolArray) -> tuple[CameraTrack, LandmarkLog]:
@@ -42,7 +42,7 @@ def walk() -> Drifting:
 @pytest.mark.parametrize("name", ["smoother", "local-corrected", "global"])
 def test_both_parts_are_mapped_as_if_each_were_a_session(walk: Drifting, name: str) -> None:
     camera, log = walk.logged()
-    strategy = strategy_named(name, Settings(visits=VisitSettings(radius_m=4.0)))
+    strategy = strategy_named(name, MappingSettings(visit_radius_m=4.0))
     half = len(camera.time_ns) // 2
     later = np.arange(len(camera.time_ns)) >= half
     split_camera, split_log = anew(camera, log, later)
@@ -66,7 +66,7 @@ def test_frames_near_the_seam_are_true(walk: Drifting) -> None:
     camera, log = walk.logged()
     half = len(camera.time_ns) // 2
     later = np.arange(len(camera.time_ns)) >= half
-    strategy = strategy_named("smoother", Settings())
+    strategy = strategy_named("smoother", MappingSettings())
     whole = strategy.map(camera, log, walk.landmarks())
     mapped = strategy.map(*anew(camera, log, later), walk.landmarks())
     apart = np.linalg.norm(mapped.position_bcs[:, :2] - whole.position_bcs[:, :2], axis=1)

@@ -13,14 +13,14 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.mapping.registry import strategy_named, strategy_names
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 
 STATIONS = {"a": (5.0, 0.6), "b": (15.0, -0.6), "c": (25.0, 0.6), "d": (35.0, -0.5)}
 ALL = ("global", "global-affine", "local", "local-corrected")
 
 
 def mapped(name: str, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-    return strategy_named(name, Settings()).map(camera, log, landmarks)
+    return strategy_named(name, MappingSettings()).map(camera, log, landmarks)
 
 
 def causes(trajectory: Trajectory) -> set[str]:
@@ -30,7 +30,7 @@ def causes(trajectory: Trajectory) -> set[str]:
 def test_registered_names_and_unknown_name() -> None:
     assert set(ALL) <= set(strategy_names())
     with pytest.raises(UsageError, match="there are: global"):
-        strategy_named("nonsense", Settings())
+        strategy_named("nonsense", MappingSettings())
 
 
 @pytest.mark.parametrize("name", ALL)

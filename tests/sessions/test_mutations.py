@@ -12,6 +12,7 @@ from tests.mutations import mutate
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.clock import clock_mismatch
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
@@ -19,7 +20,6 @@ from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_lo
 from vislam2tag.sessions.tables.raw_table import RawTable, parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
-from vislam2tag.settings import FindingSettings
 from vislam2tag.survey.names import landmark_id
 
 MUTATIONS = 2000

@@ -9,13 +9,14 @@ import polars as pl
 import pytest
 
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.clock import pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.settings import Settings, SmootherSettings
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.survey import simulate
+from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.corrections import Corrections, ShiftClock
 from vislam2tag.survey.model import Survey
 
@@ -50,13 +51,13 @@ def test_without_a_gyroscope_nothing_tells(session: Session) -> None:
 def test_the_smoother_allows_for_it_if_told_to_and_others_never_do(survey: Survey, session: Session) -> None:
     landmarks = survey.site.landmarks.on_floor(session.key.floor)
     prompt = replace(session.camera, pose_lag_s=None)
-    allowing = Settings(smoother=SmootherSettings(allow_for_pose_lag=True))
+    allowing = MappingSettings(smoother=SmootherSettings(allow_for_pose_lag=True))
 
-    def positions(name: str, settings: Settings, *, told: bool) -> object:
+    def positions(name: str, settings: MappingSettings, *, told: bool) -> object:
         camera = session.camera if told else prompt
         return strategy_named(name, settings).map(camera, session.landmarks, landmarks).position_bcs
 
-    for name, settings in (("local", allowing), ("smoother", Settings())):
+    for name, settings in (("local", allowing), ("smoother", MappingSettings())):
         np.testing.assert_array_equal(positions(name, settings, told=True), positions(name, settings, told=False))
     moved = np.asarray(positions("smoother", allowing, told=True)) - positions("smoother", allowing, told=False)
     usual = float(np.nanmedian(np.hypot(moved[:, 0], moved[:, 1])))

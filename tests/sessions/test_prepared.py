@@ -16,7 +16,6 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 
@@ -36,7 +35,7 @@ def task(
         for number, frame in ((1, turned), (2, Similarity2.identity()))
     )
     ref = write_session(folder / "floor_1" / "LG" / "walk", files or clean_files())
-    return SessionTask(ref, Site(floors, marks()), corrections or Corrections(), Settings())
+    return SessionTask(ref, Site(floors, marks()), corrections or Corrections())
 
 
 def with_sections(prepared: PreparedSession, later_from: int) -> PreparedSession:

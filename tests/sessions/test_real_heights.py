@@ -15,7 +15,6 @@ from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections
 
 UPSTAIRS = ("303", "306")
@@ -25,7 +24,7 @@ UPSTAIRS = ("303", "306")
 def session_named(real_walks: Path, name: str) -> tuple[Session, Landmarks]:
     survey = open_survey(real_walks)
     ref = next(ref for ref in survey.sessions if ref.key.session == name)
-    prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), Settings()))
+    prepared = prepared_session(SessionTask(ref, survey.site, Corrections()))
     return prepared.session, prepared.landmarks
 
 

@@ -21,11 +21,12 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE, check
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.report.pages.check_page import FAULTS, median_left_out_m
 from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
-from vislam2tag.settings import LabelSettings, Settings
+from vislam2tag.settings import Settings
 
 DEFAULTS = Settings()
 HELP = """

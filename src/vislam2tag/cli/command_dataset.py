@@ -24,11 +24,11 @@ from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.description import read_description
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.settings import DatasetSettings, ImuWindowSettings
 from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE
 from vislam2tag.pipeline.datasets.session import FAILED
-from vislam2tag.settings import DatasetSettings, ImuWindowSettings
 
 DEFAULTS = DatasetSettings()
 HELP = """

@@ -28,9 +28,11 @@ from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
 from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
-from vislam2tag.settings import LabelSettings, LocalSettings, Settings
+from vislam2tag.settings import Settings
 
 DEFAULTS = Settings()
 _PIPE_WIDTH = 160
@@ -90,10 +92,10 @@ def _evaluate(
             help="A label less sure than this (one standard deviation per axis) counts as none; inf: all count.",
         ),
     ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: MaxStep = DEFAULTS.local.max_step_m,
+    max_step_m: MaxStep = DEFAULTS.mapping.max_step_m,
 ) -> None:
     with wrong_values_told():
-        settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), local=LocalSettings(max_step_m=max_step_m))
+        settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), mapping=MappingSettings(max_step_m=max_step_m))
     try:
         with session_bar("walks") as bar:
             found = evaluate(

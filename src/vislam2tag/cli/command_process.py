@@ -25,11 +25,14 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import Summary
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.report.run_page.summary import labelled_share
-from vislam2tag.settings import LabelRule, LabelSettings, LocalSettings, Settings, SmootherSettings, VisitSettings
+from vislam2tag.settings import Settings
+from vislam2tag.smoother.settings import SmootherSettings
 
 DEFAULTS = Settings()
 HELP = """
@@ -76,7 +79,7 @@ def _process(
     ] = DEFAULTS.labels.max_gap_s,
     visit_radius_m: Annotated[
         float, typer.Option(min=0.01, help="A landmark is visited within this 3-D distance, metres.")
-    ] = DEFAULTS.visits.radius_m,
+    ] = DEFAULTS.mapping.visit_radius_m,
     max_sigma: Annotated[
         float,
         typer.Option(
@@ -86,17 +89,19 @@ def _process(
             "keep their position; inf: none.",
         ),
     ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: MaxStep = DEFAULTS.local.max_step_m,
+    max_step_m: MaxStep = DEFAULTS.mapping.max_step_m,
     allow_for_pose_lag: Annotated[
         bool, typer.Option(help="Set the smoother's poses back by as much as the gyroscope says they are stamped late.")
-    ] = DEFAULTS.smoother.allow_for_pose_lag,
+    ] = DEFAULTS.mapping.smoother.allow_for_pose_lag,
 ) -> None:
     with wrong_values_told():
         settings = Settings(
             strategy=strategy,
-            visits=VisitSettings(radius_m=visit_radius_m),
-            local=LocalSettings(max_step_m=max_step_m),
-            smoother=SmootherSettings(allow_for_pose_lag=allow_for_pose_lag),
+            mapping=MappingSettings(
+                visit_radius_m=visit_radius_m,
+                max_step_m=max_step_m,
+                smoother=SmootherSettings(allow_for_pose_lag=allow_for_pose_lag),
+            ),
             labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s, max_sigma_m=max_sigma),
         )
     selection = selection_of(floor, device)

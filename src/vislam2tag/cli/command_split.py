@@ -16,10 +16,10 @@ from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.settings import SplitSettings
 from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage, leakage
 from vislam2tag.dataset.splitting.splits import SplitKind, make_split
 from vislam2tag.pipeline.datasets.finish import add_split
-from vislam2tag.settings import SplitSettings
 
 DEFAULTS = SplitSettings()
 HELP = """

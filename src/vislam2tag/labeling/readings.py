@@ -12,7 +12,7 @@ from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.core.uncertainty import with_uncertain
-from vislam2tag.settings import LabelRule, LabelSettings
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 
 _LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
 

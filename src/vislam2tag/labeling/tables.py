@@ -18,9 +18,9 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.labeling.readings import label_readings, status_text
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import LabelSettings
 from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.model import SessionKey
 

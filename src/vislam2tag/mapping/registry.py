@@ -13,7 +13,7 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracker_sections import one_part, parts_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 
 
 class MappingStrategy(Protocol):
@@ -29,21 +29,21 @@ class MappingStrategy(Protocol):
         ...
 
 
-Factory = Callable[[Settings], MappingStrategy]
+Factory = Callable[[MappingSettings], MappingStrategy]
 STRATEGIES: Registry[Factory] = Registry(plugins.STRATEGIES)
 register = STRATEGIES.add
 strategy_names = STRATEGIES.names
 
 
-def strategy_named(name: str, settings: Settings) -> MappingStrategy:
-    """Make the strategy of this name with its part of the settings; raises UsageError for an unknown name.
+def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
+    """Make the strategy of this name with these settings; raises UsageError for an unknown name.
 
     It maps sessions in several parts part by part.
     """
     return InParts(STRATEGIES.named(name)(settings))
 
 
-def strategy_modules(name: str, settings: Settings) -> tuple[str, str]:
+def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
     """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
     factory = STRATEGIES.named(name)
     return factory.__module__, type(factory(settings)).__module__

@@ -13,8 +13,8 @@ from vislam2tag.common.records import Record
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
@@ -80,20 +80,21 @@ class Inspection(Record):
 
 
 def inspect_survey(
-    root: Path, settings: Settings | None = None, progress: Callable[[int, int], None] = lambda _done, _total: None
+    root: Path,
+    finding_settings: FindingSettings | None = None,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Inspection:
     """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
 
     ``progress`` is called with the number of sessions done and their total. Corrections are not applied to the
     figures, but sessions they exclude are not read.
     """
-    settings = settings or Settings()
-    survey = open_survey(root, settings.default_landmark_sigma_m)
+    survey = open_survey(root)
     corrections = read_corrections(root)
     sessions = []
     for done, ref in enumerate(survey.sessions):
         progress(done, len(survey.sessions))
-        sessions.append(_session_overview(survey, ref, corrections, settings))
+        sessions.append(_session_overview(survey, ref, corrections, finding_settings or FindingSettings()))
     progress(len(survey.sessions), len(survey.sessions))
     return Inspection(survey=str(root), floors=_floors(survey), sessions=tuple(sessions), findings=survey.findings)
 
@@ -117,7 +118,9 @@ def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
     )
 
 
-def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections, settings: Settings) -> SessionOverview:
+def _session_overview(
+    survey: Survey, ref: SessionRef, corrections: Corrections, finding_settings: FindingSettings
+) -> SessionOverview:
     key = ref.key
     excluded = corrections.excludes(key)
     blank = SessionOverview(
@@ -126,7 +129,7 @@ def _session_overview(survey: Survey, ref: SessionRef, corrections: Corrections,
     if excluded:
         return blank
     try:
-        prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), settings))
+        prepared = prepared_session(SessionTask(ref, survey.site, Corrections(), finding_settings=finding_settings))
     except SessionError as error:
         return blank.model_copy(update={"error": str(error)})
     session, landmarks = prepared.session, prepared.landmarks

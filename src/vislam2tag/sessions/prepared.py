@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
@@ -13,12 +13,13 @@ from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
-from vislam2tag.settings import Settings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
+from vislam2tag.survey.settings import SurveySettings
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,9 @@ class SessionTask:
     ref: SessionRef
     site: Site
     corrections: Corrections
-    settings: Settings
+    landmark_sigma_m: float = SurveySettings().landmark_sigma_m
+    """Per axis, of landmarks whose file gives none, metres."""
+    finding_settings: FindingSettings = field(default_factory=FindingSettings)
 
     @property
     def floor(self) -> Floor:
@@ -54,7 +57,7 @@ class SessionTask:
         return self._corrected(self.site.landmarks)[0]
 
     def _corrected(self, landmarks: Landmarks) -> tuple[Landmarks, tuple[str, ...]]:
-        return corrected_landmarks(landmarks, self.corrections, self.ref.key, self.settings.default_landmark_sigma_m)
+        return corrected_landmarks(landmarks, self.corrections, self.ref.key, self.landmark_sigma_m)
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,7 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    session, session_uses = corrected_session(read_session(task.ref, task.settings.findings), task.corrections)
+    session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
     considered, landmark_uses = task.considered_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.elsewhere, (*landmark_uses, *session_uses))

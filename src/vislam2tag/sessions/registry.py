@@ -14,11 +14,12 @@ from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import FindingSettings, Settings
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.corrections import read_corrections, unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.names import session_slugs
+from vislam2tag.survey.settings import SurveySettings
 
 UNKNOWN_FORMAT = "unknown"
 """Format of a session folder that cannot be looked into; reading it raises SessionError."""
@@ -98,7 +99,7 @@ def _format_named(ref: SessionRef) -> SessionFormat:
 
 def open_survey(
     root: Path,
-    default_sigma_m: float = Settings().default_landmark_sigma_m,
+    default_sigma_m: float = SurveySettings().landmark_sigma_m,
     landmark_file: Path | None = None,
 ) -> Survey:
     """Look at a survey folder: read the site's files, list the sessions, read none of them.

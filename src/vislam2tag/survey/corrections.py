@@ -21,9 +21,9 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import landmark_id
+from vislam2tag.survey.settings import SurveySettings
 
 CORRECTIONS_FILE = "corrections.toml"
 _START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")
@@ -178,7 +178,7 @@ def corrected_landmarks(
     landmarks: Landmarks,
     corrections: Corrections,
     key: SessionKey,
-    default_sigma_m: float = Settings().default_landmark_sigma_m,
+    default_sigma_m: float = SurveySettings().landmark_sigma_m,
 ) -> tuple[Landmarks, tuple[str, ...]]:
     """Landmarks that a session may use with its corrections applied, and one sentence for each use.
 

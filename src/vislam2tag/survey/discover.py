@@ -8,7 +8,6 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import (
@@ -19,6 +18,7 @@ from vislam2tag.survey.landmark_file import (
 )
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plans.images import load_plan
+from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
 from vislam2tag.survey.site_table import is_file
@@ -35,7 +35,7 @@ _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 
 def read_site(
     root: Path,
-    default_sigma_m: float = Settings().default_landmark_sigma_m,
+    default_sigma_m: float = SurveySettings().landmark_sigma_m,
     landmark_file: Path | None = None,
 ) -> tuple[Site, tuple[Finding, ...]]:
     """Read floors, landmarks and control points of a survey folder: as its ``site.toml`` says, else as published.

@@ -11,7 +11,7 @@ from tests.dataset.labelled_rows import START_NS, S, trajectory, wifi
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, SessionWalk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS
-from vislam2tag.settings import DatasetSettings
+from vislam2tag.dataset.settings import DatasetSettings
 
 FRAMES = trajectory([(0.1 * number, 0.0) for number in range(600)])
 WALK = SessionWalk("floor_1.LG.walk", "main", "LG", "2022-01-14T163530", PhoneMotion.of(FRAMES))

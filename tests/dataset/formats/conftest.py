@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.surveys import make_survey
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.settings import LabelRule, LabelSettings, Settings
+from vislam2tag.settings import Settings
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from tests.simulation.hand_made import make_test_walk
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.dataset.inertial.imu_windows import ImuWindows, imu_windows
 from vislam2tag.dataset.schema import SCHEMAS
-from vislam2tag.settings import ImuWindowSettings
+from vislam2tag.dataset.settings import ImuWindowSettings
 from vislam2tag.simulation.building.building import make_building
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.sensors.imu import GRAVITY_M_S2, SENSOR_TYPES, ImuSettings, simulate_imu

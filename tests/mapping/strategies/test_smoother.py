@@ -15,14 +15,14 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.settings import Settings
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.smoother.noise import Noise
 
 TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def mapped(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-    return strategy_named("smoother", Settings()).map(camera, log, landmarks)
+    return strategy_named("smoother", MappingSettings()).map(camera, log, landmarks)
 
 
 def errors_m(walk: Drifting, trajectory: Trajectory) -> FloatArray:
@@ -87,7 +87,7 @@ def test_too_few_landmarks_map_nothing_and_keep_what_was_seen(known: list[int]) 
     assert np.isnan(trajectory.position_bcs).all()
     assert np.isnan(trajectory.covariance_bcs).all()
     assert len(trajectory.visits) == 4
-    assert "two surveyed landmarks" in strategy_named("smoother", Settings()).needs
+    assert "two surveyed landmarks" in strategy_named("smoother", MappingSettings()).needs
 
 
 def test_landmarks_that_the_survey_does_not_know_count_as_unsurveyed() -> None:

@@ -17,9 +17,10 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import REQUIRED, SCHEMAS
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.settings import DatasetSettings, Settings
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.walking.tour import Climb

@@ -15,12 +15,13 @@ from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.evaluation.record import Row, SurveyEvaluation
 from vislam2tag.evaluation.trajectory_files import read_tum
 from vislam2tag.evaluation.truth import read_truth
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.labels.evaluate import evaluate
 from vislam2tag.pipeline.labels.evaluate_session import IDENTIFIED, NEAREST, WITHOUT_LEAD
 from vislam2tag.pipeline.labels.evaluate_station import AT_CAMERA, AT_PRISM
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.settings import LabelSettings, Settings
+from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation
 from vislam2tag.simulation.survey import simulate
 

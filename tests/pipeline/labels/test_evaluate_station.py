@@ -46,7 +46,7 @@ def shown(root: Path) -> list[Found]:
     opened = open_survey(root)
     corrections, out = read_corrections(root), OutputFolder(root.with_name("out"))
     jobs = [
-        EvaluationJob(SessionTask(ref, opened.site, corrections, Settings()), ("smoother",), None, out)
+        EvaluationJob(SessionTask(ref, opened.site, corrections), Settings(), ("smoother",), None, out)
         for ref in opened.sessions
     ]
     (device,) = station_jobs(jobs)

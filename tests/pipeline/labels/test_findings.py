@@ -9,14 +9,14 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.findings import landmark_findings
-from vislam2tag.settings import Settings
 
 IN_LINE = {"a": (5.0, 0.5), "b": (15.0, 0.5), "c": (25.0, 0.5)}
 
 
 def findings(strategy: str, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> list[Finding]:
-    chosen = strategy_named(strategy, Settings())
+    chosen = strategy_named(strategy, MappingSettings())
     trajectory = chosen.map(camera, log, landmarks)
     return landmark_findings(camera, log, landmarks, trajectory, 1.0, chosen.needs)
 

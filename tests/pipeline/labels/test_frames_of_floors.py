@@ -12,13 +12,13 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from vislam2tag.labeling.tables_in_new_frame import changed_table
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.landmark_survey import reduce_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.site.init import describe_published
 from vislam2tag.pipeline.site.write import write_changed_site
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.walking.tour import Climb
@@ -86,8 +86,8 @@ def test_landmarks_are_not_surveyed_across_frames(surveys: tuple[Path, Path]) ->
     errors = []
     for out in surveys:
         survey = open_survey(out.parent / "survey")
-        task = SessionTask(survey.sessions[0], survey.site, Corrections(), Settings())
-        errors.append(reduce_session(task).error)
+        task = SessionTask(survey.sessions[0], survey.site, Corrections())
+        errors.append(reduce_session(MappingSettings(), task).error)
     assert errors[0] is None
     assert errors[1] is not None
     assert "floors whose frames differ" in errors[1]

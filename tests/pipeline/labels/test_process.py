@@ -13,12 +13,13 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
+from vislam2tag.labeling.settings import LabelRule, LabelSettings
 from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline.labels import session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.settings import LabelRule, LabelSettings, Settings
+from vislam2tag.settings import Settings
 from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef
 

@@ -17,6 +17,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.mapping.registry import STRATEGIES, strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
@@ -31,7 +32,7 @@ ELEVATED = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})
 class High:
     """The paper's global mapping with the heights and floors that the tracker's vertical axis gives."""
 
-    settings: Settings
+    settings: MappingSettings
     needs: str = "two landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:

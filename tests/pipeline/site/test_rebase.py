@@ -12,7 +12,7 @@ from PIL import Image
 from polars.testing import assert_frame_equal
 
 from tests.surveys import bytes_of
-from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.errors import DatasetError, OutputError, SurveyError, UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
@@ -109,6 +109,16 @@ def test_the_source_stays_and_equal_input_gives_equal_bytes(
     rebase(clean_run, tmp_path / "again", CHANGES, new_survey)
     assert bytes_of(clean_run) == before
     assert bytes_of(tmp_path / "again") == bytes_of(rebased)
+
+
+def test_labels_of_a_version_with_other_settings_are_refused(clean_run: Path, new_survey: Path, tmp_path: Path) -> None:
+    old = shutil.copytree(clean_run, tmp_path / "old")
+    run = json.loads((old / "run.json").read_bytes())
+    run["settings"] = {"strategy": "local", "visits": {"radius_m": 1.0}}
+    (old / "run.json").write_text(json.dumps(run))
+    with pytest.raises(DatasetError, match="made by another version, with other settings; run `vislam2tag process`"):
+        rebase(old, tmp_path / "new", CHANGES, new_survey)
+    assert not (tmp_path / "new").exists()
 
 
 def test_labels_there_and_back(rebased: Path, clean_run: Path, clean_survey: Path, tmp_path: Path) -> None:

@@ -17,9 +17,10 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.evaluation.reliability import reduce_errors
 from vislam2tag.evaluation.residuals import CONTROL_POINTS
 from vislam2tag.labeling.results import Drawing, SessionResult, Stretch
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.settings import LabelSettings, Settings
+from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionKey, Survey
 
 EVIL = "</script><script>alert(1)</script><!--\"'&amp;"

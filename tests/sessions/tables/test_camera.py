@@ -12,8 +12,8 @@ from tests.sessions.raw import FRAME_NS, START_NS
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.camera import POSE_COLUMNS, camera_track
-from vislam2tag.settings import FindingSettings
 
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 

@@ -4,9 +4,9 @@ import polars as pl
 import pytest
 
 from tests.sessions.raw import START_NS, to_bytes, wifi_line
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, median_scan_interval_s, parse_wifi, wifi_findings
-from vislam2tag.settings import FindingSettings
 
 
 def parse(*lines: str) -> RawTable:

@@ -15,8 +15,8 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
 from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 
 

@@ -24,7 +24,7 @@ from vislam2tag.dataset.inertial.sensor_series import (
     sensor_series,
 )
 from vislam2tag.dataset.schema import IMU_WINDOWS, empty_table, in_schema
-from vislam2tag.settings import ImuWindowSettings
+from vislam2tag.dataset.settings import ImuWindowSettings
 
 USUAL_RATES_HZ = (25.0, 50.0, 100.0, 200.0, 400.0)
 MIN_AGREEMENT = 0.97

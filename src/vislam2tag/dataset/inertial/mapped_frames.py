@@ -19,7 +19,7 @@ from vislam2tag.dataset.inertial.sensor_series import (
     first_fault,
     in_time_order,
 )
-from vislam2tag.settings import LabelSettings
+from vislam2tag.labeling.settings import LabelSettings
 
 JUMP_M, FASTEST_M_S = 0.1, 4.0
 """A step between frames longer than both allow, metres and metres a second, was not walked."""

@@ -36,9 +36,10 @@ from vislam2tag.dataset.schema import (
     empty_table,
     in_schema,
 )
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.labeling.readings import label_readings
-from vislam2tag.settings import DatasetSettings, LabelSettings
+from vislam2tag.labeling.settings import LabelSettings
 
 SAME_READING_NS = 5_000_000
 """Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""

@@ -21,8 +21,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.dataset.settings import SplitSettings
 from vislam2tag.dataset.splitting.split_items import rank_of_kind, split_items
-from vislam2tag.settings import SplitSettings
 
 
 def draw_order(names: pl.Series, seed: int) -> pl.Series:

@@ -11,8 +11,8 @@ from vislam2tag.evaluation.paper.walks import Mapped, PaperWalk, paper_walk
 from vislam2tag.evaluation.total_station.station_errors import JUMP_M, clock_offset, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import StationTrack
 from vislam2tag.evaluation.truth import Truth
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import LocalSettings, Settings
 
 CLOCK_STRATEGY = "local-corrected"
 """Whose errors the clock offset makes least, as in the paper."""
@@ -26,9 +26,9 @@ class StationWalks:
     clock_ns: int
 
 
-def station_settings(settings: Settings) -> Settings:
+def station_settings(settings: MappingSettings) -> MappingSettings:
     """Settings with which the paper maps walks before the total station: shorter steps are breaks."""
-    return settings.model_copy(update={"local": LocalSettings(max_step_m=JUMP_M)})
+    return settings.model_copy(update={"max_step_m": JUMP_M})
 
 
 def station_walks(

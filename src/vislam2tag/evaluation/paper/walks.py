@@ -13,8 +13,8 @@ from vislam2tag.evaluation.measuring import sure_points
 from vislam2tag.evaluation.paper.tables import WalkErrors
 from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import Floor, SessionKey
 
 
@@ -66,7 +66,7 @@ class PaperWalk:
         return WalkErrors(self.key, means, self.faulty)
 
 
-def map_all(session: Session, landmarks: Landmarks, settings: Settings) -> Mapped:
+def map_all(session: Session, landmarks: Landmarks, settings: MappingSettings) -> Mapped:
     """Map a session with each of :data:`STRATEGIES`."""
     return {
         name: strategy_named(name, settings).map(session.camera, session.landmarks, landmarks) for name in STRATEGIES

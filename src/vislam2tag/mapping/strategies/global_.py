@@ -52,4 +52,4 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
     return np.reshape(medians, (-1, 2)).astype(np.float64), surveyed
 
 
-register("global", lambda settings: GlobalMapping(Similarity2, settings.visits.radius_m))
+register("global", lambda settings: GlobalMapping(Similarity2, settings.visit_radius_m))

@@ -8,4 +8,4 @@ from vislam2tag.mapping.strategies.global_ import GlobalMapping
 
 NEEDS = "three surveyed landmarks seen that are not on one line"
 
-register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visits.radius_m, NEEDS))
+register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visit_radius_m, NEEDS))

@@ -105,4 +105,4 @@ def _longest_step(sheet: Sheet, camera: CameraTrack, start: int, stop: int) -> f
     return float(steps.max(initial=0.0))
 
 
-register("local", lambda settings: LocalMapping(settings.visits.radius_m, math.inf, discards=False))
+register("local", lambda settings: LocalMapping(settings.visit_radius_m, math.inf, discards=False))

@@ -5,6 +5,4 @@ from __future__ import annotations
 from vislam2tag.mapping.registry import register
 from vislam2tag.mapping.strategies.local import LocalMapping
 
-register(
-    "local-corrected", lambda settings: LocalMapping(settings.visits.radius_m, settings.local.max_step_m, discards=True)
-)
+register("local-corrected", lambda settings: LocalMapping(settings.visit_radius_m, settings.max_step_m, discards=True))

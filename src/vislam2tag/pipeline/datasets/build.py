@@ -16,6 +16,7 @@ from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.dataset.transmitters.merged_radios import merged_radios
@@ -25,7 +26,6 @@ from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutco
 from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.names import unique_slugs
 
 Progress = Callable[[str, str | None, int], None]

@@ -17,9 +17,9 @@ from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.radio_tables import TECHNOLOGIES, WIFI, radio_rows
 from vislam2tag.dataset.inertial.imu_windows import imu_windows
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READINGS, SESSIONS, in_schema
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 
 NAMES = "names"

@@ -10,8 +10,8 @@ from pathlib import Path
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.model import DatasetSource, FloorInfo
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord
-from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.names import unique_slugs
 from vislam2tag.survey.plans.load import plan_file

@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.check_page import write_check_page
 from vislam2tag.self_check.bad_landmarks import bad_landmarks
 from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
-from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
@@ -66,7 +66,7 @@ def check(
     cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
     """
     settings = settings or Settings()
-    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection or Selection())
     if out is not None:
@@ -79,7 +79,8 @@ def check(
         if progress is not None:
             progress(checked.record, len(refs))
 
-    process_all(check_session, [SessionTask(ref, survey.site, corrections, settings) for ref in refs], jobs, report)
+    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
+    process_all(partial(check_session, settings), todo, jobs, report)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
@@ -88,8 +89,8 @@ def check(
         bad_landmarks=bad_landmarks(collected.sessions),
     )
     if out is not None:
-        with whole_file(out / CHECK_FILE) as partial:
-            partial.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
+        with whole_file(out / CHECK_FILE) as file:
+            file.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
         write_check_page(out / PAGE_FILE, survey, found, collected.gains)
     return found
 

@@ -18,8 +18,10 @@ from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.settings import Settings
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 
@@ -31,10 +33,10 @@ class CheckedSession:
     gains: SessionGains | None = None
 
 
-def check_session(task: SessionTask) -> CheckedSession:
+def check_session(settings: Settings, task: SessionTask) -> CheckedSession:
     """Read, map and check one session; one that cannot be read or mapped becomes a record with an error."""
     try:
-        return _check(task)
+        return _check(settings, task)
     except SessionError as error:
         return CheckedSession(_record(task, error=str(error)))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
@@ -42,9 +44,9 @@ def check_session(task: SessionTask) -> CheckedSession:
         return CheckedSession(_record(task, error=fault))
 
 
-def _check(task: SessionTask) -> CheckedSession:
+def _check(settings: Settings, task: SessionTask) -> CheckedSession:
     prepared = prepared_session(task).longest_section()
-    smoothed = _smoothed(prepared)
+    smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
     floor = _floors(prepared)[smoothed.model.walked.odometry.frame]
@@ -52,11 +54,13 @@ def _check(task: SessionTask) -> CheckedSession:
     found = session_gains(
         gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
-    return CheckedSession(_record(task, **_accuracy(prepared, smoothed, covariance, left_out)), found)
+    return CheckedSession(
+        _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m)), found
+    )
 
 
-def _smoothed(prepared: PreparedSession) -> Smoothed:
-    session, range_m = prepared.session, prepared.task.settings.smoother.sighting_range_m
+def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
+    session, range_m = prepared.session, settings.sighting_range_m
     walked = Walked.of(session.camera, session.landmarks, range_m)
     smoothed = smooth(walked, KnownLandmarks.of(walked.ids, prepared.landmarks))
     if smoothed is None:
@@ -73,12 +77,16 @@ def _floors(prepared: PreparedSession) -> IntArray:
 
 
 def _accuracy(
-    prepared: PreparedSession, smoothed: Smoothed, covariance: FloatArray, left_out: tuple[LeftOut, ...]
+    prepared: PreparedSession,
+    smoothed: Smoothed,
+    covariance: FloatArray,
+    left_out: tuple[LeftOut, ...],
+    max_sigma_m: float,
 ) -> dict[str, Any]:
     """The session's numbers under their names in its record; ``covariance`` (n, 2, 2) of its frames, m^2."""
     walked, known = smoothed.model.walked, smoothed.known
     sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
-    labelled = sigma_m <= prepared.task.settings.labels.max_sigma_m
+    labelled = sigma_m <= max_sigma_m
     estimate = estimate_accuracy(covariance[labelled], left_out)
     details: dict[str, Any] = {
         "landmarks": int(known.surveyed[np.unique(walked.passes.landmark)].sum()),

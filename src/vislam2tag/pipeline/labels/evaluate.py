@@ -18,11 +18,10 @@ from vislam2tag.mapping.registry import strategy_named, strategy_names
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.labels.process import run_record
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
-from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
@@ -60,16 +59,16 @@ def evaluate(
     settings, selection = settings or Settings(), selection or Selection()
     names = tuple(dict.fromkeys(strategies)) or strategy_names()
     for name in names:
-        strategy_named(name, settings)
+        strategy_named(name, settings.mapping)
     if truth is not None and not truth.is_dir():
         raise UsageError(f"--truth {truth}: is no folder; it holds a file for each session, such as SLUG.tum")
-    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
     todo = [
         EvaluationJob(
-            SessionTask(ref, survey.site, corrections, settings), names, truth, OutputFolder(out), clock_drift
+            session_task(ref, survey, corrections, settings), settings, names, truth, OutputFolder(out), clock_drift
         )
         for ref in refs
     ]

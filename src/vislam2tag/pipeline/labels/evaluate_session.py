@@ -31,6 +31,7 @@ from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -52,6 +53,7 @@ class EvaluationJob:
     """All that a worker needs to evaluate one session."""
 
     task: SessionTask
+    settings: Settings
     strategies: tuple[str, ...]
     truth: Path | None
     """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""
@@ -63,11 +65,6 @@ class EvaluationJob:
     def ref(self) -> SessionRef:
         """Where the session lies."""
         return self.task.ref
-
-    @property
-    def settings(self) -> Settings:
-        """The run's settings."""
-        return self.task.settings
 
     @property
     def truth_place(self) -> tuple[Path, str]:
@@ -102,7 +99,7 @@ def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
 
 
 def map_with(
-    names: tuple[str, ...], session: Session, landmarks: Landmarks, settings: Settings
+    names: tuple[str, ...], session: Session, landmarks: Landmarks, settings: MappingSettings
 ) -> dict[str, Trajectory]:
     """Map a session with each of the strategies."""
     return {
@@ -116,7 +113,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
     prepared.refuse_without_frames()
     session, landmarks = prepared.session, prepared.landmarks
     needed = ("local", "local-corrected", REFERENCE)
-    everything = map_with((*job.strategies, *needed), session, landmarks, job.settings)
+    everything = map_with((*job.strategies, *needed), session, landmarks, job.settings.mapping)
     chosen = {name: everything[name] for name in job.strategies}
     limit = job.settings.labels.max_sigma_m
     sure = {name: sure_frames(trajectory, limit) for name, trajectory in everything.items()}
@@ -145,7 +142,7 @@ def _at_dense_truth(
     if truth is None:
         return
     path = TruePath.of(truth)
-    passed = find_visits(session.camera, session.landmarks, job.settings.visits.radius_m)
+    passed = find_visits(session.camera, session.landmarks, job.settings.mapping.visit_radius_m)
     known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
     visits_ns = session.camera.time_ns[known]
     for name, trajectory in mapped.items():

@@ -121,7 +121,7 @@ def _walk(job: EvaluationJob, found: Found) -> _Walk | None:
     except SessionError:
         return None
     session = prepared.session
-    mapped = map_with((*job.strategies, REFERENCE), session, prepared.landmarks, job.settings)
+    mapped = map_with((*job.strategies, REFERENCE), session, prepared.landmarks, job.settings.mapping)
     return _Walk(job, session, mapped, track)
 
 

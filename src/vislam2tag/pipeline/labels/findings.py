@@ -13,10 +13,12 @@ from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.settings import Settings
 
 
-def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, needs: str) -> list[Finding]:
-    """All that mapping shows of a session; ``needs`` is what its strategy says that a walk must have had."""
+def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m: float, needs: str) -> list[Finding]:
+    """All that mapping shows of a session.
+
+    ``radius_m`` is a visit's, metres; ``needs`` is what the strategy says that a walk must have had.
+    """
     session, landmarks = prepared.session, prepared.landmarks
-    radius_m = prepared.task.settings.visits.radius_m
     return [
         *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
         *(_contradiction(found, landmarks) for found in trajectory.contradictions),
@@ -83,7 +85,7 @@ def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:
 
 def pose_lag_findings(lag_s: float | None, settings: Settings) -> list[Finding]:
     """Poses stamped later (seconds) than the settings put up with, where the smoother does not allow for it."""
-    allowed_for = settings.strategy == "smoother" and settings.smoother.allow_for_pose_lag
+    allowed_for = settings.strategy == "smoother" and settings.mapping.smoother.allow_for_pose_lag
     if lag_s is None or abs(lag_s) <= settings.findings.pose_lag_s or allowed_for:
         return []
     return [

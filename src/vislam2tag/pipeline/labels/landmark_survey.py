@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +17,8 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.floors_walked import CLIMB_M
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -66,25 +69,25 @@ class JointSurvey:
     joined: LandmarkMap
 
 
-def reduce_session(task: SessionTask) -> ReducedSession:
+def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     """Read a session and map its landmarks in its own frame; what ends it is told in its error."""
     key = task.ref.key
     try:
-        return _reduced(task)
+        return _reduced(settings, task)
     except SessionError as error:
         return ReducedSession(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
         return ReducedSession(key, error=f"{key}: unexpected {type(error).__name__}: {error}; please report this")
 
 
-def _reduced(task: SessionTask) -> ReducedSession:
+def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     key, site = task.ref.key, task.site
     prepared = prepared_session(task).longest_section()
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
     if task.frames and (landmarks.floor != key.floor).any():
         raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
     log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])
-    walked = Walked.of(camera, log, task.settings.smoother.sighting_range_m)
+    walked = Walked.of(camera, log, settings.smoother.sighting_range_m)
     if len(walked.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
     local = LocalMap.of(smooth_in_own_frame(walked))
@@ -169,7 +172,7 @@ def survey_landmarks(
     OutputError where a worker is ended from outside; a session that cannot be read is told in its own ``error``.
     """
     settings = settings or Settings()
-    survey = open_survey(root, settings.default_landmark_sigma_m)
+    survey = open_survey(root, settings.survey.landmark_sigma_m)
     corrections = read_corrections(root)
     there = {ref.key.floor for ref in survey.sessions}
     for floor in floors:
@@ -178,7 +181,7 @@ def survey_landmarks(
                 f"--floor {floor}: the survey has no session of it; there are: {', '.join(map(str, sorted(there)))}"
             )
     todo = [
-        SessionTask(ref, survey.site, corrections, settings)
+        session_task(ref, survey, corrections, settings)
         for ref in survey.sessions
         if (not floors or ref.key.floor in floors) and not corrections.excludes(ref.key)
     ]
@@ -188,8 +191,8 @@ def survey_landmarks(
         sessions.append(session)
         progress(session, len(todo))
 
-    process_all(reduce_session, todo, jobs, keep)
-    return join_sessions(survey, sessions, settings.default_landmark_sigma_m)
+    process_all(partial(reduce_session, settings.mapping), todo, jobs, keep)
+    return join_sessions(survey, sessions, settings.survey.landmark_sigma_m)
 
 
 def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float) -> JointSurvey:

@@ -18,12 +18,11 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
-from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
@@ -58,8 +57,8 @@ def process(
     settings = settings or Settings()
     selection = selection or Selection()
     report = progress or _silent
-    strategy_named(settings.strategy, settings)
-    survey = open_survey(survey_root, settings.default_landmark_sigma_m, landmarks)
+    strategy_named(settings.strategy, settings.mapping)
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
@@ -70,7 +69,9 @@ def process(
         (out / CHANGE_FILE).unlink(missing_ok=True)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
         code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
-        todo = [Job(SessionTask(ref, survey.site, corrections, settings), folder, code[ref.format]) for ref in refs]
+        todo = [
+            Job(session_task(ref, survey, corrections, settings), settings, folder, code[ref.format]) for ref in refs
+        ]
         process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
 

@@ -36,6 +36,7 @@ class Job:
     """All that a worker needs to process one session."""
 
     task: SessionTask
+    settings: Settings
     out: OutputFolder
     code: str
     """Key of the source that processes it (:func:`code_of`)."""
@@ -59,7 +60,7 @@ class Outcome:
 
 def code_of(format_name: str, settings: Settings) -> str:
     """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import."""
-    return code_key(__name__, format_module(format_name), *strategy_modules(settings.strategy, settings))
+    return code_key(__name__, format_module(format_name), *strategy_modules(settings.strategy, settings.mapping))
 
 
 def process_session(job: Job) -> Outcome:
@@ -91,23 +92,23 @@ def _outcome(result: SessionResult, *, repeated: bool) -> Outcome:
 
 def _process(job: Job) -> SessionResult:
     prepared = prepared_session(job.task)
-    session, settings = prepared.session, job.task.settings
-    strategy = strategy_named(settings.strategy, settings)
+    session, settings = prepared.session, job.settings
+    strategy = strategy_named(settings.strategy, settings.mapping)
     mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)
     walk = LabelledWalk.of(session, mapped, settings.labels)
     _write_tables(job, walk.tables(job.task.frames))
     hashes = {record.name: record.sha256 for record in session.files}
-    return session_result(prepared, walk, strategy.needs, _fingerprint(job, hashes, session.landmarks.ids))
+    return session_result(prepared, walk, settings, strategy.needs, _fingerprint(job, hashes, session.landmarks.ids))
 
 
 def _failed(job: Job, error: str) -> SessionResult:
     """Write tables with zero rows for a session of which nothing could be made."""
     _write_tables(job, {name: pl.DataFrame(schema=SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL})
-    return result_of(job.task, fingerprint="", error=error)
+    return result_of(job.task, job.settings.strategy, fingerprint="", error=error)
 
 
 def _write_tables(job: Job, tables: dict[str, pl.DataFrame]) -> None:
-    strategy = job.task.settings.strategy
+    strategy = job.settings.strategy
     for name, table in tables.items():
         job.out.write(f"{name}/{job.slug}.parquet", partial(write_table, table, name, strategy))
 
@@ -133,7 +134,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         "key": str(task.ref.key),
         "format": task.ref.format,
         "files": hashes,
-        "settings": task.settings.model_dump(mode="json"),
+        "settings": job.settings.model_dump(mode="json"),
         "corrections": task.corrections.for_session(task.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
         "ambiguous": [ambiguous.ids, ambiguous.floor.tolist(), ambiguous.source],

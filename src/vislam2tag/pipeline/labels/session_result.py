@@ -17,22 +17,26 @@ from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findi
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
+from vislam2tag.settings import Settings
 
 
-def session_result(prepared: PreparedSession, walk: LabelledWalk, needs: str, fingerprint: str) -> SessionResult:
+def session_result(
+    prepared: PreparedSession, walk: LabelledWalk, settings: Settings, needs: str, fingerprint: str
+) -> SessionResult:
     """Reduce a session to its result; ``needs`` is what its strategy says that a walk must have had to be mapped."""
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory
-    settings, own = task.settings, task.floor.number
+    own = task.floor.number
     errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor)
     drawings = draw(own, session.camera, session.landmarks, prepared.landmarks, trajectory, walk.readings["wifi"])
     result = result_of(
         task,
+        settings.strategy,
         fingerprint=fingerprint,
         error=_mapping_error(session, trajectory, needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=[
             *prepared.findings(),
-            *mapping_findings(prepared, trajectory, needs),
+            *mapping_findings(prepared, trajectory, settings.mapping.visit_radius_m, needs),
             *truth_findings,
             *pose_lag_findings(session.camera.pose_lag_s, settings),
         ],
@@ -54,7 +58,7 @@ def session_result(prepared: PreparedSession, walk: LabelledWalk, needs: str, fi
     return turned_result(result, task.frames) if task.frames else result
 
 
-def result_of(task: SessionTask, **details: Any) -> SessionResult:
+def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult:
     """Fill in who the session is and what processed it."""
     key = task.ref.key
     return SessionResult(
@@ -63,7 +67,7 @@ def result_of(task: SessionTask, **details: Any) -> SessionResult:
         device=key.device,
         session=key.session,
         format=task.ref.format,
-        strategy=task.settings.strategy,
+        strategy=strategy,
         version=__version__,
         **details,
     )

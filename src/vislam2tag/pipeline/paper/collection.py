@@ -12,6 +12,7 @@ from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, Labelled
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.dataset.statistics.record import DatasetStatistics
@@ -20,7 +21,7 @@ from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_sessio
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.settings import DatasetSettings, Settings
+from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.model import SessionKey, Survey
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
@@ -70,5 +71,5 @@ def _subfolders(folder: Path) -> list[Path]:
 
 def read_mappable(survey: Survey, ref: SessionRef, settings: Settings) -> tuple[Session, Landmarks]:
     """Read a session and the landmarks that it may use, corrected; raises SessionError where it cannot be read."""
-    prepared = prepared_session(SessionTask(ref, survey.site, read_corrections(survey.root), settings))
+    prepared = prepared_session(session_task(ref, survey, read_corrections(survey.root), settings))
     return prepared.session, prepared.landmarks

@@ -30,6 +30,7 @@ from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
 from vislam2tag.sessions.model import Session
@@ -68,12 +69,11 @@ class Shown:
     mapped: Mapped
 
     @classmethod
-    def of(cls, source: Source, key: SessionKey, settings: Settings | None = None) -> Shown:
+    def of(cls, source: Source, key: SessionKey, mapping: MappingSettings | None = None) -> Shown:
         """Read and map a session; raises SessionError where it is missing or cannot be mapped locally."""
         survey, ref = source.data.find(key)
-        settings = settings or source.settings
-        session, landmarks = read_mappable(survey, ref, settings)
-        mapped = map_all(session, landmarks, settings)
+        session, landmarks = read_mappable(survey, ref, source.settings)
+        mapped = map_all(session, landmarks, mapping or source.settings.mapping)
         if not any(segment.status == Status.OK for segment in mapped["local"].segments):
             raise SessionError(f"{key}: could not be mapped: it needs visits to two different surveyed landmarks")
         max_sigma_m = source.settings.labels.max_sigma_m
@@ -101,7 +101,7 @@ def _workflow(source: Source) -> Figure:
 
 def _visits(source: Source) -> Figure:
     shown = Shown.of(source, SPLIT)
-    session, radius_m = shown.session, source.settings.visits.radius_m
+    session, radius_m = shown.session, source.settings.mapping.visit_radius_m
     return landmark_distances(session.camera, session.landmarks, shown.mapped["local"].visits, radius_m)
 
 
@@ -136,7 +136,7 @@ def _movement(source: Source) -> Figure:
 
 
 def _overlay(source: Source) -> Figure:
-    shown = Shown.of(source, TRACKED, station_settings(source.settings))
+    shown = Shown.of(source, TRACKED, station_settings(source.settings.mapping))
     walk = walk_of(source.walks.tracked, TRACKED)
     if walk is None:
         raise SessionError(f"{TRACKED}: could not be compared with the total station's track")

@@ -83,19 +83,19 @@ def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: S
         walks.failed.append(str(error))
         return
     if len(session.presses_ns):
-        mapped = map_all(session, landmarks, settings)
+        mapped = map_all(session, landmarks, settings.mapping)
         walks.pressed.append(press_walk(session, survey.site.floor(ref.key.floor), mapped, settings.labels.max_sigma_m))
 
 
 def _station_phone(refs: Refs, settings: Settings) -> StationPhone:
     """Evaluate the walks of one phone; raises SurveyError or SessionError where something of it cannot be used."""
-    strict = station_settings(settings)
+    strict = station_settings(settings.mapping)
     survey, first = refs[0]
     number = first.key.floor
     frame = fit_frame(shot_points(survey.root / f"floor_{number}", number, survey.site.landmarks))
     sessions = []
     for at, ref in refs:
-        session, landmarks = read_mappable(at, ref, strict)
+        session, landmarks = read_mappable(at, ref, settings)
         sessions.append((session, map_all(session, landmarks, strict), read_station_track(ref.folder / TRACK_FILE)))
     found = station_walks(sessions, frame.bcs_t_station, settings.labels.max_sigma_m)
     return StationPhone(frame.bcs_t_station, found)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
@@ -38,6 +40,11 @@ def selected(survey: Survey, corrections: Corrections, selection: Selection) -> 
         and (not selection.devices or ref.key.device in selection.devices)
         and not corrections.excludes(ref.key)
     ]
+
+
+def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: Settings) -> SessionTask:
+    """Say how a session of a survey is to be read."""
+    return SessionTask(ref, survey.site, corrections, settings.survey.landmark_sigma_m, settings.findings)
 
 
 def refuse_among_sessions(survey: Survey, out: Path) -> None:

@@ -6,7 +6,9 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
@@ -131,7 +133,12 @@ def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: M
 
 def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
     """Write report and summary of what has been changed."""
-    settings = Settings.model_validate(labelled.settings)
+    try:
+        settings = Settings.model_validate(labelled.settings)
+    except ValidationError as error:
+        raise DatasetError(
+            f"{labelled.root}: was made by another version, with other settings; run `vislam2tag process` again"
+        ) from error
 
     def results() -> Iterator[SessionResult]:
         for ref in survey.sessions:

@@ -36,6 +36,7 @@ from vislam2tag.sessions.phone.schemas import (
 from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ble_table import ble_findings
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.tables.camera import poses_of
@@ -44,7 +45,6 @@ from vislam2tag.sessions.tables.radio_text import without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
-from vislam2tag.settings import FindingSettings
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file
 

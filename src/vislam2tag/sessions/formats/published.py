@@ -14,6 +14,7 @@ from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
 from vislam2tag.sessions.tables.camera import CAMERA_SCHEMA, camera_track
@@ -21,7 +22,6 @@ from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_lo
 from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
-from vislam2tag.settings import FindingSettings
 from vislam2tag.survey.model import SessionRef
 
 FILE_NAMES = {

@@ -13,8 +13,8 @@ from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.context import TrackerState
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.phone.schemas import TRACKING, unit_poses
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.camera import POSE_COLUMNS, camera_track
-from vislam2tag.settings import FindingSettings
 from vislam2tag.smoother.losses import runs
 
 _UNKNOWN = "unknown"

@@ -9,7 +9,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.settings import FindingSettings
+from vislam2tag.sessions.settings import FindingSettings
 
 POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Float64)
 """Position in metres and quaternion (x, y, z, w), both in the ACS."""

@@ -8,9 +8,9 @@ from dataclasses import replace
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable, without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable, sift
-from vislam2tag.settings import FindingSettings
 
 _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS

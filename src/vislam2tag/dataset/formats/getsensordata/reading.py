@@ -20,7 +20,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorI
 from vislam2tag.dataset.reading.archives import folder_of, heads_in
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
-from vislam2tag.settings import DatasetSettings
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.survey.georeference import Georeference, from_wgs84
 from vislam2tag.survey.names import unique_slugs
 

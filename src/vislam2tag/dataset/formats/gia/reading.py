@@ -21,10 +21,10 @@ from vislam2tag.dataset.formats.gia.annotated_tables import SENSORS_FILE, WIFI_F
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
+from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
-from vislam2tag.settings import DatasetSettings
 from vislam2tag.survey.corrections import session_start
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey

@@ -20,7 +20,7 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorI
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
-from vislam2tag.settings import DatasetSettings
+from vislam2tag.dataset.settings import DatasetSettings
 
 BESIDE_M = 10.0
 """Plans are drawn by hand: a waypoint may lie this far beside one."""

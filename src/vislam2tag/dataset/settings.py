@@ -1,0 +1,52 @@
+"""How labelled readings become a data set, and how it is split."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+
+
+class SplitSettings(FiniteRecord):
+    """How a data set is split for training and testing (docs/datasets.md)."""
+
+    seed: int = 0
+    share: float = Field(default=0.3, gt=0, lt=1)
+    """Part that tests, of the fingerprints (``random``) or of the blocks (``block``); the paper's 30 %."""
+    folds: int = Field(default=5, ge=2)
+    """Folds that walks are dealt to (``trajectory``); fewer where there are fewer walks."""
+    block_m: float = Field(default=10.0, gt=0)
+    """Side of a block, metres."""
+    guard_m: float = Field(default=0.0, ge=0)
+    """Fingerprints nearer than this to a block that tests do not train, metres."""
+
+
+class ImuWindowSettings(FiniteRecord):
+    """How inertial readings are cut into windows for learned odometry (docs/datasets.md)."""
+
+    length_s: float = Field(default=1.0, gt=0)
+    """As in RoNIN and TLIO."""
+    step_s: float = Field(default=1.0, gt=0)
+    """From one window's start to the next, seconds; shorter than the length: they overlap."""
+    rate_hz: float | None = Field(default=None, gt=0)
+    """Samples a second; None: the one of Android's usual rates that is nearest to the session's own."""
+    max_sensor_gap_s: float = Field(default=0.1, gt=0)
+    """A window in which a sensor is silent for longer is dropped, seconds."""
+
+
+class DatasetSettings(FiniteRecord):
+    """How labelled readings become a data set (docs/datasets.md)."""
+
+    wifi_window_s: float | None = Field(default=None, ge=0.001)
+    """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""
+    ble_window_s: float = Field(default=1.0, ge=0.001)
+    """BLE readings are grouped by windows of this length, seconds: there are no scans."""
+    magnetic_window_s: float = Field(default=0.5, ge=0.001)
+    """Magnetic readings are averaged over windows of this length, seconds: half a metre of walking."""
+    scan_length_s: float = Field(default=6.0, gt=0)
+    """A reading this much older than the newest of its scan is a cached result: sweeping all channels takes less."""
+    imu: ImuWindowSettings = ImuWindowSettings()
+
+    def window_of(self, technology: str) -> float | None:
+        """Length of the windows of ``wifi`` or ``ble`` readings, seconds; None: they are grouped by scan."""
+        return self.ble_window_s if technology == "ble" else self.wifi_window_s

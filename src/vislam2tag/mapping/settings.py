@@ -1,0 +1,18 @@
+"""What mapping strategies may be told."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.smoother.settings import SmootherSettings
+
+
+class MappingSettings(FiniteRecord):
+    """How sessions are mapped; a strategy takes what it needs of it."""
+
+    visit_radius_m: float = Field(default=1.0, gt=0)
+    """A landmark is visited where the camera comes within this distance in space, metres (paper, section V-B)."""
+    max_step_m: float = Field(default=5.0, gt=0)
+    """``local-corrected`` discards a segment with a longer step between neighbouring mapped frames, metres."""
+    smoother: SmootherSettings = SmootherSettings()

@@ -1,0 +1,16 @@
+"""What the smoother may be told of a tracker."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+
+
+class SmootherSettings(FiniteRecord):
+    """The smoother; its noise levels are estimated for each session (docs/smoother.md)."""
+
+    sighting_range_m: float = Field(default=6.0, gt=0)
+    """A landmark whose logged pose changes counts as seen within this horizontal distance, metres."""
+    allow_for_pose_lag: bool = False
+    """Whether poses are taken for as much older than their stamps as the gyroscope tells, where it does."""

@@ -1,0 +1,15 @@
+"""What is taken for granted of a survey's files where they do not say."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+
+
+class SurveySettings(FiniteRecord):
+    """What is taken for granted of landmarks."""
+
+    landmark_sigma_m: float = Field(default=0.02, gt=0)
+    """Standard deviation per axis of a surveyed landmark whose file gives none, metres: a total station's, with a sheet
+    hung by hand."""
