@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,11 @@ from hypothesis import strategies as st
 
 from tests.landmark_survey.local_maps import building, seen_from, surveyed
 from vislam2tag.core.arrays import ComplexArray
+from vislam2tag.core.similarity import as_points
+from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.landmark_survey.landmark_map import Doubts, LandmarkMap, join, predicted, rough, solved
 from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.smoother.landmark_priors import KnownLandmarks
 
 ANGLE = st.floats(-np.pi, np.pi)
 SEEN = [[0, 1, 2, 3, 4, 5], [4, 5, 6, 7, 8], [7, 8, 9, 10, 11, 0]]
@@ -40,9 +44,9 @@ def test_without_noise_all_is_recovered_whatever_the_frames(seed: int, a: float,
     assert np.exp(1j * joined.turn_rad) == pytest.approx(np.exp(1j * np.array([a, b, c])), abs=1e-6)
 
 
-def joined_with_usual_doubts(maps: list[LocalMap], place: ComplexArray) -> LandmarkMap:
-    joined = rough(tuple(maps), surveyed(place, [0, 3, 10]))
-    even = Doubts(1e-9, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(len(place)))
+def joined_with_usual_doubts(maps: list[LocalMap], known: KnownLandmarks) -> LandmarkMap:
+    joined, marks = rough(tuple(maps), known), len(known.position)
+    even = Doubts(1e-9, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(marks))
     for _ in range(5):
         joined = solved(replace(joined, doubts=even))
     return joined
@@ -50,9 +54,10 @@ def joined_with_usual_doubts(maps: list[LocalMap], place: ComplexArray) -> Landm
 
 def test_a_map_twice_is_a_map_with_half_the_covariance() -> None:
     place, maps = walks(5, [0.3, 1.0, -2.0], noise_m=0.1)
-    twice = joined_with_usual_doubts([*maps, maps[1]], place)
+    known = surveyed(place, [0, 3, 10])
+    twice = joined_with_usual_doubts([*maps, maps[1]], known)
     half = replace(maps[1], covariance=maps[1].covariance / 2)
-    once = joined_with_usual_doubts([maps[0], half, maps[2]], place)
+    once = joined_with_usual_doubts([maps[0], half, maps[2]], known)
     assert twice.position == pytest.approx(once.position, abs=1e-8)
     assert twice.covariance == pytest.approx(once.covariance, rel=1e-6, abs=1e-10)
 
@@ -72,16 +77,36 @@ def test_the_building_may_be_turned_and_moved() -> None:
     assert turned.position == pytest.approx(one.position * np.exp(1.1j) + 40, abs=1e-6)
 
 
-def test_errors_are_as_great_as_stated() -> None:
-    squares = []
-    for seed in range(40):
-        place, maps = walks(seed, [0.3, 1.0, -2.0, 2.5, 0.1, 1.4], noise_m=0.1)
-        joined = join(maps, surveyed(place, [0, 3, 10]))
-        miss = np.column_stack(((joined.position - place).real, (joined.position - place).imag))
-        others = [i for i in range(12) if i not in (0, 3, 10)]
-        squares.append(np.einsum("mi,mij,mj->m", miss, np.linalg.inv(joined.position_covariance), miss)[others])
-    inside = np.mean(np.concatenate(squares) < 2.279)
-    assert 0.66 < inside < 0.95
+def as_stated(seed: int) -> tuple[ComplexArray, list[LocalMap], KnownLandmarks]:
+    """A building, walks through it and a survey of it, all with the errors that they state."""
+    place, maps = walks(seed, [0.3, 1.0, -2.0, 2.5, 0.1, 1.4], noise_m=0.1)
+    rng, known = np.random.default_rng(seed + 1000), surveyed(place, [0, 3, 10])
+    known.position[[0, 3, 10]] += 0.02 * (rng.standard_normal((3, 2)) @ (1, 1j))
+    turned = [replace(one, heading_rad=one.heading_rad + 0.03 * rng.standard_normal(len(one.landmark))) for one in maps]
+    return place, turned, known
+
+
+def shares_inside(join_maps: Callable[[list[LocalMap], KnownLandmarks], LandmarkMap], seeds: int) -> list[float]:
+    """Shares of all landmarks that lie inside their regions of 68 % and of 95 %."""
+    found = []
+    for seed in range(seeds):
+        place, maps, known = as_stated(seed)
+        joined = join_maps(maps, known)
+        found.append(region_probability(as_points(joined.position - place), joined.position_covariance))
+    return [float(np.mean(np.concatenate(found) < share)) for share in (0.68, 0.95)]
+
+
+def test_errors_are_as_great_as_stated_where_all_is_trusted_alike() -> None:
+    assert shares_inside(joined_with_usual_doubts, 120) == [
+        pytest.approx(0.68, abs=0.05),
+        pytest.approx(0.95, abs=0.02),
+    ]
+
+
+def test_doubts_make_errors_no_greater_than_stated_and_hardly_smaller() -> None:
+    of_68, of_95 = shares_inside(join, 40)
+    assert 0.68 < of_68 < 0.86
+    assert of_95 > 0.95
 
 
 def test_a_moved_sheet_spoils_neither_its_place_nor_the_others() -> None:

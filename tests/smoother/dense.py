@@ -1,4 +1,8 @@
-"""The smoother's least-squares problem written out row by row, without normal equations or elimination."""
+"""The smoother's least-squares problem row by row from its definition (docs/smoother.md, "The model").
+
+Drift is added up step by step and nothing of the code under test is called but the reference path and what was seen
+along it: no running sums, no normal equations, no elimination.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +10,44 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.smoother.chain import NormalEquations
-from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.equations import (
-    Weights,
-    heading_residual,
-    landmark_precision,
-    position_residual,
-    sighting_variance,
-    start_precision,
-    stretch_drift,
-)
+from vislam2tag.smoother.equations import FREE_M, FREE_RAD, FREE_SCALE, Weights
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.model import LEAST_DRIFT, Model
+from vislam2tag.smoother.noise import SCALE_SIGMA, Source
+
+STATES = 4
+X_AND_Y = np.eye(STATES)[:, :2]
+
+
+def moves_by(way: complex) -> FloatArray:
+    """(2, 2) how a relative scale error and a heading error (rad) move the end of a way, metres."""
+    return np.array([[way.real, -way.imag], [way.imag, way.real]])
+
+
+def spread_by(way: complex) -> FloatArray:
+    """(4, 2) what drifts of scale and of heading make of the state at the end of a way."""
+    return np.vstack((moves_by(way), np.eye(2)))
+
+
+def stretch_row(model: Model, weights: Weights, k: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Carry (4, 4) of the state over a stretch, drift (4,) that the reference has there, covariance (4, 4) of all."""
+    first, last = model.walked.nodes[k : k + 2]
+    carry, had, covariance = np.eye(STATES), np.zeros(STATES), LEAST_DRIFT.copy()
+    carry[:2, 2:] = moves_by(model.path[last] - model.path[first])
+    factor = {source: weights.noise.level(source) ** 2 * weights.stretch[source][k] for source in Source}
+    for step in range(first, last):
+        rest = spread_by(model.path[last] - model.path[step + 1])
+        had += rest[:, 1] * np.angle(model.turn[step + 1] / model.turn[step])
+        variance = {source: factor[source] * each[step] for source, each in model.walked.step_variance.items()}
+        covariance += (variance[Source.POSITION] + variance[Source.JUMP]) * X_AND_Y @ X_AND_Y.T
+        turned = variance[Source.HEADING] + variance[Source.JUMP_TURN]
+        scaled = turned if model.rough else variance[Source.SCALE]
+        covariance += rest * (scaled, turned) @ rest.T
+        doubt = model.walked.odometry.doubt[step] * model.turn[step]
+        along = np.array([doubt.real, doubt.imag, 0, 0])
+        anyhow = abs(doubt) ** 2 * X_AND_Y @ X_AND_Y.T
+        covariance += factor[Source.DOUBT] * (anyhow if model.rough else np.outer(along, along))
+    return carry, had, covariance
 
 
 def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tuple[FloatArray, FloatArray]:
@@ -35,24 +65,34 @@ def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tupl
         rows.extend(root @ block)
         values.extend(root @ value)
 
-    add({0: np.eye(STATES)}, np.zeros(STATES), np.asarray(np.linalg.inv(start_precision(model, pinned=False))))
-    drift = stretch_drift(model, weights)
+    free = (FREE_M, FREE_M, *((FREE_SCALE, FREE_SCALE) if model.rough else (SCALE_SIGMA, FREE_RAD)))
+    add({0: np.eye(STATES)}, np.zeros(STATES), np.diag(np.square(free)))
     for k in range(nodes - 1):
-        parts = {STATES * k: -model.carry[k], STATES * (k + 1): np.eye(STATES)}
-        had = model.drifted(model.walked.nodes[k : k + 1], model.walked.nodes[k + 1 : k + 2])[0]
-        add(parts, -had, drift[k])
-    variance = sighting_variance(model, weights.noise) * weights.sighting
-    miss, turn = position_residual(model, known), heading_residual(model, known)
-    for p, landmark in enumerate(passes.landmark.tolist()):
-        at, place = STATES * (p + 1), STATES * nodes + 2 * landmark
-        add({at: model.sight[p], place: -np.eye(2)}, miss[p], variance[p] * np.eye(2))
-        if model.headed[p]:
-            sheet = STATES * nodes + 2 * marks + landmark
-            sigma = weights.noise.sheet_rad**2 * weights.sheet[p] * np.eye(1)
-            add({at + 3: np.eye(1), sheet: -np.eye(1)}, turn[p : p + 1], sigma)
-    for j, precision in enumerate(landmark_precision(known, weights)):
-        add({STATES * nodes + 2 * j: np.eye(2)}, np.zeros(2), np.linalg.inv(precision))
-        sigma = known.heading_sigma_rad[j] if np.isfinite(known.heading_sigma_rad[j]) else 10.0
+        carry, had, covariance = stretch_row(model, weights, k)
+        add({STATES * k: -carry, STATES * (k + 1): np.eye(STATES)}, -had, covariance)
+    origin, sheet = dict(enumerate(known.position)), dict(enumerate(known.heading_rad))
+    for p, (at, j) in enumerate(zip(passes.at, passes.landmark, strict=True)):
+        offset = passes.offset[p] * model.turn[at]
+        if np.isnan(origin[j]):
+            origin[j] = model.path[at] + offset  # an unsurveyed landmark counts from where it was first seen
+        miss = origin[j] - (model.path[at] + offset)
+        aside_m2 = model.walked.odometry.aside_m2[at]
+        variance = weights.noise.sighting_m**2 * (1 + passes.distance_m[p] ** 2) / 2 + passes.spread_m[p] ** 2
+        state, place = STATES * (p + 1), STATES * nodes + 2 * j
+        seen = {state: np.hstack((np.eye(2), moves_by(offset))), place: -np.eye(2)}
+        add(seen, np.array([miss.real, miss.imag]), (variance + aside_m2) * weights.sighting[p] * np.eye(2))
+        if passes.heading[p] != 0 and not model.rough:
+            heading = passes.heading[p] * model.turn[at]
+            if np.isnan(sheet[j]):
+                sheet[j] = np.angle(heading)
+            turned = {state + 3: np.eye(1), STATES * nodes + 2 * marks + j: -np.eye(1)}
+            miss = np.angle(np.exp(1j * sheet[j]) / heading)
+            add(turned, np.array([miss]), weights.noise.sheet_rad**2 * weights.sheet[p] * np.eye(1))
+    for j in range(marks):
+        surveyed = np.isfinite(known.position[j])
+        covariance = known.covariance[j] * weights.landmark[j] if surveyed else FREE_M**2 * np.eye(2)
+        add({STATES * nodes + 2 * j: np.eye(2)}, np.zeros(2), covariance)
+        sigma = known.heading_sigma_rad[j] if np.isfinite(known.heading_sigma_rad[j]) else FREE_RAD
         add({STATES * nodes + 2 * marks + j: np.eye(1)}, np.zeros(1), sigma**2 * np.eye(1))
     return np.array(rows), np.array(values)
 

@@ -43,6 +43,22 @@ def bent(model: Model, rad: float = 0.1) -> Model:
     return replace(model, path=path, turn=model.turn * np.exp(1j * heading))
 
 
+def broken(model: Model) -> Model:
+    """The same with jumps, doubtful steps and frames whose camera was elsewhere."""
+    odometry = model.walked.odometry
+    rng = np.random.default_rng(4)
+    some = rng.random((3, len(odometry.jump_m2))) < 0.05
+    doubt = np.where(some[2], rng.normal(0, 0.2, (2, len(some[2]))).T @ (1, 1j), 0)
+    odometry = replace(
+        odometry,
+        jump_m2=np.where(some[0], rng.uniform(0.1, 4, len(some[0])), 0),
+        jump_rad2=np.where(some[1], rng.uniform(0.01, 1, len(some[1])), 0),
+        doubt=doubt,
+        aside_m2=rng.uniform(0, 0.1, len(odometry.path)),
+    )
+    return replace(model, walked=replace(model.walked, odometry=odometry))
+
+
 def uneven(model: Model, marks: int, seed: int) -> Weights:
     """Random factors for everything."""
     rng = np.random.default_rng(seed)
@@ -61,7 +77,7 @@ def uneven(model: Model, marks: int, seed: int) -> Weights:
 def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> None:
     walk = loops(1, USUAL, marks=5, laps=1.4)
     known = KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
-    model = linearised(walk, rough=True) if rough else bent(linearised(walk))
+    model = broken(linearised(walk, rough=True) if rough else bent(linearised(walk)))
     weights = uneven(model, 5, seed=2)
     matrix, right = as_matrix(normal_equations(model, known, weights, pinned=False))
     rows, values = whitened_rows(model, known, weights)

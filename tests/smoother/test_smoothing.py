@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from tests.drifting import Drifting, loops
+from tests.smoother.test_equations import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.smoother.chain import solve
+from vislam2tag.smoother.equations import Weights, normal_equations
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.noise import Noise
 from vislam2tag.smoother.observations import Walked
@@ -180,16 +183,34 @@ def test_a_slip_is_put_at_the_doubtful_step_that_it_fits(*, along: bool) -> None
     assert error < 0.15 if along else error > 0.3
 
 
-def test_covariances_hold_what_they_say_on_walks_of_the_model() -> None:
-    inside = []
-    for seed in range(10):
+def shares_inside(probability: list[FloatArray]) -> tuple[float, float]:
+    """Shares of all errors that lie inside their regions of 68 % and of 95 %."""
+    pooled = np.concatenate(probability)
+    return float(np.mean(pooled < 0.68)), float(np.mean(pooled < 0.95))
+
+
+def test_with_the_noise_given_covariances_hold_what_they_say() -> None:
+    found = []
+    for seed in range(200):
+        walk = loops(seed, TYPICAL, marks=10, laps=1.5, survey_m=0.02)
+        known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 2, 5, 7]))
+        model = linearised(walk)
+        nodes, weights = model.walked.nodes, Weights.even(TYPICAL, len(model.walked.passes.at), 10)
+        state = solve(normal_equations(model, known, weights, pinned=False))
+        error = model.path[nodes] + state.state[:, 0] + 1j * state.state[:, 1] - walk.truth[nodes]
+        found.append(region_probability(as_points(error), state.covariance[:, :2, :2]))
+    assert shares_inside(found) == (pytest.approx(0.68, abs=0.04), pytest.approx(0.95, abs=0.015))
+
+
+def test_with_the_noise_estimated_covariances_are_not_too_small_and_hardly_too_great() -> None:
+    found = []
+    for seed in range(60):
         walk = loops(seed, TYPICAL, marks=10, laps=1.5, survey_m=0.02)
         smoothed = solved(walk, [0, 2, 5, 7])
-        _, covariance, _ = mapped_path(smoothed)
-        inside.append(region_probability(errors(walk, smoothed), covariance))
-    probability = np.concatenate(inside)
-    assert 0.5 < np.mean(probability < 0.68) < 0.88
-    assert 0.82 < np.mean(probability < 0.95) <= 1.0
+        found.append(region_probability(errors(walk, smoothed), mapped_path(smoothed)[1]))
+    of_68, of_95 = shares_inside(found)
+    assert 0.68 < of_68 < 0.85
+    assert 0.94 < of_95 < 0.99
 
 
 def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> None:
