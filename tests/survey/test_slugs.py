@@ -2,11 +2,12 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.names import session_slugs
+from vislam2tag.survey.names import session_slugs, unique_slugs
 
 KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
 
@@ -23,6 +24,14 @@ def test_only_colliding_slugs_get_a_suffix_and_always_the_same() -> None:
     assert [slug[:12] for slug in slugs] == ["floor_1.LG.a", "floor_1.LG.a", "floor_1.LG.A", "floor_1.LG.c"]
     assert slugs[3] == "floor_1.LG.c"
     assert session_slugs(keys[::-1])[::-1] == slugs
+
+
+@pytest.mark.parametrize("name", ["CON", "con.txt", "nul.", "LPT1.a.b", "walk.", "..."])
+def test_names_that_windows_does_not_allow_are_marked(name: str) -> None:
+    (slug,) = unique_slugs([name])
+    assert slug.split(".")[0].lower() not in {"con", "nul", "lpt1"}
+    assert not slug.endswith((".", " "))
+    assert unique_slugs(["console", "walk.1"]) == ("console", "walk.1")
 
 
 @given(st.lists(KEYS, unique=True, max_size=8))

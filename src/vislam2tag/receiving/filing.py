@@ -119,6 +119,8 @@ def _digest(path: Path) -> str | None:
 
 
 def _to_storage(path: Path) -> None:
+    if os.name == "nt" and path.is_dir():
+        return  # Windows opens no folder, and writes its entries itself
     handle = os.open(path, os.O_RDONLY)
     try:
         os.fsync(handle)

@@ -87,7 +87,7 @@ def _table(root: Path, path: Path) -> SiteTable:
     try:
         return read_site_table(root, path)
     except FileNotFoundError:
-        return SiteTable(str(path.relative_to(root)), (), ())
+        return SiteTable(path.relative_to(root).as_posix(), (), ())
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
 

@@ -108,7 +108,7 @@ def _floors(survey: Survey) -> tuple[FloorOverview, ...]:
             width_m=floor.width_m,
             height_m=floor.height_m,
             elevation_m=floor.elevation_m,
-            plan=str(floor.plan.relative_to(survey.root)) if floor.plan else None,
+            plan=floor.plan.relative_to(survey.root).as_posix() if floor.plan else None,
             landmarks=int(np.count_nonzero(marks.floor == floor.number)),
             landmarks_unsurveyed=int(np.count_nonzero((marks.floor == floor.number) & ~marks.surveyed)),
             control_points=len(floor.control_points.ids),

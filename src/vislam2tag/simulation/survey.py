@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
@@ -214,10 +215,14 @@ def _resolved(planned: PlannedSession) -> dict[str, object]:
     } | ({} if planned.climb is None else {"climb": planned.climb.value})
 
 
+NO_COLONS = os.name == "nt"
+"""The published names of sessions hold colons, which file names on Windows cannot."""
+
+
 def _write_session(session: SimulatedSession, key: SessionKey, out: Path, options: WritingOptions) -> None:
     names = PAPER_NAMES if options.paper_names else PUBLISHED_NAMES
     text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
-    folder = out / f"floor_{key.floor}" / key.device / key.session
+    folder = out / f"floor_{key.floor}" / key.device / (session_name(key) if NO_COLONS else key.session)
     _write_files(folder, {names[role]: content for role, content in text.items()})
 
 

@@ -130,7 +130,7 @@ def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Fin
             return subfolders(folder)
         except OSError as error:
             message = f"cannot be looked into ({error.strerror}): nothing in it is processed; check its permissions"
-            name = str(folder.relative_to(root))
+            name = folder.relative_to(root).as_posix()
             findings.append(_about_floor("unreadable_folder", name, message, Severity.ERROR))
             return []
 

@@ -71,7 +71,7 @@ def read_landmark_file(
     ``floor``, ``sigma_m`` (per axis), ``heading_rad``, ``heading_sigma_rad``, in any order.
     """
     path = folder / LANDMARK_FILE
-    name = str(path.relative_to(root))
+    name = path.relative_to(root).as_posix()
     try:
         table = read_site_table(root, path)
     except FileNotFoundError:
@@ -227,7 +227,9 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     except FileNotFoundError:
         return none, []
     except OSError as error:
-        return none, [unreadable_file(str(path.relative_to(root)), error, "the floor's control points are unknown")]
+        return none, [
+            unreadable_file(path.relative_to(root).as_posix(), error, "the floor's control points are unknown")
+        ]
     return _control_points_of(table)
 
 

@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from vislam2tag.survey.model import SessionKey
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+"""Names that Windows keeps for devices, whatever their suffix."""
 _SUFFIX_LENGTH = 8
 _GREATEST_STEM = 120
 """File systems allow 255 bytes; this leaves room for suffixes."""
@@ -28,14 +30,22 @@ def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tu
     """Make a slug of each name; ``exact`` tells names apart where the names alone do not.
 
     Colons go, other unsafe characters become ``-``. Slugs that would collide (also on a file system that
-    ignores case) or be too long get a short hash of the exact names.
+    ignores case), be too long or be a name that Windows does not allow get a short hash of the exact names.
     """
     stems = [_UNSAFE.sub("-", name.replace(":", "")) for name in names]
     uses = Counter(stem.lower() for stem in stems)
     return tuple(
-        stem if uses[stem.lower()] == 1 and len(stem) <= _GREATEST_STEM else f"{stem[:_GREATEST_STEM]}-{_digest(key)}"
+        stem if uses[stem.lower()] == 1 and _is_usable(stem) else _marked(stem, key)
         for key, stem in zip(exact or names, stems, strict=True)
     )
+
+
+def _is_usable(stem: str) -> bool:
+    return len(stem) <= _GREATEST_STEM and not _DEVICE.fullmatch(stem) and not stem.endswith(".")
+
+
+def _marked(stem: str, exact: str) -> str:
+    return f"{'_' if _DEVICE.fullmatch(stem) else ''}{stem[:_GREATEST_STEM]}-{_digest(exact)}"
 
 
 def _digest(exact: str) -> str:

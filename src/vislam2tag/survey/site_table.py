@@ -40,7 +40,7 @@ def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteT
     lines = enumerate(text.split("\n"), start=1)
     rows = tuple((number, _fields(line)) for number, line in lines if line.strip())
     header = tuple(name.lower() for name in rows[0][1]) if has_header and rows else ()
-    return SiteTable(str(path.relative_to(root)), header, rows[1:] if has_header else rows)
+    return SiteTable(path.relative_to(root).as_posix(), header, rows[1:] if has_header else rows)
 
 
 def unreadable_file(file: str, error: OSError, consequence: str) -> Finding:

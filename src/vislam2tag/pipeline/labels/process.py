@@ -130,7 +130,7 @@ def run_record(root: Path, landmarks: Path | None, settings: Settings, selection
 
 def site_hashes(root: Path) -> dict[str, str | None]:
     """SHA-256 of the site's own files, by path relative to it."""
-    return {str(path.relative_to(root)): _sha256(path) for path in site_files(root)}
+    return {path.relative_to(root).as_posix(): _sha256(path) for path in site_files(root)}
 
 
 def site_record(survey: Survey) -> dict[str, object]:

@@ -106,11 +106,13 @@ def _interrupts_held_back() -> Iterator[None]:
     came: list[int] = []
     here = threading.current_thread() is threading.main_thread()
     handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if here else None
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # is inherited, as a handler is not
+    masks = hasattr(signal, "pthread_sigmask")  # Windows has none; a mask is inherited, as a handler is not
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if here:
             signal.signal(signal.SIGINT, handler)
     if came and callable(handler):
@@ -118,7 +120,8 @@ def _interrupts_held_back() -> Iterator[None]:
 
 
 def _start_worker() -> None:
-    """Calculate in one thread, and end at once when the main process dies (it may be killed)."""
+    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(limits=1)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

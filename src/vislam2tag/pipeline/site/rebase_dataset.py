@@ -132,7 +132,7 @@ def _info(
         name=new_site.resolve().name,
         version=__version__,
         settings={"building": building, "floors": [change.model_dump(mode="json") for change in changes.floors]},
-        inputs={str(path.relative_to(new_site)): sha256_of(path) for path in site_files(new_site)},
+        inputs={path.relative_to(new_site).as_posix(): sha256_of(path) for path in site_files(new_site)},
     )
     return info.model_copy(update={"floors": floors, "sources": (*info.sources, source), "tables": {}, "splits": {}})
 

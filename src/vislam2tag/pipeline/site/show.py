@@ -70,7 +70,7 @@ def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
         return floor_plan(floor).pixel_m[0], []
     except SurveyError as error:
         message = str(error).removeprefix(f"{floor.plan}: ")
-        name = str(floor.plan.relative_to(root))
+        name = floor.plan.relative_to(root).as_posix()
         return None, [Finding(kind="unusable_plan", file=name, count=1, message=message, severity=Severity.WARNING)]
 
 

@@ -86,7 +86,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
                 name=path.name,
                 version=__version__,
                 inputs={
-                    str(file.relative_to(root)): sha256_of(file)
+                    file.relative_to(root).as_posix(): sha256_of(file)
                     for session in sessions
                     for file in (session.wifi, session.sensors)
                     if file.is_file()
