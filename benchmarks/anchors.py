@@ -22,9 +22,10 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
+from vislam2tag.simulation.survey import WritingOptions, simulate
 
 Walk = tuple[CameraTrack, LandmarkLog, Landmarks, pl.DataFrame]
 WHOLE, UNANCHORED, UNTOLD = "all", "without anchors", "without anchors and sightings"
@@ -52,7 +53,7 @@ def _walks(seeds: list[int], landmarks: int, updates: float) -> Iterator[Walk]:
         changed = {"map_updates_per_minute": updates}
         planned = tuple(replace(p, tracker=p.tracker.model_copy(update=changed)) for p in scenario.sessions)
         with TemporaryDirectory() as folder:
-            simulate(replace(scenario, sessions=planned), Path(folder), WritingOptions(layout=Layout.PHONE))
+            simulate(replace(scenario, sessions=planned), Path(folder), WritingOptions(layout=SessionLayout.PHONE))
             survey = open_survey(Path(folder))
             for ref in survey.sessions:
                 session = read_session(ref)

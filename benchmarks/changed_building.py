@@ -18,8 +18,9 @@ from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, in_schema
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
-from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.sensors.radio import (
     RadioEnvironment,
     RadioSettings,

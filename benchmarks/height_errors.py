@@ -22,10 +22,9 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.walking.tour import Climb
-from vislam2tag.simulation.writing.site_files import SiteColumn
 from vislam2tag.survey.corrections import Corrections
 
 COLUMNS = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})

@@ -26,8 +26,9 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
 from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, map_readings
-from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMapSettings, radio_maps
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, radio_maps
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS, empty_table, in_schema
+from vislam2tag.dataset.settings import RadioMapSettings
 
 SIZE_M = np.array([80.0, 40.0])
 WALKS, NOISE_DB, FAINTEST_DBM = 20, 3.0, -90.0

@@ -24,8 +24,8 @@ from threadpoolctl import threadpool_limits
 
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.sensors.devices import Locale
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import inspect
 import typing
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 from types import UnionType
 from typing import Any
 
+import pytest
 from pydantic import BaseModel
 
 from vislam2tag import api
@@ -44,10 +47,22 @@ def fields_of(made: type) -> list[object]:
     return []
 
 
-def test_all_is_what_is_imported() -> None:
-    assert list(api.__all__) == sorted(set(api.__all__))
-    public = {name for name, value in vars(api).items() if not name.startswith("_") and not inspect.ismodule(value)}
-    assert public == set(api.__all__)
+def test_types_and_names_are_of_the_same_modules() -> None:
+    checked = {
+        alias.name: node.module
+        for node in ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vislam2tag.")
+        for alias in node.names
+    }
+    assert checked == api._MODULE_OF
+
+
+def test_every_name_can_be_imported_and_no_other() -> None:
+    everything: dict[str, object] = {}
+    exec("from vislam2tag.api import *", everything)
+    assert sorted(everything.keys() - {"__builtins__"}) == dir(api) == api.__all__
+    with pytest.raises(ImportError, match="walk"):
+        exec("from vislam2tag.api import walk", {})
 
 
 def within(classes: Iterable[type], known: frozenset[type] = frozenset()) -> frozenset[type]:

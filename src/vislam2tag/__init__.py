@@ -1,5 +1,3 @@
 """Label indoor radio and inertial readings with where they were taken (VI-SLAM2tag)."""
 
-from importlib.metadata import version
-
-__version__ = version("vislam2tag")
+__version__ = "0.1.0"

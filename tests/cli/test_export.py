@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -28,11 +26,6 @@ def in_process(*arguments: object) -> Result:
     app = typer.Typer()
     command_export.register(app)
     return CliRunner().invoke(app, list(map(str, arguments)))
-
-
-def test_what_only_building_needs_is_not_imported() -> None:
-    code = "import sys, vislam2tag.cli.command_export; sys.exit('plotly' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:
@@ -72,7 +65,7 @@ def test_an_interrupt_is_exit_code_130(dataset: Path, tmp_path: Path, monkeypatc
     def interrupted(*_arguments: object, **_options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vislam2tag.cli.command_export.export", interrupted)
+    monkeypatch.setattr("vislam2tag.pipeline.datasets.export.export", interrupted)
     done = in_process(dataset, "--format", "comford", "--out", tmp_path / "out")
     assert done.exit_code == 130
     assert done.stderr == f"interrupted: nothing was written to {tmp_path / 'out'}\n"

@@ -194,7 +194,7 @@ def test_inspect_and_site_show_a_site_with_a_pdf(tmp_path: Path) -> None:
         ("init", "vislam2tag site init old-survey"),
         ("show", "vislam2tag site show survey --floor 1 --out floor-1.pdf"),
         ("write", "vislam2tag site write survey --out published"),
-        ("rebase", "vislam2tag site rebase labels --from survey --to resurveyed --out labels-now"),
+        ("rebase", "vislam2tag site rebase survey --by rebase.toml --out new-landmarks"),
     ],
 )
 def test_help_has_examples(command: str, example: str) -> None:

@@ -25,8 +25,9 @@ from vislam2tag.receiving.filing import file_zip
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
+from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.survey.model import Survey
 
 SITE_FILES = ("floor_dimensions.csv", "floor_0/marker_dict.csv")
@@ -41,7 +42,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """One survey in both formats: the phone app's, with scripts, and the published."""
     folder = tmp_path_factory.mktemp("simulated")
     scenario = regular_survey(5, "default", (0,), ("LG", "OnePlus"), 1, SECONDS, pressure=True, ble=True)
-    simulate(scenario, folder / "phone", WritingOptions(layout=Layout.PHONE, scripts=True))
+    simulate(scenario, folder / "phone", WritingOptions(layout=SessionLayout.PHONE, scripts=True))
     simulate(scenario, folder / "published")
     return folder / "phone", folder / "published"
 

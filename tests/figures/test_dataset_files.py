@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from tests.dataset.factory import small_dataset
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
 from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.schema import REQUIRED, empty_table
+from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures
 

@@ -16,7 +16,7 @@ from safetensors.numpy import save_file
 from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import ModelError, OutputError, UsageError
 from vislam2tag.positioning import registry as base
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load, save
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load_model, save_model
 from vislam2tag.positioning.models.weighted_knn import NearestNeighbours
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
 
@@ -43,7 +43,7 @@ def fitted(name: str = "weighted-knn") -> SavedModel:
 
 
 def saved(path: Path) -> Path:
-    save(fitted(), path)
+    save_model(fitted(), path)
     return path
 
 
@@ -55,8 +55,8 @@ def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path, monkeypatch:
         )
         monkeypatch.setattr(network, "NetworkSchedule", partial(network.NetworkSchedule, steps=20, widths=(16, 8)))
     first = fitted(name)
-    save(first, tmp_path / "model.v2t")
-    again = load(tmp_path / "model.v2t")
+    save_model(first, tmp_path / "model.v2t")
+    again = load_model(tmp_path / "model.v2t")
     assert (again.name, again.origin) == (name, ORIGIN)
     assert again.model.get_params() == first.model.get_params()
     assert again.model.access_points_ == first.model.access_points_
@@ -65,8 +65,8 @@ def test_a_loaded_model_answers_the_same(name: str, tmp_path: Path, monkeypatch:
     one, other = first.model.predict(scans), again.model.predict(scans)
     for field in ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m"):
         np.testing.assert_array_equal(getattr(one, field), getattr(other, field))
-    save(again, tmp_path / "again.v2t")
-    save(fitted(name), tmp_path / "anew.v2t")
+    save_model(again, tmp_path / "again.v2t")
+    save_model(fitted(name), tmp_path / "anew.v2t")
     whole = (tmp_path / "model.v2t").read_bytes()
     assert (tmp_path / "again.v2t").read_bytes() == whole
     assert (tmp_path / "anew.v2t").read_bytes() == whole
@@ -87,7 +87,7 @@ def test_cut_files_are_told(share: float, tmp_path: Path) -> None:
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(ModelError, match=r"model\.v2t: is no model, or damaged"):
-        load(path)
+        load_model(path)
 
 
 def test_any_changed_byte_is_told(tmp_path: Path) -> None:
@@ -98,32 +98,32 @@ def test_any_changed_byte_is_told(tmp_path: Path) -> None:
         broken[place] ^= 0x01
         path.write_bytes(broken)
         with pytest.raises(ModelError, match=r"model\.v2t: "):
-            load(path)
+            load_model(path)
 
 
 def test_foreign_files_are_told(tmp_path: Path) -> None:
     (tmp_path / "text.v2t").write_text("scan_id,bssid,rssi_dbm\n")
     with pytest.raises(ModelError, match="is no model, or damaged"):
-        load(tmp_path / "text.v2t")
+        load_model(tmp_path / "text.v2t")
     save_file({"weight": np.zeros(3)}, tmp_path / "other.v2t")
     with pytest.raises(ModelError, match="is of another program"):
-        load(tmp_path / "other.v2t")
+        load_model(tmp_path / "other.v2t")
     for path in (tmp_path / "absent.v2t", tmp_path):
         with pytest.raises(ModelError, match=r"cannot be read|is no model"):
-            load(path)
+            load_model(path)
 
 
 def test_later_and_altered_headers_are_told(tmp_path: Path) -> None:
     path = saved(tmp_path / "model.v2t")
     rewritten(path, lambda header: header.update(format_version=2))
     with pytest.raises(ModelError, match="has format version 2, this program reads up to 1; update"):
-        load(path)
+        load_model(path)
     rewritten(saved(path), lambda header: header.update(parameters={"k": 4}))
     with pytest.raises(ModelError, match="checksum does not match"):
-        load(path)
+        load_model(path)
     rewritten(saved(path), lambda header: header.pop("storeys"))
     with pytest.raises(ModelError, match="is damaged"):
-        load(path)
+        load_model(path)
 
 
 class Renamed(NearestNeighbours):
@@ -140,16 +140,16 @@ class Renamed(NearestNeighbours):
 def test_models_of_another_version_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "model.v2t"
     model = Renamed().fit(*radio_world(walks=1))
-    save(SavedModel("psychic", model, ORIGIN), path)
+    save_model(SavedModel("psychic", model, ORIGIN), path)
     with pytest.raises(ModelError, match="which has no model 'psychic'; update"):
-        load(path)
-    save(SavedModel("knn", model, ORIGIN), path)
+        load_model(path)
+    save_model(SavedModel("knn", model, ORIGIN), path)
     with pytest.raises(ModelError, match="which has no parameter hue of knn"):
-        load(path)
+        load_model(path)
     monkeypatch.setitem(base.MODELS._items, "renamed", Renamed)
-    save(SavedModel("renamed", model, ORIGIN), path)
+    save_model(SavedModel("renamed", model, ORIGIN), path)
     with pytest.raises(ModelError, match="cannot use"):
-        load(path)
+        load_model(path)
 
 
 def test_what_is_not_installed_is_told_as_that(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,14 +159,14 @@ def test_what_is_not_installed_is_told_as_that(tmp_path: Path, monkeypatch: pyte
     path = saved(tmp_path / "model.v2t")
     monkeypatch.setitem(base.MODELS._items, "weighted-knn", lacking)
     with pytest.raises(UsageError, match="torch is not installed"):
-        load(path)
+        load_model(path)
 
 
 def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="cannot be written"):
-        save(fitted(), tmp_path / "absent" / "model.v2t")
+        save_model(fitted(), tmp_path / "absent" / "model.v2t")
     (tmp_path / "folder").mkdir()
     with pytest.raises(OutputError, match="cannot be written"):
-        save(fitted(), tmp_path / "folder")
+        save_model(fitted(), tmp_path / "folder")
     assert [path.name for path in tmp_path.iterdir()] == ["folder"]
     assert stat.S_IMODE(saved(tmp_path / "model.v2t").stat().st_mode) & 0o444

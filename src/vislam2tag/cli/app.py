@@ -1,23 +1,92 @@
-"""The ``vislam2tag`` command: registers the subcommands and turns our errors into one line and an exit code."""
+"""The ``vislam2tag`` command: finds the subcommands and turns our errors into one line and an exit code."""
 
 from __future__ import annotations
 
 import importlib
-import pkgutil
 import sys
+from typing import Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
-from vislam2tag import cli
 from vislam2tag.common.errors import Vislam2tagError
 
+COMMANDS = {
+    "Prepare": {
+        "site": "Building, floors, plans and frames of a survey.",
+        "plan": "Plan where landmarks stand.",
+        "sheets": "Make landmarks to print.",
+        "register": "Positions of landmarks from what surveyors measured.",
+    },
+    "Collect": {
+        "receive": "Take sessions over from phones.",
+        "inspect": "Show what is in a survey and what is wrong with it.",
+        "simulate": "Simulate a raw survey with its truth.",
+    },
+    "Map and label": {
+        "process": "Map every session of a survey, label every reading.",
+        "survey-landmarks": "Give landmarks that nobody surveyed a position.",
+        "check": "How good are the labels, without truth?",
+        "evaluate": "How good are the labels, against truth?",
+    },
+    "Data sets": {
+        "dataset": "Build a data set of surveys or labels.",
+        "split": "Split a data set into what trains and what tests.",
+        "import": "Read others' data as a data set.",
+        "export": "Write a data set or labels in others' formats.",
+        "join": "Join a later survey; tell what changed.",
+        "verify": "Are two sets the same, and where not?",
+        "figures": "Figures and tables of a data set for print.",
+        "radio-maps": "Maps of how loud each access point is heard.",
+    },
+    "Positioning": {
+        "train": "Train a positioning model on a data set.",
+        "locate": "Say where scans were taken, by a trained model.",
+        "benchmark": "Train, test and compare positioning models.",
+    },
+    "All of it": {
+        "paper": "The paper's tables and figures from its data.",
+        "demo": "Simulate, label and score a small survey.",
+    },
+}
+"""Every command, by what it is for; ``--help`` shows this without importing any of them."""
+
+
+class _Commands(TyperGroup):
+    """Imports ``command_NAME`` when its command is asked for; each such module has a function ``register(app)``."""
+
+    # Any: it depends on the version of Typer whether the classes are those of the package Click or its own.
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        del ctx
+        return [name for group in COMMANDS.values() for name in group]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        known = self.list_commands(ctx)
+        if cmd_name not in known:
+            self.commands = {name: TyperCommand(name) for name in known}  # a misspelt name is compared with them
+            return None
+        single = typer.Typer(rich_markup_mode=None)
+        single.callback()(lambda: None)  # a group, so that the command keeps its name
+        importlib.import_module(f"vislam2tag.cli.command_{cmd_name.replace('-', '_')}").register(single)
+        return typer.main.get_group(single).commands[cmd_name]
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        del ctx
+        for title, commands in COMMANDS.items():
+            with formatter.section(title):
+                formatter.write_dl(list(commands.items()))
+
+
 app = typer.Typer(
+    cls=_Commands,
     name="vislam2tag",
     help="Label Wi-Fi and sensor readings with where they were taken.",
+    epilog="`vislam2tag COMMAND --help` tells more of each, with examples.",
     no_args_is_help=True,
     add_completion=False,
-    rich_markup_mode="markdown",
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -36,23 +105,9 @@ def _options(
     del version
 
 
-def _register_commands(asked: str) -> None:
-    """Import the ``command_*`` module of the command asked for, or all (for help and for unknown commands).
-
-    Each holds a function ``register(app)``; importing only one, and none for the version, keeps start-up quick.
-    """
-    if asked == "--version":
-        return
-    modules = sorted(info.name for info in pkgutil.iter_modules(cli.__path__) if info.name.startswith("command_"))
-    wanted = f"command_{asked.replace('-', '_')}"
-    for module in [wanted] if wanted in modules else modules:
-        importlib.import_module(f"{cli.__name__}.{module}").register(app)
-
-
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
     try:
-        _register_commands((*sys.argv, "")[1])
         app()
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)

@@ -6,25 +6,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from vislam2tag.cli.model_parameters import value_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.tables import print_table_4, table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE, PUBLIC, BenchmarkPlan, benchmark, public_dataset
-from vislam2tag.positioning.benchmark.protocol import ModelChoice, published_choices
-from vislam2tag.positioning.benchmark.record import Benchmark
-from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
-from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
-from vislam2tag.positioning.registry import model_names
+from vislam2tag.common.plugins import MODELS
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.positioning.benchmark.protocol import ModelChoice
+    from vislam2tag.positioning.benchmark.record import Benchmark
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""
@@ -35,20 +30,20 @@ from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.
 and runs/ with the record and the predictions of every run. docs/positioning.md tells what each figure is. Stop it at
 any moment and give the same command again: runs that are done are not repeated.
 
-Models: {", ".join(model_names())}.
+Models: {", ".join(MODELS.names())}.
 
 Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set, or
 OUT cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag benchmark fingerprints --model knn --model multi-cel --split random --split device --out compared
-
-    vislam2tag benchmark fingerprints --model multi-cel --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
-
-    vislam2tag benchmark fingerprints --paper --out table_4
-
-    vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz --model weighted-knn --out tampere
+  vislam2tag benchmark fingerprints --model knn --model multi-cel \\
+      --split random --split device --out compared
+  vislam2tag benchmark fingerprints --model multi-cel \\
+      --set multi-cel.cell_m=5 --seeds 3 --out fine_cells
+  vislam2tag benchmark fingerprints --paper --out table_4
+  vislam2tag benchmark --dataset tampere --data tampere-2017-08-21.tar.xz \\
+      --model weighted-knn --out tampere
 """
 
 
@@ -82,14 +77,18 @@ def _benchmark(
         ),
     ] = False,
     dataset: Annotated[
-        str | None, typer.Option(metavar="NAME", help=f"A public data set: {', '.join(PUBLIC)}.")
+        str | None, typer.Option(metavar="NAME", help="A public data set: tampere, ujiindoorloc, utsindoorloc.")
     ] = None,
     data: Annotated[Path | None, typer.Option(metavar="FILES", help="Folder or archive of --dataset.")] = None,
 ) -> None:
+    from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
+    from vislam2tag.positioning.benchmark.protocol import published_choices
+    from vislam2tag.positioning.benchmark.table_4 import SPLITS
+
     chosen = list(published_choices(dataset)) if paper else []
     chosen = with_parameters(_with_models(chosen, model or ()), set_ or ())
     if not chosen:
-        raise UsageError(f"--model: name at least one; there are: {', '.join(model_names())}")
+        raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
     table_wanted = paper and dataset is None
     plan = BenchmarkPlan(chosen, split or (SPLITS if table_wanted else ()), seeds, technology, table_wanted)
     try:
@@ -103,6 +102,8 @@ def _benchmark(
 
 
 def _with_models(chosen: Sequence[ModelChoice], names: Sequence[str]) -> list[ModelChoice]:
+    from vislam2tag.positioning.benchmark.protocol import ModelChoice
+
     there = {one.name: one for one in chosen}
     return list((there | {name: ModelChoice(name) for name in names if name not in there}).values())
 
@@ -112,6 +113,8 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 
     Raises UsageError for what is not of this form, and for models that are not chosen.
     """
+    from vislam2tag.positioning.benchmark.protocol import ModelChoice
+
     parameters: dict[str, dict[str, Any]] = {one.name: dict(one.parameters) for one in chosen}
     for text in texts:
         place, equals, value = text.partition("=")
@@ -127,6 +130,9 @@ def with_parameters(chosen: Sequence[ModelChoice], texts: Sequence[str]) -> list
 @contextmanager
 def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iterator[Dataset]:
     """Open DS, or the public data set from its files."""
+    from vislam2tag.dataset.folder import open_dataset
+    from vislam2tag.pipeline.positioning.benchmark import public_dataset
+
     if folder is not None and dataset is None and data is None:
         yield open_dataset(folder)
     elif folder is None and dataset is not None and data is not None:
@@ -139,6 +145,10 @@ def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iter
 @contextmanager
 def _bar() -> Iterator[Any]:
     """Show what is run, and the share of all runs that is done."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -151,6 +161,12 @@ def _bar() -> Iterator[Any]:
 
 
 def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
+    from vislam2tag.positioning.benchmark.table_4 import table_4
+    from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
+
     console = table_console()
     for split, rows in groupby(found.rows, key=lambda row: row.split):
         shown = table(f"Split {split}", ("test", "model"), tuple(HEADS[name] for name in _SHOWN))

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -22,11 +20,13 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.pipeline.labels.check import CHECK_FILE, PAGE_FILE, check
-from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.report.pages.check_page import FAULTS, median_left_out_m
-from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
 from vislam2tag.settings import Settings
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.pipeline.run.selection import Selection
+    from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
 
 DEFAULTS = Settings()
 HELP = """
@@ -41,13 +41,11 @@ named, and on each floor the three places where one more landmark would lower th
 Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, 2 wrong usage,
 not a survey, or the folder cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag check survey
-
-    vislam2tag check survey --out checked --floor 1
-
-    vislam2tag check survey --landmarks completed.csv --max-sigma inf
+  vislam2tag check survey
+  vislam2tag check survey --out checked --floor 1
+  vislam2tag check survey --landmarks completed.csv --max-sigma inf
 """
 
 
@@ -58,9 +56,7 @@ def register(app: typer.Typer) -> None:
 
 def _check(
     survey: SurveyFolder,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help=f"Write {CHECK_FILE} and {PAGE_FILE} there.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write check.json and check.html there.")] = None,
     landmarks: LandmarkFile = None,
     floor: Floors = None,
     device: Devices = None,
@@ -75,6 +71,8 @@ def _check(
         ),
     ] = DEFAULTS.labels.max_sigma_m,
 ) -> None:
+    from vislam2tag.pipeline.labels.check import PAGE_FILE
+
     settings = Settings(strategy="smoother", labels=LabelSettings(max_sigma_m=max_sigma))
     selection = selection_of(floor, device)
     try:
@@ -92,6 +90,8 @@ def _with_progress(
     survey: Path, settings: Settings, out: Path | None, landmarks: Path | None, selection: Selection, jobs: int
 ) -> SurveyCheck:
     """Check behind a progress bar; a line on standard error for each session that fails."""
+    from vislam2tag.pipeline.labels.check import check
+
     with session_bar("sessions") as bar:
         return check(
             survey,
@@ -116,6 +116,8 @@ def _print(found: SurveyCheck) -> None:
 
 
 def _session_table(found: SurveyCheck) -> Table:
+    from rich.markup import escape
+
     title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
     numbers = ("landmarks", "left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
     rows = table(title, ("floor", "device", "session"), numbers)
@@ -126,6 +128,8 @@ def _session_table(found: SurveyCheck) -> Table:
 
 
 def _session_cells(session: SessionCheck) -> tuple[str, ...]:
+    from vislam2tag.report.pages.check_page import median_left_out_m
+
     if session.error is not None:
         return ("[red]failed[/]",)
     share = f"{100 * session.labelled / session.frames:.0f} %" if session.frames else "-"
@@ -142,6 +146,10 @@ def _session_cells(session: SessionCheck) -> tuple[str, ...]:
 
 
 def _bad_table(found: list[BadLandmark]) -> Table:
+    from rich.markup import escape
+
+    from vislam2tag.report.pages.check_page import FAULTS
+
     rows = table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
     for bad in found:
         place = (str(bad.floor), escape(bad.landmark), FAULTS[bad.fault])

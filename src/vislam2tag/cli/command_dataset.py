@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,13 +22,12 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.description import read_description
-from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.settings import DatasetSettings, ImuWindowSettings
-from vislam2tag.dataset.statistics.record import FieldWork
-from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
-from vislam2tag.pipeline.datasets.finish import PAGE_FILE
-from vislam2tag.pipeline.datasets.session import FAILED
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.dataset.statistics.record import FieldWork
+    from vislam2tag.pipeline.datasets.build import BuildOptions
 
 DEFAULTS = DatasetSettings()
 HELP = """
@@ -40,15 +39,14 @@ scan: the mean of its readings' positions, weighted by their certainty. docs/dat
 Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, 2 wrong
 usage, a source cannot be used, or DS cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag dataset survey --out fingerprints
-
-    vislam2tag dataset labels --out fingerprints --survey survey --max-sigma 0.3
-
-    vislam2tag dataset labels --out short --window 1s
-
-    vislam2tag dataset main-building annex --building main --building annex --out campus
+  vislam2tag dataset survey --out fingerprints
+  vislam2tag dataset labels --out fingerprints --survey survey \\
+      --max-sigma 0.3
+  vislam2tag dataset labels --out short --window 1s
+  vislam2tag dataset main-building annex --building main --building annex \\
+      --out campus
 """
 _UNITS_S = {"ms": 1e-3, "s": 1.0, "min": 60.0}
 _LEAST_S = 1e-3
@@ -125,6 +123,10 @@ def _dataset(
     replace: Replace = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
+    from vislam2tag.dataset.description import read_description
+    from vislam2tag.pipeline.datasets.build import BuildOptions
+    from vislam2tag.pipeline.datasets.session import FAILED
+
     with wrong_values_told():
         settings = DatasetSettings(
             wifi_window_s=None if window is None else seconds_of(window, "--window"),
@@ -155,6 +157,8 @@ def _dataset(
 
 def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
     """What the survey took; raises UsageError for people without hours."""
+    from vislam2tag.dataset.statistics.record import FieldWork
+
     if hours is None and people is not None:
         raise UsageError(f"--people {people}: tell --hours, too, for what the survey cost")
     return None if hours is None else FieldWork(people=people or 1, hours=hours)
@@ -166,6 +170,8 @@ def _imu_settings(length_s: float) -> ImuWindowSettings:
 
 
 def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: BuildOptions, jobs: int) -> Dataset:
+    from vislam2tag.pipeline.datasets.build import build_dataset
+
     with ExitStack() as stack:
         bars: dict[str, SessionBar] = {}
 
@@ -179,6 +185,8 @@ def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: B
 
 
 def _print(dataset: Dataset, out: Path) -> None:
+    from vislam2tag.pipeline.datasets.finish import PAGE_FILE
+
     info = dataset.info
     rows = ", ".join(f"{account.rows} {table.replace('_', ' ')}" for table, account in info.tables.items())
     typer.echo(f"{out}: {rows}")

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from vislam2tag.evaluation.metrics import ErrorSummary
-from vislam2tag.pipeline.demo import SURVEY, run_demo
 from vislam2tag.settings import Settings
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.evaluation.metrics import ErrorSummary
 
 HELP = """
 Simulate a survey, label it with each strategy, score the labels against the truth.
@@ -20,11 +21,10 @@ Simulate a survey, label it with each strategy, score the labels against the tru
 Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
 OUT/scores.csv.
 
+\b
 Examples:
-
-    vislam2tag demo
-
-    vislam2tag demo somewhere --seed 7
+  vislam2tag demo
+  vislam2tag demo somewhere --seed 7
 """
 
 
@@ -40,6 +40,10 @@ def _demo(
     seed: Annotated[int, typer.Option(help="Another seed, another building and other walks.")] = 1,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
 ) -> None:
+    from rich.console import Console
+
+    from vislam2tag.pipeline.demo import SURVEY, run_demo
+
     scores = run_demo(out, jobs=jobs, seed=seed, say=typer.echo)
     Console().print(_table(scores))
     typer.echo(f"the survey as a phone writes it: {out / SURVEY}")
@@ -47,6 +51,8 @@ def _demo(
 
 
 def _table(scores: dict[str, ErrorSummary]) -> Table:
+    from rich.table import Table
+
     table = Table(title="Label error at every camera frame (each walk counts once)")
     table.add_column("strategy")
     for column in ("mean", "median", "p75", "p95", "max"):

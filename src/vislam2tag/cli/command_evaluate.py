@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -25,14 +21,15 @@ from vislam2tag.cli.options import (
     wrong_values_told,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
-from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
+from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
 from vislam2tag.settings import Settings
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
 
 DEFAULTS = Settings()
 _PIPE_WIDTH = 160
@@ -48,13 +45,12 @@ evo reads). docs/evaluation.md tells what each figure is. Truth is never used to
 Exit code: 0 all right, 1 at least one session cannot be read or mapped, or none compared, 2 wrong usage, not a survey,
 no truth, or OUT cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag evaluate survey --out evaluated
-
-    vislam2tag evaluate survey --out evaluated --strategy smoother --strategy local --floor 1
-
-    vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma inf
+  vislam2tag evaluate survey --out evaluated
+  vislam2tag evaluate survey --out evaluated --strategy smoother \\
+      --strategy local --floor 1
+  vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma inf
 """
 
 
@@ -68,7 +64,7 @@ def _evaluate(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier evaluation.")],
     strategy: Annotated[
         list[str] | None,
-        typer.Option(help=f"Only this strategy; repeatable. There are: {', '.join(strategy_names())}."),
+        typer.Option(help=f"Only this strategy; repeatable. There are: {', '.join(STRATEGIES.names())}."),
     ] = None,
     landmarks: LandmarkFile = None,
     truth: Annotated[
@@ -94,6 +90,8 @@ def _evaluate(
     ] = DEFAULTS.labels.max_sigma_m,
     max_step_m: MaxStep = DEFAULTS.mapping.max_step_m,
 ) -> None:
+    from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
+
     with wrong_values_told():
         settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), mapping=MappingSettings(max_step_m=max_step_m))
     try:
@@ -127,6 +125,11 @@ def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
 
 
 def _print(found: SurveyEvaluation) -> None:
+    from rich.console import Console
+
+    from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
+    from vislam2tag.evaluation.text import truth_name
+
     console = Console(highlight=False)
     if not console.is_terminal:
         console = Console(highlight=False, width=_PIPE_WIDTH)
@@ -139,6 +142,12 @@ def _print(found: SurveyEvaluation) -> None:
 
 
 def _error_table(title: str, rows: list[Row]) -> Table:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    from vislam2tag.evaluation.text import HEADS
+
     table = Table(title=f"Error at {title}, over walks, metres", title_justify="left", box=box.SIMPLE_HEAD)
     for name in ("trajectories", "strategy"):
         table.add_column(name)
@@ -155,11 +164,20 @@ def _error_table(title: str, rows: list[Row]) -> Table:
 
 def _cell(figure: Figure, *, with_interval: bool) -> str:
     """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
+    from rich.markup import escape
+
+    from vislam2tag.evaluation.record import Figure
+    from vislam2tag.evaluation.text import figure_text
+
     return escape(figure_text(figure if with_interval else Figure(value=figure.value)))
 
 
 def _strategy_table(found: SurveyEvaluation) -> Table:
     """What each strategy keeps, and, with dense truth, how its error grows with the way."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
     table = Table(title="Strategies", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("strategy")
     table.add_column("kept of what local labels", justify="right")

@@ -4,36 +4,48 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, HashBssid, IncludeNomap, Jobs, NoSsid, privacy_of
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.dataset.format_registry import export_formats
-from vislam2tag.pipeline.datasets.export import RECORD_FILE, ExportOptions, ExportRecord, export
 
-_FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in export_formats().items())
-_OF_LABELS = ", ".join(name for name, each in export_formats().items() if each.source == "labels")
-HELP = f"""
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord
+
+HELP = """
 Export a data set, or what `process` wrote, in a format that others read.
 
+\b
 Formats:
+  comford   COMFORD's intermediate/Samples.csv, RSSI.csv and APs.csv, which
+            the package comford loads
+  geojson   fingerprints.geojson: a point a fingerprint, in WGS84 where the
+            floors have a georeference, else in metres
+  gia       giaIndoorLoc's layout: floor_K/DEVICE/SESSION with
+            wifi_annotated.csv and sensors_annotated.csv; --survey puts the
+            raw files beside
+  hdf5      fingerprints.h5: matrix of levels, positions, floors, devices and
+            the parts of every split, for training
+  parquet   plain Parquet tables, splits as one table, columns.csv; for
+            pandas, Polars, DuckDB, R
+  tum       a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and
+            metres in the BCS; evo reads it
+  uji       UJIIndoorLoc's trainingData.csv and validationData.csv: one column
+            an access point, 100 = not heard
 
-{_FORMATS}
-
-{_OF_LABELS} are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
-data set on the way. What a format has no place for is printed, listed in OUT/{RECORD_FILE}, and in docs/datasets.md.
+gia and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
+data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in docs/datasets.md.
 
 Exit code: 0 written, 2 wrong usage, the source cannot be used, or the output cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag export fingerprints --format uji --split random --out uji
-
-    vislam2tag export fingerprints --format hdf5 --out matrices --hash-bssid key.txt --no-ssid
-
-    vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
+  vislam2tag export fingerprints --format uji --split random --out uji
+  vislam2tag export fingerprints --format hdf5 --out matrices \\
+      --hash-bssid key.txt --no-ssid
+  vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
 """
 
 
@@ -44,7 +56,7 @@ def register(app: typer.Typer) -> None:
 
 def _export(
     source: Annotated[Path, typer.Argument(help="Data set, or output folder of process.")],
-    format_name: Annotated[str, typer.Option("--format", help=f"One of: {', '.join(export_formats())}.")],
+    format_name: Annotated[str, typer.Option("--format", help="One of those above.")],
     out: Annotated[Path, typer.Option(help="Folder to write: new, empty or from an earlier export.")],
     split: Annotated[
         str | None,
@@ -59,6 +71,8 @@ def _export(
     no_ssid: NoSsid = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
+    from vislam2tag.pipeline.datasets.export import ExportOptions
+
     options = ExportOptions(split, fold, survey, privacy_of(include_nomap, hash_bssid, no_ssid))
     try:
         record = _exported(source, out, format_name, options, jobs)
@@ -69,6 +83,8 @@ def _export(
 
 
 def _exported(source: Path, out: Path, format_name: str, options: ExportOptions, jobs: int) -> ExportRecord:
+    from vislam2tag.pipeline.datasets.export import export
+
     with ExitStack() as stack:
         bars: dict[str, SessionBar] = {}
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
-from vislam2tag.dataset.coverage.record import CoverageRecord
-from vislam2tag.dataset.model import Storey
-from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, make_dataset_figures, storey_text
+from vislam2tag.dataset.settings import CoverageSettings
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.coverage.record import CoverageRecord
+    from vislam2tag.dataset.model import Storey
 
 DEFAULTS = CoverageSettings()
 HELP = """
@@ -28,11 +27,11 @@ LaTeX; coverage.json with each floor's coverage and the corners of the walks.
 
 Exit code: 0 all right, 2 wrong usage, no data set, or OUT cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag figures fingerprints --out figures
-
-    vislam2tag figures fingerprints --out figures --cell 1 --radius 1.5 --start 1:12.5,3 --start annex/0:4,4
+  vislam2tag figures fingerprints --out figures
+  vislam2tag figures fingerprints --out figures --cell 1 --radius 1.5 \\
+      --start 1:12.5,3 --start annex/0:4,4
 """
 _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
 
@@ -44,6 +43,8 @@ def register(app: typer.Typer) -> None:
 
 def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
+    from vislam2tag.dataset.model import Storey
+
     match = _START.fullmatch(text)
     if match is None:
         raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
@@ -65,6 +66,10 @@ def _figures(
         ),
     ] = None,
 ) -> None:
+    from rich.console import Console
+
+    from vislam2tag.pipeline.datasets.figures import make_dataset_figures
+
     starts = dict(start_of(text) for text in start or ())
     with wrong_values_told():
         settings = CoverageSettings(cell_m=cell, radius_m=radius)
@@ -77,6 +82,11 @@ def _figures(
 
 
 def _print(made: CoverageRecord, out: Path) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.dataset.model import Storey
+    from vislam2tag.pipeline.datasets.figures import COVERAGE_FILE, storey_text
+
     shown = table("Coverage", ("floor",), ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes"))
     for floor in made.floors:
         length_m = sum(walk.length_m for walk in floor.walks)

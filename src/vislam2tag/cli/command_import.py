@@ -3,28 +3,45 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import polars as pl
 import typer
 
 from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, privacy_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
-from vislam2tag.dataset.description import read_description
-from vislam2tag.dataset.format_registry import import_formats
-from vislam2tag.dataset.model import Dataset, FloorInfo
-from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.model import Dataset, FloorInfo
 
 _NAMES_SHOWN = 12
-_FORMATS = "\n".join(f"- **{name}**: {each.help}" for name, each in import_formats().items())
-HELP = f"""
+HELP = """
 Import a data set that others published, or logs of other programs, into ours.
 
+\b
 Formats, told apart by names and first lines unless --format says which:
-
-{_FORMATS}
+  comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
+                 APs.csv
+  getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
+                 folder or archive of them; Wi-Fi and BLE between POSI marks,
+                 in metres east and north of --origin
+  gia            giaIndoorLoc's labelled layout: folder or archive with
+                 floor_K/DEVICE/SESSION/wifi_annotated.csv; its Wi-Fi and,
+                 where sensors_annotated.csv is beside, magnetic field
+  ilc20          Indoor Location Competition 2.0: folder or archive with
+                 SITE/FLOOR/path_data_files/*.txt, floor_info.json and
+                 floor_image.png; Wi-Fi and BLE between waypoints
+  parquet        the plain Parquet tables that export wrote (folder, archive)
+  tampere        Tampere University's quartet (Lohan et al. 2017): folder or
+                 archive with Training_rss_DATE.csv,
+                 Training_coordinates_DATE.csv, Training_device_DATE.csv,
+                 Training_date_DATE.csv and the same of Test_; their split
+  uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
+                 validationData.csv; with their split, and the names that
+                 export wrote beside them
+  uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
+                 UTS_test.csv, or one of them; with their split
 
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
 docs/datasets.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
@@ -32,13 +49,13 @@ docs/datasets.md. The data set gets the standard splits, statistics and card as 
 Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, 2 wrong
 usage, files that are not of the format, or DS cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag import tampere-2017-08-21.tar.xz --out tampere
-
-    vislam2tag import indoor-location-competition-20/data --format ilc20 --out malls
-
-    vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin --json
+  vislam2tag import tampere-2017-08-21.tar.xz --out tampere
+  vislam2tag import indoor-location-competition-20/data --format ilc20 \\
+      --out malls
+  vislam2tag import ipin2023/training --origin 49.4609,11.0252 --out ipin \\
+      --json
 """
 
 
@@ -51,7 +68,7 @@ def _import(
     path: Annotated[Path, typer.Argument(help="File, folder or archive (.zip, .tar.xz, ...) of another format.")],
     out: Annotated[Path, typer.Option(help="Folder for the data set: new, empty or an earlier data set.")],
     format_name: Annotated[
-        str | None, typer.Option("--format", help=f"One of: {', '.join(import_formats())}; else found by content.")
+        str | None, typer.Option("--format", help="One of those above; else found by content.")
     ] = None,
     name: Annotated[str | None, typer.Option(help="Name of the data set; else the format's own.")] = None,
     origin: Annotated[
@@ -73,6 +90,9 @@ def _import(
         bool, typer.Option("--json", help="Print the manifest (dataset.json) instead of a summary.")
     ] = False,
 ) -> None:
+    from vislam2tag.dataset.description import read_description
+    from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
+
     options = ImportOptions(
         format_name,
         name,
@@ -103,6 +123,8 @@ def degrees_of(text: str) -> tuple[float, float]:
 
 
 def _summary(dataset: Dataset, out: Path) -> list[str]:
+    import polars as pl
+
     info = dataset.info
     counted = dataset.fingerprints.group_by("technology").agg(all=pl.len(), labelled=pl.col("x").count())
     kinds = counted.sort("technology").collect(engine="streaming").rows()

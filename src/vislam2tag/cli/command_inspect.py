@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.findings import Finding
-from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview, inspect_survey
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.sessions.inspection import FloorOverview, Inspection, SessionOverview
 
 HELP = """
 Show what is in a survey and what is wrong with it, without mapping anything.
@@ -24,11 +24,10 @@ Lists floors, sessions and all findings: which file, which lines, what was done 
 Exit code: 0 all sessions can be read (findings are no failure), 1 at least one cannot be read or lacks what mapping
 needs, 2 not a survey.
 
+\b
 Examples:
-
-    vislam2tag inspect survey
-
-    vislam2tag inspect survey --json > survey.json
+  vislam2tag inspect survey
+  vislam2tag inspect survey --json > survey.json
 """
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan"}
@@ -53,6 +52,11 @@ def _inspect(
 
 
 def _read_with_progress(survey: Path) -> Inspection:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from vislam2tag.sessions.inspection import inspect_survey
+
     console = Console(stderr=True)
     columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -61,6 +65,8 @@ def _read_with_progress(survey: Path) -> Inspection:
 
 
 def _print(inspection: Inspection) -> None:
+    from rich.markup import escape
+
     console = table_console()
     console.print(_floor_table(inspection.floors))
     console.print(_session_table(inspection.sessions))
@@ -77,6 +83,8 @@ def _print(inspection: Inspection) -> None:
 
 
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:
+    from rich.markup import escape
+
     rows = table("Floors", ("floor", "size", "plan"), ("landmarks", "control points", "sessions"))
     for floor in floors:
         size = "unknown" if floor.width_m is None else f"{floor.width_m:g} m x {floor.height_m:g} m"
@@ -93,6 +101,8 @@ def _floor_table(floors: Iterable[FloorOverview]) -> Table:
 
 
 def _session_table(sessions: Iterable[SessionOverview]) -> Table:
+    from rich.markup import escape
+
     numbers = ("frames", "duration", "rate", "landmarks", "scans", "sensor rows", "BLE rows", "presses", "findings")
     rows = table("Sessions", ("floor", "device", "session"), numbers)
     for session in sessions:
@@ -121,6 +131,8 @@ def _session_cells(session: SessionOverview) -> tuple[str, ...]:
 
 
 def _finding_lines(title: str, findings: Iterable[Finding]) -> Iterable[str]:
+    from rich.markup import escape
+
     for index, finding in enumerate(findings):
         if index == 0:
             yield f"[bold]{escape(title)}[/]"

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import INTERRUPTED, Replace
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
-from vislam2tag.dataset.comparing.changes import CELL_M, CHANGED, OUTDATED
-from vislam2tag.pipeline.datasets.join import CHANGES, join
+from vislam2tag.dataset.settings import CHANGE_CELL_M
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.dataset.comparing.change_record import SurveyChanges, TechnologyChanges
 
 HELP = """
 Join a later survey to a data set, and tell what changed in the building between the two.
@@ -25,11 +25,10 @@ are worth walking again. docs/datasets.md tells how it is tested. A walk that bo
 
 Exit code: 0 joined, 2 wrong usage, the sets cannot be joined, or DS cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag join fingerprints-2022 fingerprints-2023 --out fingerprints
-
-    vislam2tag join fingerprints check-walk --out fingerprints-now --cell 6
+  vislam2tag join fingerprints-2022 fingerprints-2023 --out fingerprints
+  vislam2tag join fingerprints check-walk --out fingerprints-now --cell 6
 """
 
 
@@ -42,9 +41,15 @@ def _join(
     base: Annotated[Path, typer.Argument(help="The data set.")],
     later: Annotated[Path, typer.Argument(help="The data set of a later survey of the same building.")],
     out: Annotated[Path, typer.Option(help="Folder for the joined data set: new, empty or an earlier data set.")],
-    cell: Annotated[float, typer.Option(min=0.5, help="Side of the square that counts as one place, metres.")] = CELL_M,
+    cell: Annotated[
+        float, typer.Option(min=0.5, help="Side of the square that counts as one place, metres.")
+    ] = CHANGE_CELL_M,
     replace: Replace = False,
 ) -> None:
+    from rich.console import Console
+
+    from vislam2tag.pipeline.datasets.join import CHANGES, join
+
     try:
         with Console(stderr=True).status("joining"):
             record = join(base, later, out, cell, replace=replace)
@@ -56,6 +61,8 @@ def _join(
 
 
 def _print(record: SurveyChanges) -> None:
+    from vislam2tag.dataset.comparing.changes import CHANGED, OUTDATED
+
     console = table_console()
     for one in record.technologies:
         if one.changed:
@@ -71,6 +78,8 @@ def _print(record: SurveyChanges) -> None:
 
 
 def _points(one: TechnologyChanges) -> Table:
+    from rich.markup import escape
+
     rows = table(
         f"Access points that changed ({one.technology})", ("bssid", "ssid", "change"), ("dB", "was at", "is at")
     )

@@ -6,19 +6,16 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.whole_file import whole_file
-from vislam2tag.dataset.transmitters.privacy import read_key
-from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan, locate
-from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
-from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import SequenceMethod
+from vislam2tag.positioning.settings import SequenceMethod
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.positioning.locate import LocatedScans
 
 HELP = """
 Say where scans were taken, by a model that `vislam2tag train` saved.
@@ -37,19 +34,17 @@ Lines that cannot be used are counted and left out. docs/positioning.md describe
 
 Exit code: 0 all right, 2 wrong usage, no model, scans that cannot be read, or FILE cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag locate building.v2t scans.csv --out positions.csv
-
-    vislam2tag locate building.v2t scans.jsonl
-
-    vislam2tag locate building.v2t fingerprints --out positions.jsonl
-
-    vislam2tag locate building.v2t walks.csv --sequence filter --out positions.csv
-
-    vislam2tag locate building.v2t walks.csv --track tracker.csv --out positions.csv
-
-    vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt --out positions.csv
+  vislam2tag locate building.v2t scans.csv --out positions.csv
+  vislam2tag locate building.v2t scans.jsonl
+  vislam2tag locate building.v2t fingerprints --out positions.jsonl
+  vislam2tag locate building.v2t walks.csv --sequence filter \\
+      --out positions.csv
+  vislam2tag locate building.v2t walks.csv --track tracker.csv \\
+      --out positions.csv
+  vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt \\
+      --out positions.csv
 """
 
 
@@ -75,6 +70,13 @@ def _locate(
         Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
     ] = None,
 ) -> None:
+    from rich.console import Console
+
+    from vislam2tag.dataset.transmitters.privacy import read_key
+    from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
+    from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
+    from vislam2tag.positioning.scans.track_file import Tracks
+
     key = None if hash_bssid is None else read_key(hash_bssid)
     if out is not None and out.resolve() in (model.resolve(), scans.resolve()):
         raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
@@ -94,6 +96,8 @@ def _locate(
 @contextmanager
 def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     """Yield what takes text: standard output, or a file that is there when it is whole."""
+    from vislam2tag.common.whole_file import whole_file
+
     if out is None:
         yield sys.stdout.write
         return

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.dataset.statistics.table_3 import TITLE
-from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
-from vislam2tag.pipeline.paper.reproduce import NAMES, PAGE_FILE, Reproduced, reproduce
-from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
-from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.paper.reproduce import Reproduced
+    from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
 
 HELP = """
 Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's figures.
@@ -28,13 +24,12 @@ networks are trained on the walks that collect, and Table IV is made (needs PyTo
 Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong
 usage, no survey, or OUT cannot be written.
 
+\b
 Examples:
-
-    vislam2tag paper evaluation_data --out reproduced
-
-    vislam2tag paper published --out reproduced --models --seeds 3
-
-    vislam2tag simulate copy --like paper && vislam2tag paper copy --out reproduced
+  vislam2tag paper evaluation_data --out reproduced
+  vislam2tag paper published --out reproduced --models --seeds 3
+  vislam2tag simulate copy --like paper && vislam2tag paper copy \\
+      --out reproduced
 """
 
 
@@ -49,6 +44,12 @@ def _paper(
     models: Annotated[bool, typer.Option("--models", help="Train the paper's networks, too, for Table IV.")] = False,
     seeds: Annotated[int, typer.Option(min=1, help="With --models: how often each network is trained.")] = 5,
 ) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from vislam2tag.pipeline.paper.reproduce import reproduce
+
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -63,6 +64,10 @@ def _paper(
 
 
 def _print(made: Reproduced, out: Path) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.pipeline.paper.reproduce import PAGE_FILE
+
     console = table_console()
     for part in made.tables:
         _print_table(part)
@@ -79,6 +84,10 @@ def _print(made: Reproduced, out: Path) -> None:
 
 
 def _print_collection(part: CollectionPart) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.dataset.statistics.table_3 import TITLE
+
     console = table_console()
     if part.table is None:
         console.print(f"{TITLE}: {part.missing}", soft_wrap=True)
@@ -91,6 +100,8 @@ def _print_collection(part: CollectionPart) -> None:
 
 
 def _print_positioning(part: PositioningPart) -> None:
+    from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
+
     if part.table is None:
         table_console().print(f"{TITLE_4}: {part.missing}", soft_wrap=True)
     else:
@@ -98,6 +109,9 @@ def _print_positioning(part: PositioningPart) -> None:
 
 
 def _print_table(part: TablePart) -> None:
+    from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
+    from vislam2tag.pipeline.paper.reproduce import NAMES
+
     console = table_console()
     if part.missing:
         console.print(f"{part.table.title}: {part.missing}", soft_wrap=True)

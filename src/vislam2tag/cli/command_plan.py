@@ -4,42 +4,40 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import INTERRUPTED, Floors, wrong_values_told
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE, SUMMARY_FILE, PlanRequest, write_plans
-from vislam2tag.planning.floor import STEPS
-from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
 from vislam2tag.planning.settings import CameraSettings, PlanSettings
 from vislam2tag.survey.sheet_size import sheet_size
 
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
+
 DEFAULTS = PlanSettings()
-HELP = f"""
+HELP = """
 Plan where landmarks stand: as few as can be, so that every walk passes one after each critical turn and never goes
 farther than a set distance without one.
 
 Reads the site's plans. Landmarks that the site has already stay where they are; new ones hang on walls that a
-passer-by faces, off doors and corners, on sheets large enough to be recognised in passing. Writes P/{LANDMARKS_FILE},
+passer-by faces, off doors and corners, on sheets large enough to be recognised in passing. Writes P/landmarks.csv,
 each floor's plan with the tour to walk, a map of the label sigma to expect with what further landmarks would gain (PNG
-and PDF), {SUMMARY_FILE} and {PAGE_FILE}. docs/planning.md tells how.
+and PDF), plan.json and index.html. docs/planning.md tells how.
 
 Exit code: 0 all right, 1 some demand cannot be met and it is told where, 2 wrong usage, no site, a floor that cannot be
 planned, or P cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag plan site --out plan
-
-    vislam2tag plan site --floor 3 --spacing 12 --sheet A4 --out plan
-
-    vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
+  vislam2tag plan site --out plan
+  vislam2tag plan site --floor 3 --spacing 12 --sheet A4 --out plan
+  vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
 """
 
 
@@ -90,6 +88,9 @@ def _plan(
         bool, typer.Option("--write", help="Also add the new landmarks to the site's marker_dict.csv files.")
     ] = False,
 ) -> None:
+    from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
+    from vislam2tag.planning.floor import STEPS
+
     if not all(10 <= angle <= 170 for angle in view):
         raise UsageError(f"--view {view[0]:g} {view[1]:g}: angles of view lie between 10 and 170 degrees")
     with wrong_values_told():
@@ -119,6 +120,10 @@ def _plan(
 
 
 def _print(result: PlanSummary, out: Path, write: bool) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.pipeline.site.plan import PAGE_FILE
+
     console = table_console()
     console.print(_table(result))
     for floor in result.floors:
@@ -132,6 +137,8 @@ def _print(result: PlanSummary, out: Path, write: bool) -> None:
 
 
 def _table(result: PlanSummary) -> Table:
+    from rich.markup import escape
+
     numbers = ("ways", "new", "fixed", "at least", "above", "longest gap", "expected error", "tour", "time")
     rows = table("Landmarks", ("floor",), numbers)
     for floor in result.floors:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.text import Text
 
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -23,16 +20,17 @@ from vislam2tag.cli.options import (
     selection_of,
     wrong_values_told,
 )
-from vislam2tag.core.status import Status
-from vislam2tag.labeling.results import Summary
+from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
-from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.report.run_page.summary import labelled_share
 from vislam2tag.settings import Settings
 from vislam2tag.smoother.settings import SmootherSettings
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from vislam2tag.labeling.results import Summary
+    from vislam2tag.pipeline.labels.session import Outcome
 
 DEFAULTS = Settings()
 HELP = """
@@ -45,15 +43,15 @@ same OUT finished, and that have not changed since, are not repeated.
 Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
 not a survey, or OUT cannot be written, 130 interrupted. Whatever ended a run early, the same command goes on.
 
+\b
 Examples:
-
-    vislam2tag process survey --out labels
-
-    vislam2tag process survey --out labels --floor 1 --floor 4 --device LG --strategy local
-
-    vislam2tag process survey --out labels --max-sigma 0.3 --landmarks completed.csv
-
-    vislam2tag process survey --out paper --label-rule next-frame --max-step-m 2
+  vislam2tag process survey --out labels
+  vislam2tag process survey --out labels --floor 1 --floor 4 --device LG \\
+      --strategy local
+  vislam2tag process survey --out labels --max-sigma 0.3 \\
+      --landmarks completed.csv
+  vislam2tag process survey --out paper --label-rule next-frame \\
+      --max-step-m 2
 """
 
 
@@ -67,7 +65,7 @@ def _process(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
     landmarks: LandmarkFile = None,
     strategy: Annotated[
-        str, typer.Option(help=f"Mapping strategy: {', '.join(strategy_names())}.")
+        str, typer.Option(help=f"Mapping strategy: {', '.join(STRATEGIES.names())}.")
     ] = DEFAULTS.strategy,
     floor: Floors = None,
     device: Devices = None,
@@ -94,6 +92,10 @@ def _process(
         bool, typer.Option(help="Set the smoother's poses back by as much as the gyroscope says they are stamped late.")
     ] = DEFAULTS.mapping.smoother.allow_for_pose_lag,
 ) -> None:
+    from rich.console import Console
+
+    from vislam2tag.pipeline.labels.process import process
+
     with wrong_values_told():
         settings = Settings(
             strategy=strategy,
@@ -132,6 +134,15 @@ class SessionProgress:
     """A progress bar over sessions on a terminal; one line for each failed session anywhere."""
 
     def __init__(self, console: Console) -> None:
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
+
         self._console = console
         self._bar = Progress(
             TextColumn("sessions"),
@@ -157,6 +168,8 @@ class SessionProgress:
 
     def advance(self, outcome: Outcome, total: int) -> None:
         """Count one finished session."""
+        from rich.text import Text
+
         self.done += 1
         self._rows += outcome.rows
         elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
@@ -180,6 +193,9 @@ def _print_summary(summary: Summary, out: Path) -> None:
 
 
 def _share(counts: dict[str, int]) -> str:
+    from vislam2tag.core.status import Status
+    from vislam2tag.report.run_page.summary import labelled_share
+
     share = labelled_share(counts)
     if share is None:
         return "none"

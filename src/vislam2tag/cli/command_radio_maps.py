@@ -4,37 +4,36 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import INTERRUPTED, wrong_values_told
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.radio_mapping.radio_maps import RadioMapSettings
-from vislam2tag.pipeline.datasets.radio_maps import INDEX_FILE, PAGE_FILE, RadioMapIndex, write_radio_maps
+from vislam2tag.dataset.settings import RadioMapSettings
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex
 
 DEFAULTS = RadioMapSettings()
-HELP = f"""
+HELP = """
 Draw radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard.
 
 One map for each floor, technology and access point, smoothed by a Gaussian process, without the phones' offsets, with
-the error of readings that were left out. Writes R/{INDEX_FILE}, {PAGE_FILE} to look through, one NumPy file a floor,
+the error of readings that were left out. Writes R/radio_maps.json, index.html to look through, one NumPy file a floor,
 one GeoTIFF an access point, and figures. docs/radio_maps.md tells what each layer is.
 
 Exit code: 0 all right, 2 wrong usage, no data set, nothing to map, or R cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag radio-maps fingerprints --out maps
-
-    vislam2tag radio-maps fingerprints --out maps --cell 50cm --most 20
-
-    vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
+  vislam2tag radio-maps fingerprints --out maps
+  vislam2tag radio-maps fingerprints --out maps --cell 50cm --most 20
+  vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
 """
 _UNITS_M = {"m": 1.0, "cm": 0.01}
 _LENGTH = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(m|cm)\s*")
@@ -67,6 +66,8 @@ def _radio_maps(
         int, typer.Option(min=1, help="Access points a floor and technology, the most heard.")
     ] = DEFAULTS.most,
 ) -> None:
+    from vislam2tag.pipeline.datasets.radio_maps import PAGE_FILE, write_radio_maps
+
     with wrong_values_told():
         settings = RadioMapSettings(cell_m=metres_of(cell, "--cell"), reach_m=metres_of(reach, "--reach"), most=most)
     try:
@@ -84,6 +85,9 @@ def _radio_maps(
 
 
 def _table(found: RadioMapIndex) -> Table:
+    import numpy as np
+    from rich.markup import escape
+
     numbers = ("access points", "fingerprints", "noise", "error of a map, median", "within one deviation, median")
     rows = table("Radio maps", ("floor", "technology"), numbers)
     for floor in found.floors:

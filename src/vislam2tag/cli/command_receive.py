@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, DownloadColumn, Progress, TaskID, TextColumn, TransferSpeedColumn
-from rich.text import Text
 
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
-from vislam2tag.receiving.filing import Filed, file_zip
-from vislam2tag.receiving.session_zip import RefusedZipError
-from vislam2tag.receiving.token import Guard, grouped, new_token
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from vislam2tag.receiving.filing import Filed
 
 HELP = """
 Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
@@ -31,13 +31,11 @@ phone's or the computer's own hotspot, where others should not read them.
 Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
 address cannot be listened on.
 
+\b
 Examples:
-
-    vislam2tag receive survey
-
-    vislam2tag receive survey --port 9000 --max-size 4000
-
-    vislam2tag receive survey 2021-12-20T132523.zip
+  vislam2tag receive survey
+  vislam2tag receive survey --port 9000 --max-size 4000
+  vislam2tag receive survey 2021-12-20T132523.zip
 """
 
 UNPACKED = 8
@@ -70,6 +68,9 @@ def _receive(
 
 def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
     """File one zip; tell and return False where it is refused."""
+    from vislam2tag.receiving.filing import file_zip
+    from vislam2tag.receiving.session_zip import RefusedZipError
+
     try:
         if path.stat().st_size > max_bytes:
             raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size if that is right")
@@ -87,6 +88,8 @@ class _Screen:
     """Tells what happens: a bar for each upload that runs, a line for each session."""
 
     def __init__(self, bars: Progress) -> None:
+        from rich.progress import TaskID
+
         self._bars, self._tasks = bars, dict[str, TaskID]()
         self.filed_count = 0
 
@@ -113,13 +116,19 @@ class _Screen:
             self._bars.remove_task(task)
 
     def _print(self, what: str, colour: str, text: str) -> None:
+        from rich.text import Text
+
         self._bars.console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
 
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
+    from rich.console import Console
+    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
+
     from vislam2tag.receiving.connections import serve
     from vislam2tag.receiving.server import Listener, Receiver
+    from vislam2tag.receiving.token import Guard, new_token
     from vislam2tag.receiving.uploads import Uploads
 
     console = Console()
@@ -141,6 +150,8 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
 
 
 def _welcome(console: Console, url: str, token: str) -> None:
+    from vislam2tag.receiving.token import grouped
+
     if console.is_terminal:
         console.out(code_of(url), end="", highlight=False)
     console.out(f"Scan the code with the phone, or open this address there:\n\n    {url}\n", highlight=False)

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.pipeline.site import register as registering
-from vislam2tag.registration.names import NameRules
-from vislam2tag.registration.point_file import parse_columns
-from vislam2tag.registration.record import RegisteredPoint, Registration
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.report.pages.click_page import write_click_page
-from vislam2tag.survey.model import Floor, Site
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from vislam2tag.registration.record import RegisteredPoint, Registration
+    from vislam2tag.survey.model import Floor, Site
 
 DEFAULTS = RegistrationSettings()
 WORST = 10
@@ -37,17 +34,16 @@ without --out or --write. docs/registration.md tells formats and method.
 Exit code: 0 all right, 1 something was left out, a landmark got no position, or two look interchanged, 2 wrong usage,
 or the measurements do not suffice, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag register site --floor 1 --station S1.csv --station S2.txt --control known.csv --out registered
-
-    vislam2tag register site --floor 1 --station S1.csv --known all --landmarks 'LM*' --write
-
-    vislam2tag register site --floor 1 --tape tape.csv --targets walls.csv --write --replace
-
-    vislam2tag register site --floor 1 --click clicks.html
-
-    vislam2tag register site --floor 1 --clicks clicks_floor_1.csv --write
+  vislam2tag register site --floor 1 --station S1.csv --station S2.txt \\
+      --control known.csv --out registered
+  vislam2tag register site --floor 1 --station S1.csv --known all \\
+      --landmarks 'LM*' --write
+  vislam2tag register site --floor 1 --tape tape.csv --targets walls.csv \\
+      --write --replace
+  vislam2tag register site --floor 1 --click clicks.html
+  vislam2tag register site --floor 1 --clicks clicks_floor_1.csv --write
 """
 
 
@@ -101,6 +97,10 @@ def _register(
     write: Annotated[bool, typer.Option("--write", help="Write the positions into the site's own files.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Let --write replace other positions.")] = False,
 ) -> None:
+    from vislam2tag.pipeline.site import register as registering
+    from vislam2tag.registration.names import NameRules
+    from vislam2tag.registration.point_file import parse_columns
+
     whole, chosen = registering.floor_of(site, floor)
     if click is not None:
         _write_page(click, whole, chosen)
@@ -133,6 +133,10 @@ def _register(
 
 
 def _write_page(page: Path, site: Site, floor: Floor) -> None:
+    import numpy as np
+
+    from vislam2tag.report.pages.click_page import write_click_page
+
     here = site.landmarks.on_floor(floor.number)
     placed = np.flatnonzero(here.surveyed).tolist()
     expected = {here.ids[i]: (float(here.position_bcs[i, 0]), float(here.position_bcs[i, 1])) for i in placed}
@@ -141,6 +145,8 @@ def _write_page(page: Path, site: Site, floor: Floor) -> None:
 
 
 def _print(found: Registration) -> None:
+    from rich.markup import escape
+
     console = table_console()
     if found.landmarks or found.control_points:
         console.print(_point_table(found))
@@ -190,6 +196,9 @@ def _point_table(found: Registration) -> Table:
 
 
 def _cells(kind: str, one: RegisteredPoint) -> tuple[str, ...]:
+    import numpy as np
+    from rich.markup import escape
+
     z = "-" if one.z_m is None else f"{one.z_m:.3f}"
     heading = "-" if one.heading_rad is None else f"{np.degrees(one.heading_rad):.1f}°"
     note = f" ({one.note})" if one.note else ""
@@ -207,6 +216,8 @@ def _cells(kind: str, one: RegisteredPoint) -> tuple[str, ...]:
 
 
 def _residual_table(found: Registration) -> Table:
+    from rich.markup import escape
+
     rows = table(f"Greatest residuals of those kept (at most {WORST})", ("measurement",), ("x", "y", "off", "sigmas"))
     every = sorted((*found.residuals, *found.tape_residuals), key=lambda one: -abs(one.sigmas))
     for one in every[:WORST]:

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.sheets.making import SheetOptions, make_sheets
-from vislam2tag.sheets.recognition import ENOUGH_INLIERS
-from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE, SheetsRecord
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
-HELP = f"""
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.sheets.sheet_folder import SheetsRecord
+
+HELP = """
 Make landmarks to print: one sheet each, in true size, with an image that phones recognise.
 
 SITE is a site's folder (its landmarks), or a file such as landmarks.csv of `plan` (columns id, floor, x, y, z, sheet,
@@ -26,20 +26,17 @@ width_m; all but the id optional); without it, --ids names them. Images are gene
 seed gives the same image, whatever else is printed. Each is measured, and none is made that could be taken for another.
 With --images they are your own (ID.png or .jpg); those too plain or too like another are refused by name.
 
-Writes OUT/{PDF_FILE} (print at 100 %), OUT/{IMAGE_FOLDER} with manifest.csv (id,file,width_m), which the phone app
+Writes OUT/sheets.pdf (print at 100 %), OUT/images with manifest.csv (id,file,width_m), which the phone app
 loads, and OUT/sheets.json (what was measured of each). docs/sheets.md tells more, docs/field-guide.md how to hang them.
 
 Exit code: 0 written, 2 wrong usage, an image that cannot be used, or OUT cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag sheets survey --out sheets
-
-    vislam2tag sheets plan/landmarks.csv --out sheets --paper A3
-
-    vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
-
-    vislam2tag sheets --images photos --width 0.2 --out sheets
+  vislam2tag sheets survey --out sheets
+  vislam2tag sheets plan/landmarks.csv --out sheets --paper A3
+  vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
+  vislam2tag sheets --images photos --width 0.2 --out sheets
 """
 
 
@@ -69,6 +66,12 @@ def _sheets(
         typer.Option(metavar="FOLDER", help="Your own images, ID.png or ID.jpg, in place of generated ones."),
     ] = None,
 ) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.sheets.making import SheetOptions, make_sheets
+    from vislam2tag.sheets.recognition import ENOUGH_INLIERS
+    from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
+
     options = SheetOptions(source=site, ids=ids, images=images, paper=paper, width_m=width, seed=seed)
     try:
         with session_bar("images and pages") as bar:

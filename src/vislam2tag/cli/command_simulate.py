@@ -3,47 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.simulation.building.site_building import site_building
-from vislam2tag.simulation.building.site_survey import site_floors
-from vislam2tag.simulation.scenario import Scenario, paper_evaluation, regular_survey, site_survey
-from vislam2tag.simulation.sensors.devices import Locale, device_names
+from vislam2tag.simulation.choices import (
+    TRAP_FINDINGS,
+    Climb,
+    CopiedSurvey,
+    FileNames,
+    Locale,
+    SessionLayout,
+    SeverityLevel,
+    SiteColumn,
+)
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
-from vislam2tag.simulation.walking.tour import Climb
-from vislam2tag.simulation.writing.site_files import SiteColumn
-from vislam2tag.simulation.writing.traps import TRAP_FINDINGS, check_traps
 
-
-class SeverityLevel(StrEnum):
-    """How much goes wrong with tracking."""
-
-    NONE = "none"
-    MILD = "mild"
-    DEFAULT = "default"
-    SEVERE = "severe"
-
-
-class FileNames(StrEnum):
-    """Which names the raw files have."""
-
-    PUBLISHED = "published"
-    PAPER = "paper"
-
-
-class Likeness(StrEnum):
-    """Surveys that are simulated in copy."""
-
-    PAPER = "paper"
-
+if TYPE_CHECKING:
+    from vislam2tag.simulation.scenario import Scenario
+    from vislam2tag.simulation.survey import WritingOptions
 
 HELP = """
 Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each session).
@@ -52,21 +32,19 @@ The pipeline never reads the truth. The same options give the same bytes.
 
 Exit code: 0 written, 2 wrong usage, or OUT holds something already or cannot be written.
 
+\b
 Examples:
-
-    vislam2tag simulate survey
-
-    vislam2tag simulate big --floors 5 --devices 4 --sessions 4 --minutes 3 --seed 7
-
-    vislam2tag simulate paper --like paper
-
-    vislam2tag simulate faulty --severity none --trap stale_wifi --trap frame_gap
-
-    vislam2tag simulate app --format phone --pressure
-
-    vislam2tag simulate storeys --floors 3 --climb mixed --pressure --column elevation --column z
-
-    vislam2tag simulate trial --site building --floor 4 --landmark-file plan/landmarks.csv
+  vislam2tag simulate survey
+  vislam2tag simulate big --floors 5 --devices 4 --sessions 4 --minutes 3 \\
+      --seed 7
+  vislam2tag simulate paper --like paper
+  vislam2tag simulate faulty --severity none --trap stale_wifi \\
+      --trap frame_gap
+  vislam2tag simulate app --format phone --pressure
+  vislam2tag simulate storeys --floors 3 --climb mixed --pressure \\
+      --column elevation --column z
+  vislam2tag simulate trial --site building --floor 4 \\
+      --landmark-file plan/landmarks.csv
 """
 
 
@@ -98,13 +76,13 @@ def _simulate(
     ] = None,
     names: Annotated[FileNames, typer.Option(help="File names as published or as in the paper.")] = FileNames.PUBLISHED,
     layout: Annotated[
-        Layout, typer.Option("--format", help="Sessions as published, or as the phone app writes them.")
-    ] = Layout.PUBLISHED,
+        SessionLayout, typer.Option("--format", help="Sessions as published, or as the phone app writes them.")
+    ] = SessionLayout.PUBLISHED,
     scripts: Annotated[
         bool, typer.Option("--scripts", help="With --format phone: script.txt, what the phone saw, in each session.")
     ] = False,
     like: Annotated[
-        Likeness | None,
+        CopiedSurvey | None,
         typer.Option(help="Copy the paper's evaluation (floors, phones and walks are then its own)."),
     ] = None,
     site: Annotated[
@@ -121,7 +99,14 @@ def _simulate(
         typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
     ] = None,
 ) -> None:
-    if scripts and layout is not Layout.PHONE:
+    from vislam2tag.simulation.building.site_building import site_building
+    from vislam2tag.simulation.building.site_survey import site_floors
+    from vislam2tag.simulation.scenario import paper_evaluation, regular_survey, site_survey
+    from vislam2tag.simulation.sensors.devices import device_names
+    from vislam2tag.simulation.survey import WritingOptions
+    from vislam2tag.simulation.writing.traps import check_traps
+
+    if scripts and layout is not SessionLayout.PHONE:
         raise UsageError("--scripts: needs --format phone")
     options = WritingOptions(
         locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()), layout, scripts
@@ -139,7 +124,7 @@ def _simulate(
         building = site_building(site_floors(site, floor or (), landmark_file, masks), seed)
         walks = site_survey(building, site, seed, severity.value, device_names(devices), sessions, minutes * 60)
         scenario = replace(walks, pressure=pressure, ble=ble)
-    elif like is Likeness.PAPER:
+    elif like is CopiedSurvey.PAPER:
         scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
     else:
         scenario = regular_survey(
@@ -159,6 +144,11 @@ def _simulate(
 
 def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     """Simulate with a progress bar on standard error and one line at the end."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from vislam2tag.simulation.survey import simulate
+
     columns = (TextColumn("simulate"), BarColumn(), MofNCompleteColumn(), TextColumn("sessions"), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("simulate", total=len(scenario.sessions))

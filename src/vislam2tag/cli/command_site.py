@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from vislam2tag.cli.options import Replace
 from vislam2tag.cli.site_values import georeference_part, plan_source
@@ -15,25 +13,17 @@ from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
-from vislam2tag.pipeline.site.init import (
-    NewFloor,
-    add_floor,
-    competition_floor,
-    describe_published,
-    is_competition_floor,
-)
-from vislam2tag.pipeline.site.show import KINDS, SiteSummary, draw_site, look_at_site, title_of
-from vislam2tag.pipeline.site.write import write_published
-from vislam2tag.survey.discover import read_site
-from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChanges, estimated_changes, read_changes
-from vislam2tag.survey.site_file import SITE_FILE, FloorPart
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.site.show import SiteSummary
+    from vislam2tag.survey.frame_change import FrameChanges
 
 _CODES = "Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted."
 HELP = """
 The site that a survey is of: building, floors, plans, frames (docs/site.md).
 """
 INIT_HELP = f"""
-Begin a site, or add a floor to it: writes SITE/{SITE_FILE}.
+Begin a site, or add a floor to it: writes SITE/site.toml.
 
 PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0; it
 is copied into SITE. Its scale: the size of what it shows (--width, --height), two known points (--point, twice), a
@@ -42,38 +32,37 @@ Without --plan a survey in the published layout is described.
 
 {_CODES}
 
+\b
 Examples:
-
-    vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 --width 62.5 --height 31
-
-    vislam2tag site init survey --plan first.png --floor 1 --point 120,840=0,0 --point 1950,850=45.6,0
-
-    vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL --georeference EPSG:25832,294405,5628801,-12
-
-    vislam2tag site init old-survey
+  vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
+      --width 62.5 --height 31
+  vislam2tag site init survey --plan first.png --floor 1 \\
+      --point 120,840=0,0 --point 1950,850=45.6,0
+  vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
+      --georeference EPSG:25832,294405,5628801,-12
+  vislam2tag site init old-survey
 """
 SHOW_HELP = f"""
 Show a site: a table of its floors, and with --out a drawing of plans, landmarks, control points, axes and scale.
 
 {_CODES}
 
+\b
 Examples:
-
-    vislam2tag site show survey
-
-    vislam2tag site show survey --floor 1 --out floor-1.pdf
+  vislam2tag site show survey
+  vislam2tag site show survey --floor 1 --out floor-1.pdf
 """
 WRITE_HELP = f"""
 Write a site in the published layout: floor_dimensions.csv, and each floor's plan, marker_dict.csv and refmarker.csv.
 
-The origin of that layout is the lower left corner of the plan: positions move there, and {CHANGE_FILE} says by how
+The origin of that layout is the lower left corner of the plan: positions move there, and rebase.toml says by how
 much. Sessions are not copied.
 
 {_CODES}
 
+\b
 Example:
-
-    vislam2tag site write survey --out published
+  vislam2tag site write survey --out published
 """
 REBASE_HELP = f"""
 Carry labels, fingerprints or landmarks over to a new plan, origin or resurvey. What is there stays as it is.
@@ -84,20 +73,20 @@ share; residuals are told. Positions, covariances, headings and heights change w
 
 {_CODES}
 
+\b
 Examples:
-
-    vislam2tag site rebase labels --from survey --to resurveyed --out labels-now
-
-    vislam2tag site rebase fingerprints --by {CHANGE_FILE} --to new-site --out fingerprints-now
-
-    vislam2tag site rebase survey --by {CHANGE_FILE} --out new-landmarks
+  vislam2tag site rebase labels --from survey --to resurveyed \\
+      --out labels-now
+  vislam2tag site rebase fingerprints --by rebase.toml --to new-site \\
+      --out fingerprints-now
+  vislam2tag site rebase survey --by rebase.toml --out new-landmarks
 """
 SiteFolder = Annotated[Path, typer.Argument(metavar="SITE", help="Survey folder.")]
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    site = typer.Typer(help=HELP, no_args_is_help=True, rich_markup_mode="markdown")
+    site = typer.Typer(help=HELP, no_args_is_help=True, rich_markup_mode=None)
     site.command("init", help=INIT_HELP)(_init)
     site.command("show", help=SHOW_HELP)(_show)
     site.command("write", help=WRITE_HELP)(_write)
@@ -149,6 +138,16 @@ def _init(
         ),
     ] = None,
 ) -> None:
+    from vislam2tag.pipeline.site.init import (
+        NewFloor,
+        add_floor,
+        competition_floor,
+        describe_published,
+        is_competition_floor,
+    )
+    from vislam2tag.pipeline.site.show import look_at_site
+    from vislam2tag.survey.site_file import SITE_FILE, FloorPart
+
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
         describe_published(site, building, earth)
@@ -182,9 +181,11 @@ def _show(
     site: SiteFolder,
     floor: Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help=f"Draw it there: a name that ends with {', '.join(KINDS)}.")
+        Path | None, typer.Option(metavar="FILE", help="Draw it there: a file named .png, .pdf, .svg or .html.")
     ] = None,
 ) -> None:
+    from vislam2tag.pipeline.site.show import draw_site, look_at_site, title_of
+
     summary = look_at_site(site, floor or ())
     _print_site(summary)
     if out is not None:
@@ -196,6 +197,8 @@ def _write(
     site: SiteFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
 ) -> None:
+    from vislam2tag.pipeline.site.write import write_published
+
     changes, findings = write_published(site, out)
     for change in changes.floors:
         if change.x_m or change.y_m:
@@ -211,7 +214,7 @@ def _rebase(
     old: Annotated[
         Path | None, typer.Option("--from", metavar="SITE", help="The old site; SOURCE itself where that is a site.")
     ] = None,
-    by: Annotated[Path | None, typer.Option(metavar="FILE", help=f"The change, as {CHANGE_FILE}.")] = None,
+    by: Annotated[Path | None, typer.Option(metavar="FILE", help="The change, as rebase.toml.")] = None,
     back: Annotated[bool, typer.Option("--back", help="Apply the inverse of the change.")] = False,
     rigid: Annotated[bool, typer.Option("--rigid", help="Estimate no scale.")] = False,
     without: Annotated[
@@ -220,6 +223,8 @@ def _rebase(
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
     replace: Replace = False,
 ) -> None:
+    from rich.console import Console
+
     from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
     changes = _changes(source, to, old, by, rigid, tuple(without or ()))
@@ -238,6 +243,9 @@ def _changes(
     source: Path, to: Path | None, old: Path | None, by: Path | None, rigid: bool, without: tuple[str, ...]
 ) -> FrameChanges:
     """The change as given, or estimated."""
+    from vislam2tag.survey.discover import read_site
+    from vislam2tag.survey.frame_change import estimated_changes, read_changes
+
     if by is not None:
         if old is not None or rigid or without:
             raise UsageError("--by: the change is given; --from, --rigid and --without are for estimating it")
@@ -248,6 +256,8 @@ def _changes(
 
 
 def _print_changes(changes: FrameChanges) -> None:
+    from rich.markup import escape
+
     rows = table("Change of frame", ("floor",), ("turn", "scale", "x", "y", "rise", "landmarks", "rms"))
     for change in changes.floors:
         residuals = list(change.residuals_m.values())
@@ -274,6 +284,8 @@ def _print_changes(changes: FrameChanges) -> None:
 
 
 def _print_site(summary: SiteSummary) -> None:
+    from rich.markup import escape
+
     rows = table("Floors", ("floor", "name", "plan"), ("elevation", "x", "y", "pixel", "landmarks", "control points"))
     for each in summary.floors:
         floor = each.floor
@@ -294,6 +306,8 @@ def _print_site(summary: SiteSummary) -> None:
 
 
 def _print_findings(findings: tuple[Finding, ...]) -> None:
+    from rich.markup import escape
+
     console = table_console()
     for finding in findings:
         console.print(f"{finding.severity}: {escape(finding.file)}: {escape(finding.message)}", soft_wrap=True)

@@ -6,20 +6,18 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from vislam2tag.cli.options import wrong_values_told
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.folder import open_dataset
-from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.settings import SplitSettings
-from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage, leakage
-from vislam2tag.dataset.splitting.splits import SplitKind, make_split
-from vislam2tag.pipeline.datasets.finish import add_split
+from vislam2tag.dataset.settings import SplitKind, SplitSettings
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.model import Dataset
+    from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage
 
 DEFAULTS = SplitSettings()
 HELP = """
@@ -31,13 +29,12 @@ to those that train. With --by it makes one more and saves it. docs/datasets.md 
 Exit code: 0 all right, 2 wrong usage, no data set, the data cannot give the split, or it cannot be written, 130
 interrupted.
 
+\b
 Examples:
-
-    vislam2tag split fingerprints
-
-    vislam2tag split fingerprints --by block --block-size 8 --guard 3 --seed 1 --name blocks-8m
-
-    vislam2tag split fingerprints --json > splits.json
+  vislam2tag split fingerprints
+  vislam2tag split fingerprints --by block --block-size 8 --guard 3 \\
+      --seed 1 --name blocks-8m
+  vislam2tag split fingerprints --json > splits.json
 """
 _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
     {
@@ -78,6 +75,11 @@ def _split(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print splits and leakage as JSON.")] = False,
 ) -> None:
+    from vislam2tag.dataset.folder import open_dataset
+    from vislam2tag.dataset.splitting.leakage import leakage
+    from vislam2tag.dataset.splitting.splits import make_split
+    from vislam2tag.pipeline.datasets.finish import add_split
+
     given = {"seed": seed, "share": share, "folds": folds, "block_m": block_size, "guard_m": guard}
     settings = _settings(by, {key: value for key, value in given.items() if value is not None})
     opened = open_dataset(dataset)
@@ -108,6 +110,8 @@ def _settings(by: SplitKind | None, given: Mapping[str, float]) -> SplitSettings
 
 
 def _print(found: tuple[SplitLeakage, ...], listed: Dataset | None) -> None:
+    from rich.markup import escape
+
     rows = table(
         "From each test fingerprint to the nearest that trains: 5 %, half, 95 %",
         ("split", "fold"),

@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
-from rich.markup import escape
-from rich.table import Table
 
 from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table_console
-from vislam2tag.pipeline.labels.landmark_results import (
-    LandmarkRow,
-    LandmarkSurvey,
-    check_targets,
-    landmark_survey,
-    write_completed,
-)
-from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, survey_landmarks
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey
+    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
 
 HELP = """
 Give landmarks without a position one, from all walks together.
@@ -32,13 +27,12 @@ all floors, the surveyed ones as they are; `process --landmarks FILE` reads it. 
 Exit code: 0 all right, 1 at least one session cannot be read or is not tied to the survey, 2 wrong usage, not a survey,
 or FILE cannot be written, 130 interrupted (nothing is written).
 
+\b
 Examples:
-
-    vislam2tag survey-landmarks survey --out completed.csv
-
-    vislam2tag survey-landmarks survey --out completed.csv --report landmarks.json --floor 1
-
-    vislam2tag process survey --out labels --landmarks completed.csv
+  vislam2tag survey-landmarks survey --out completed.csv
+  vislam2tag survey-landmarks survey --out completed.csv \\
+      --report landmarks.json --floor 1
+  vislam2tag process survey --out labels --landmarks completed.csv
 """
 
 
@@ -58,6 +52,8 @@ def _survey_landmarks(
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
 ) -> None:
+    from vislam2tag.pipeline.labels.landmark_results import check_targets, landmark_survey, write_completed
+
     check_targets(survey, out, *([] if report is None else [report]))
     result = landmark_survey(_with_progress(survey, tuple(floor or ()), jobs))
     write_completed(result, out, report)
@@ -66,6 +62,8 @@ def _survey_landmarks(
 
 
 def _with_progress(survey: Path, floors: tuple[int, ...], jobs: int) -> JointSurvey:
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks
+
     with session_bar("sessions") as bar:
         return survey_landmarks(
             survey,
@@ -76,6 +74,8 @@ def _with_progress(survey: Path, floors: tuple[int, ...], jobs: int) -> JointSur
 
 
 def _print(result: LandmarkSurvey, out: Path) -> None:
+    from rich.markup import escape
+
     console = table_console()
     console.print(_table(result))
     for session in result.sessions:
@@ -93,6 +93,9 @@ def _print(result: LandmarkSurvey, out: Path) -> None:
 
 
 def _table(result: LandmarkSurvey) -> Table:
+    from rich import box
+    from rich.table import Table
+
     table = Table(title="Landmarks (metres)", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("landmark", overflow="fold")
     for name in ("floor", "x", "y", "sigma", "sessions", "passes"):
@@ -106,6 +109,8 @@ def _table(result: LandmarkSurvey) -> Table:
 
 
 def _cells(row: LandmarkRow) -> tuple[str, ...]:
+    from rich.markup import escape
+
     numbers = tuple("-" if number is None else f"{number:.2f}" for number in (row.x_m, row.y_m, row.sigma_m))
     source = "surveyed" if row.surveyed else "estimated" if row.x_m is not None else "[red]none[/]"
     off = "-"

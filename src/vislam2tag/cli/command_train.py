@@ -6,16 +6,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from vislam2tag.cli.model_parameters import parameters_of
 from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel, TrainPlan, train
-from vislam2tag.positioning.registry import model_names
+from vislam2tag.common.plugins import MODELS
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
@@ -24,20 +24,20 @@ Learns from all labelled fingerprints, or with --split from the training part of
 on the test part (`vislam2tag benchmark` compares models). The file holds numbers and text only, a checksum, and what
 the model needs to know: access points, floors, how sure it is. docs/positioning.md tells what each model is.
 
-Models: {", ".join(model_names())}.
+Models: {", ".join(MODELS.names())}.
 
 Exit code: 0 trained, 2 wrong usage, no data set, nothing to learn from, or the model cannot be written, 130
 interrupted.
 
+\b
 Examples:
-
-    vislam2tag train fingerprints --model weighted-knn --out building.v2t
-
-    vislam2tag train fingerprints --model weighted-knn --set k=3 --set distance=cosine --out building.v2t
-
-    vislam2tag train fingerprints --model extra-trees --seed 1 --split device --fold Pixel --out no-pixel.v2t
-
-    vislam2tag train fingerprints --model multi-cel --out building.v2t --onnx building.onnx
+  vislam2tag train fingerprints --model weighted-knn --out building.v2t
+  vislam2tag train fingerprints --model weighted-knn --set k=3 \\
+      --set distance=cosine --out building.v2t
+  vislam2tag train fingerprints --model extra-trees --seed 1 \\
+      --split device --fold Pixel --out no-pixel.v2t
+  vislam2tag train fingerprints --model multi-cel --out building.v2t \\
+      --onnx building.onnx
 """
 
 
@@ -62,6 +62,8 @@ def _train(
         Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks and cell-density).")
     ] = None,
 ) -> None:
+    from vislam2tag.pipeline.positioning.train import TrainPlan, train
+
     plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx)
     begun = time.monotonic()
     try:
@@ -76,6 +78,9 @@ def _train(
 
 @contextmanager
 def _bar() -> Iterator[Callable[[float], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
     console = Console(stderr=True)
     columns = (TextColumn("training"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

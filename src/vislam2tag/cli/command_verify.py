@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.dataset.comparing.comparable import WHOLE_SET
-from vislam2tag.dataset.comparing.comparison import Comparison, compare
-from vislam2tag.dataset.comparing.table_comparison import TableDifferences
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from vislam2tag.dataset.comparing.comparison import Comparison
+    from vislam2tag.dataset.comparing.table_comparison import TableDifferences
 
 SHOWN = 20
 """Tables that differ and are shown; --json has all."""
@@ -29,11 +28,11 @@ file, or by time. Nothing is written.
 
 Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
 
+\b
 Examples:
-
-    vislam2tag verify published rebuilt
-
-    vislam2tag verify out-before out-now --tolerance 0.001 --json > differences.json
+  vislam2tag verify published rebuilt
+  vislam2tag verify out-before out-now --tolerance 0.001 \\
+      --json > differences.json
 """
 
 
@@ -64,6 +63,11 @@ def _verify(
 
 
 def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from vislam2tag.dataset.comparing.comparison import compare
+
     console = Console(stderr=True)
     columns = (TextColumn("tables"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -72,6 +76,8 @@ def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
 
 
 def _print(found: Comparison) -> None:
+    from rich.markup import escape
+
     console = table_console()
     for letter, sessions in (("A", found.missing_sessions), ("B", found.extra_sessions)):
         for session in sessions:
@@ -86,6 +92,10 @@ def _print(found: Comparison) -> None:
 
 
 def _tables(differences: tuple[TableDifferences, ...]) -> Table:
+    from rich.markup import escape
+
+    from vislam2tag.dataset.comparing.comparable import WHOLE_SET
+
     rows = table("Differences", ("session", "table", "what differs"), ("rows in both", "only in A", "only in B"))
     for one in differences:
         counts = (str(count) for count in (one.matched, one.missing, one.extra))

@@ -6,14 +6,15 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
-from pydantic import ValidationError
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.transmitters.privacy import LEAST_KEY_BYTES, Privacy, read_key
-from vislam2tag.pipeline.run.selection import Selection
+
+if TYPE_CHECKING:
+    from vislam2tag.dataset.transmitters.privacy import Privacy
+    from vislam2tag.pipeline.run.selection import Selection
 
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
@@ -55,12 +56,16 @@ MaxStep: TypeAlias = Annotated[
 
 def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selection:
     """Choose the sessions of these floors and devices; none given: all."""
+    from vislam2tag.pipeline.run.selection import Selection
+
     return Selection(floors=tuple(floors or ()), devices=tuple(devices or ()))
 
 
 @contextmanager
 def wrong_values_told() -> Iterator[None]:
     """Tell a value that the settings refuse by the name of its option."""
+    from pydantic import ValidationError
+
     try:
         yield
     except ValidationError as error:
@@ -80,7 +85,7 @@ HashBssid: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="KEYFILE",
-        help=f"Replace BSSIDs by keyed hashes; the file holds a secret of at least {LEAST_KEY_BYTES} bytes. "
+        help="Replace BSSIDs by keyed hashes; the file holds a secret of at least 16 bytes. "
         "Sets hashed with one key can be joined.",
     ),
 ]
@@ -89,5 +94,7 @@ NoSsid: TypeAlias = Annotated[bool, typer.Option("--no-ssid", help="Leave the na
 
 def privacy_of(include_nomap: bool, hash_bssid: Path | None, no_ssid: bool) -> Privacy:
     """Make the wish of these options' values; raises UsageError for a key that cannot be used."""
+    from vislam2tag.dataset.transmitters.privacy import Privacy, read_key
+
     key = None if hash_bssid is None else read_key(hash_bssid)
     return Privacy(include_nomap=include_nomap, hash_key=key, keep_ssids=not no_ssid)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.text import Text
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
 
 
 class SessionBar:
@@ -25,12 +26,24 @@ class SessionBar:
 
     def tell(self, what: str, colour: str, text: str) -> None:
         """Print a line above the bar."""
+        from rich.text import Text
+
         self._console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
 
 
 @contextmanager
 def session_bar(name: str) -> Iterator[SessionBar]:
     """Show a bar on standard error while sessions are worked at; ``name`` is what is counted."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     console = Console(stderr=True)
     columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

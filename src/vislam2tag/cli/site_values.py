@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
-
-from pydantic import ValidationError
+from typing import TYPE_CHECKING, Any
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.survey.plans.source import PlanSource
-from vislam2tag.survey.site_file import GeoreferencePart
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
+    from vislam2tag.survey.plans.source import PlanSource
+    from vislam2tag.survey.site_file import GeoreferencePart
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBERS = re.compile(_NUMBER)
@@ -27,6 +29,10 @@ def plan_source(
     **options: Any,
 ) -> PlanSource:
     """Put together how a plan is read; raises UsageError where the options cannot be meant so."""
+    from pydantic import ValidationError
+
+    from vislam2tag.survey.plans.source import PlanSource
+
     values: dict[str, Any] = {"file": file, **{name: value for name, value in options.items() if value is not None}}
     corner = None if lower_left is None else _numbers("--lower-left", lower_left, 2, "X,Y in metres")
     width_m, height_m = size
@@ -51,6 +57,10 @@ def plan_source(
 
 def georeference_part(text: str) -> GeoreferencePart:
     """Read ``EPSG:CODE,EASTING,NORTHING[,ROTATION]`` or ``LATITUDE,LONGITUDE[,BEARING]``; raises UsageError."""
+    from pydantic import ValidationError
+
+    from vislam2tag.survey.site_file import GeoreferencePart
+
     system = re.fullmatch(r"EPSG:(\d+),(.*)", text, re.IGNORECASE)
     numbers = _found(system.group(2) if system else text)
     if numbers is None or len(numbers) not in (2, 3):

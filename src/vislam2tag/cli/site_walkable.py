@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from vislam2tag.cli.options import Floors
 from vislam2tag.cli.tables import table, table_console
@@ -24,13 +23,13 @@ OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it 
 
 Exit code: 0 all right, 2 wrong usage, no plan, nothing that can be walked, or OUT cannot be written, 130 interrupted.
 
+\b
 Examples:
-
-    vislam2tag site walkable survey --out walkable
-
-    vislam2tag site walkable survey --floor 4 --wall-contrast 0.08 --out walkable
-
-    vislam2tag site walkable survey --floor 4 --mask corrected.png --out walkable
+  vislam2tag site walkable survey --out walkable
+  vislam2tag site walkable survey --floor 4 --wall-contrast 0.08 \\
+      --out walkable
+  vislam2tag site walkable survey --floor 4 --mask corrected.png \\
+      --out walkable
 """
 
 
@@ -59,6 +58,8 @@ def site_walkable(
 
 
 def _print(found: tuple[WalkableFloor, ...]) -> None:
+    from rich.markup import escape
+
     from vislam2tag.walkable.graph import NodeKind
 
     console = table_console()

@@ -1,10 +1,26 @@
-"""How labelled readings become a data set, and how it is split."""
+"""How labelled readings become a data set, how it is split, and what is made of it."""
 
 from __future__ import annotations
+
+from enum import StrEnum
 
 from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
+
+CHANGE_CELL_M = 4.0
+"""Side of a place, metres: about what is walked between two scans, so that a walk through it leaves one or two."""
+
+
+class SplitKind(StrEnum):
+    """What is held out."""
+
+    RANDOM = "random"
+    DEVICE = "device"
+    TRAJECTORY = "trajectory"
+    DAY = "day"
+    BLOCK = "block"
+    FLOOR = "floor"
 
 
 class SplitSettings(FiniteRecord):
@@ -50,3 +66,27 @@ class DatasetSettings(FiniteRecord):
     def window_of(self, technology: str) -> float | None:
         """Length of the windows of ``wifi`` or ``ble`` readings, seconds; None: they are grouped by scan."""
         return self.ble_window_s if technology == "ble" else self.wifi_window_s
+
+
+class CoverageSettings(FiniteRecord):
+    """How coverage is counted."""
+
+    cell_m: float = Field(default=2.0, gt=0)
+    """Side of a cell, metres; where a walkable area is given, its own cells count."""
+    radius_m: float = Field(default=2.0, gt=0)
+    """A cell is covered when a fingerprint lies within this distance of its centre, metres."""
+
+
+class RadioMapSettings(FiniteRecord):
+    """How radio maps are made."""
+
+    cell_m: float = Field(default=1.0, gt=0)
+    """Side of a cell, metres."""
+    reach_m: float = Field(default=3.0, gt=0)
+    """A cell has a share where a scan lies within this distance of its centre, a mean where a reading does, metres."""
+    most: int = Field(default=100, ge=1)
+    """Access points a floor and technology, the most heard; more only where they are named."""
+    least_readings: int = Field(default=10, ge=3)
+    """Readings on a floor that an access point needs for a map."""
+    most_points: int = Field(default=1000, ge=50)
+    """Readings of an access point beyond which they are averaged in squares: a map costs their cube."""

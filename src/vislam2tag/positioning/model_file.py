@@ -70,7 +70,7 @@ class SavedModel:
     origin: ModelOrigin
 
 
-def save(saved: SavedModel, path: Path) -> None:
+def save_model(saved: SavedModel, path: Path) -> None:
     """Write the file, whole or not at all; raises OutputError where it cannot be written."""
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
@@ -87,7 +87,7 @@ def save(saved: SavedModel, path: Path) -> None:
         place.write_bytes(packed(arrays, {_KEY: text}))
 
 
-def load(path: Path) -> SavedModel:
+def load_model(path: Path) -> SavedModel:
     """Read a model's file.
 
     Raises ModelError where it is none, damaged, or of a later version, and UsageError where the model needs what is

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
@@ -28,15 +27,6 @@ _LOOK_BACK = 100
 """Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
 _FEWEST = 5
 """A piece of track over fewer answers cannot be turned into their frame."""
-
-
-class SequenceMethod(StrEnum):
-    """Which scans of a walk may speak for one of them."""
-
-    FILTER = "filter"
-    """Earlier ones only."""
-    SMOOTHER = "smoother"
-    """All."""
 
 
 @dataclass(frozen=True)

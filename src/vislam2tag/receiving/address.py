@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 import socket
 
-import segno
-
 from vislam2tag.common.errors import UsageError
 
 _ELSEWHERE = ("192.0.2.1", 9)
@@ -42,6 +40,8 @@ def url_for(host: str, port: int, token: str) -> str:
 
 def code_of(text: str) -> str:
     """A QR code as lines of half blocks, for terminals."""
+    import segno
+
     drawn = io.StringIO()
     segno.make(text, error="m", micro=False).terminal(drawn, compact=True)
     return drawn.getvalue()

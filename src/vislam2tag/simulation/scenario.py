@@ -10,6 +10,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.settings import (
     BuildingSettings,
@@ -20,7 +21,6 @@ from vislam2tag.simulation.settings import (
     stream,
     walk_settings,
 )
-from vislam2tag.simulation.walking.tour import Climb
 from vislam2tag.survey.model import SessionKey
 
 GOLDEN = (5**0.5 - 1) / 2

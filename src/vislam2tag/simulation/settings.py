@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from enum import StrEnum
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from vislam2tag.common.records import Record
+
+if TYPE_CHECKING:
+    import numpy as np
 
 SEVERITIES = {"none": 0.0, "mild": 0.5, "default": 1.0, "severe": 2.0}
 """Named fault levels; ``none`` is a tracker with sensor noise and nothing else."""
@@ -27,6 +29,8 @@ def severity_level(severity: str | float) -> float:
 
 def stream(seed: int, *names: object) -> np.random.Generator:
     """Make the generator that belongs to these names: other names never change what it draws."""
+    import numpy as np
+
     text = "\x1f".join(str(name) for name in (seed, *names))
     return np.random.default_rng(int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big"))
 

@@ -6,7 +6,6 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +15,11 @@ from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.building.site_survey import taken_over
+from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
-from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
 from vislam2tag.simulation.sensors.presses import simulate_presses
 from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
@@ -36,7 +36,7 @@ from vislam2tag.simulation.writing.phone_log import phone_log
 from vislam2tag.simulation.writing.phone_script import phone_script
 from vislam2tag.simulation.writing.phone_writer import phone_text, session_name
 from vislam2tag.simulation.writing.session import SimulatedSession
-from vislam2tag.simulation.writing.site_files import SiteColumn, site_text
+from vislam2tag.simulation.writing.site_files import site_text
 from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
 from vislam2tag.simulation.writing.writer import PAPER_NAMES, PUBLISHED_NAMES, session_text, station_table
 from vislam2tag.survey.model import SessionKey
@@ -51,14 +51,6 @@ STATION_DAY_NS = 1_644_796_800_000_000_000
 """2022-02-14 00:00, the date in that file's name."""
 
 
-class Layout(StrEnum):
-    """How sessions are laid out."""
-
-    PUBLISHED = "published"
-    PHONE = "phone"
-    """As the phone app writes them (docs/phone-format.md)."""
-
-
 @dataclass(frozen=True)
 class WritingOptions:
     """How a simulated survey is written, and what is wrong with it."""
@@ -70,7 +62,7 @@ class WritingOptions:
     """Names of :data:`~vislam2tag.simulation.writing.traps.TRAP_FINDINGS`; each holds for the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
-    layout: Layout = Layout.PUBLISHED
+    layout: SessionLayout = SessionLayout.PUBLISHED
     scripts: bool = False
     """Whether ``script.txt`` beside each session in the phone app's format tells what the phone saw."""
 
@@ -89,7 +81,7 @@ def simulate(
     """
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
-    if chosen.layout is Layout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
+    if chosen.layout is SessionLayout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
         raise UsageError("sessions in the phone app's format have no traps, only the site's files do")
     try:
         _check_empty(out)
@@ -99,7 +91,7 @@ def simulate(
         beacons = make_beacons(scenario.building, scenario.seed) if scenario.ble else None
         for planned in scenario.sessions:
             session = simulate_session(scenario, planned, environment, chosen.locale, beacons)
-            if chosen.layout is Layout.PHONE:
+            if chosen.layout is SessionLayout.PHONE:
                 _write_phone_session(session, planned, scenario.seed, out, chosen)
             else:
                 _write_session(session, planned.key, out, chosen)
@@ -195,7 +187,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         "severity": scenario.severity,
         "locale": options.locale,
         "names": "paper" if options.paper_names else "published",
-        **({"layout": options.layout} if options.layout is not Layout.PUBLISHED else {}),
+        **({"layout": options.layout} if options.layout is not SessionLayout.PUBLISHED else {}),
         "traps": sorted(options.traps),
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),

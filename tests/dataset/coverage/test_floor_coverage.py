@@ -8,9 +8,10 @@ import pytest
 
 from tests.dataset.factory import SCANS, small_dataset
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings, coverage
+from vislam2tag.dataset.coverage.floor_coverage import coverage
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.schema import FINGERPRINTS, MAGNETIC, READINGS, in_schema
+from vislam2tag.dataset.settings import CoverageSettings
 
 
 def with_tables(dataset: Dataset, **tables: pl.DataFrame) -> Dataset:

@@ -20,8 +20,9 @@ from vislam2tag.dataset.transmitters.privacy import Privacy, hashed
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
+from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.survey.model import SessionKey
 
 KEY = b"0123456789abcdef"
@@ -223,7 +224,7 @@ def test_nothing_labelled(labels: Path, tmp_path: Path) -> None:
 
 def test_raw_files_of_the_phone_app_tell_nothing_that_is_hidden(tmp_path: Path) -> None:
     scenario = regular_survey(3, "none", (0,), ("LG",), 1, 40.0)
-    simulate(scenario, tmp_path / "survey", WritingOptions(layout=Layout.PHONE))
+    simulate(scenario, tmp_path / "survey", WritingOptions(layout=SessionLayout.PHONE))
     process(tmp_path / "survey", tmp_path / "labels", Settings())
     exported(tmp_path / "labels", tmp_path / "plain", survey=tmp_path / "survey")
     (raw,) = tables_of(tmp_path / "survey", "WiFi.csv")

@@ -13,8 +13,9 @@ from tests.dataset.surveyed import FADING_DB, OFFSETS_DB, Surveyed, surveyed
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMapSettings, grid_of, radio_maps
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, grid_of, radio_maps
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS
+from vislam2tag.dataset.settings import RadioMapSettings
 
 SETTINGS = RadioMapSettings()
 HEARD_OFTEN = 0.05

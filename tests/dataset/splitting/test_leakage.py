@@ -12,9 +12,9 @@ from tests.dataset.factory import SCANS, SESSION_KEYS, small_dataset
 from tests.dataset.splitting.test_splits import with_fingerprints, with_windows
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import MAGNETIC
-from vislam2tag.dataset.settings import SplitSettings
+from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
-from vislam2tag.dataset.splitting.splits import SplitKind, make_split, standard_splits
+from vislam2tag.dataset.splitting.splits import make_split, standard_splits
 
 SMALL = small_dataset()
 LABELLED = len(SESSION_KEYS) * (SCANS - 1)

@@ -14,9 +14,9 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, empty_table, in_schema
-from vislam2tag.dataset.settings import SplitSettings
+from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.split_items import split_items
-from vislam2tag.dataset.splitting.splits import SplitKind, make_split, split_findings, standard_splits
+from vislam2tag.dataset.splitting.splits import make_split, split_findings, standard_splits
 
 SMALL = small_dataset()
 LABELLED = len(SESSION_KEYS) * (SCANS - 1)

@@ -14,8 +14,8 @@ from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
-from vislam2tag.dataset.settings import SplitSettings
-from vislam2tag.dataset.splitting.splits import SplitKind, make_split, standard_splits
+from vislam2tag.dataset.settings import SplitKind, SplitSettings
+from vislam2tag.dataset.splitting.splits import make_split, standard_splits
 from vislam2tag.pipeline.datasets import finish as added_split
 from vislam2tag.pipeline.datasets.finish import add_split, finish_dataset
 

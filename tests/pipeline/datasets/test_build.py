@@ -21,10 +21,9 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.walking.tour import Climb
-from vislam2tag.simulation.writing.site_files import SiteColumn
 
 SECONDS = 90.0
 

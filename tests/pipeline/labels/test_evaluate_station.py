@@ -12,8 +12,9 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.scenario import PlannedSession, paper_evaluation
-from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.survey import STATION_FILE, simulate
 from vislam2tag.survey.corrections import read_corrections
 

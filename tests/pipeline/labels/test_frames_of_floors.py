@@ -19,10 +19,9 @@ from vislam2tag.pipeline.site.init import describe_published
 from vislam2tag.pipeline.site.write import write_changed_site
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
+from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.walking.tour import Climb
-from vislam2tag.simulation.writing.site_files import SiteColumn
 from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.frame_change import FrameChange, FrameChanges
 from vislam2tag.survey.site_file import Relation, read_site_file, site_file_text

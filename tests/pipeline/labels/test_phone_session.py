@@ -12,8 +12,9 @@ from tests.cli.command import vislam2tag
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
+from vislam2tag.simulation.survey import WritingOptions, simulate
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +22,7 @@ def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One walk that loses track, was killed, and saw scans refused."""
     out = tmp_path_factory.mktemp("phone")
     scenario = regular_survey(0, "default", (0,), ("OnePlus",), 1, 60.0)
-    simulate(scenario, out, WritingOptions(layout=Layout.PHONE))
+    simulate(scenario, out, WritingOptions(layout=SessionLayout.PHONE))
     (session,) = out.glob("floor_0/OnePlus/*")
     record = json.loads((session / "session.json").read_text(encoding="utf-8"))
     (session / "session.json").write_text(json.dumps(record | {"end": None, "note": "<b>dark</b>"}), encoding="utf-8")

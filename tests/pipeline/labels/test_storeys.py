@@ -20,10 +20,9 @@ from vislam2tag.mapping.registry import STRATEGIES, strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import Climb, SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.walking.tour import Climb
-from vislam2tag.simulation.writing.site_files import SiteColumn
 
 ELEVATED = frozenset({SiteColumn.ELEVATION, SiteColumn.Z})
 

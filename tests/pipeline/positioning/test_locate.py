@@ -20,7 +20,7 @@ from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan, locat
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.scans import scan_file
 from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import SequenceMethod
+from vislam2tag.positioning.settings import SequenceMethod
 
 KEY = b"0123456789abcdef-secret"
 

@@ -12,7 +12,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.pipeline.positioning.train import TrainedModel, TrainPlan, train
-from vislam2tag.positioning.model_file import load
+from vislam2tag.positioning.model_file import load_model
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> 
     told: list[float] = []
     plan = TrainPlan("extra-trees", {"trees": 3}, seed=2)
     made = train(folder, plan, tmp_path / "model.v2t", told.append)
-    saved = load(tmp_path / "model.v2t")
+    saved = load_model(tmp_path / "model.v2t")
     assert saved.model.get_params()["seed"] == 2
     assert (saved.origin.dataset, saved.origin.part, saved.origin.scans) == ("small", "all", 44)
     assert len(saved.model.access_points_) == 10
@@ -77,7 +77,7 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     entries = {entry.key: entry.value for entry in onnx.load(tmp_path / "model.onnx").metadata_props}
     assert entries["model"] == "multi-cel"
     assert '"dataset":"small"' in entries["origin"]
-    assert load(tmp_path / "model.v2t").name == "multi-cel"
+    assert load_model(tmp_path / "model.v2t").name == "multi-cel"
     with pytest.raises(UsageError, match="only networks and cell-density are"):
         trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.onnx")
     with pytest.raises(UsageError, match="is the file of --out"):

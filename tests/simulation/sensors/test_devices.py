@@ -1,6 +1,7 @@
 import pytest
 
-from vislam2tag.simulation.sensors.devices import Locale, device_names, make_device
+from vislam2tag.simulation.choices import Locale
+from vislam2tag.simulation.sensors.devices import device_names, make_device
 from vislam2tag.simulation.writing.session import DecimalMarks
 
 

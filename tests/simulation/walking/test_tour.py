@@ -9,13 +9,14 @@ import pytest
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.choices import Climb, Locale
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
-from vislam2tag.simulation.sensors.devices import Locale, make_device
+from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.sensors.radio import RadioSettings, make_radio_environment, mean_rss_dbm, simulate_wifi
 from vislam2tag.simulation.settings import BuildingSettings, TrackerSettings, WalkSettings, stream
 from vislam2tag.simulation.tracking.tracker import track
 from vislam2tag.simulation.walking.sampling import floor_at, position_at
-from vislam2tag.simulation.walking.tour import Climb, Tour, seen_from_first, tour_from
+from vislam2tag.simulation.walking.tour import Tour, seen_from_first, tour_from
 from vislam2tag.simulation.walking.walk import make_walk
 
 BUILDING = make_building(BuildingSettings(floors=(0, 1, 2), distinct_ids=True), 3)

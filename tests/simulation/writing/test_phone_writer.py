@@ -11,8 +11,9 @@ import pytest
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import Scenario, regular_survey
-from vislam2tag.simulation.survey import Layout, WritingOptions, simulate
+from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.world import walk_and_track
 
 
@@ -23,7 +24,7 @@ def scenario(severity: str = "severe") -> Scenario:
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("phone")
-    simulate(scenario(), out, WritingOptions(layout=Layout.PHONE, scripts=True))
+    simulate(scenario(), out, WritingOptions(layout=SessionLayout.PHONE, scripts=True))
     return out
 
 
@@ -51,7 +52,7 @@ def test_sessions_read_back_are_the_tracker_s(survey: Path) -> None:
 
 
 def test_the_same_options_give_the_same_bytes(survey: Path, tmp_path: Path) -> None:
-    simulate(scenario(), tmp_path, WritingOptions(layout=Layout.PHONE, scripts=True))
+    simulate(scenario(), tmp_path, WritingOptions(layout=SessionLayout.PHONE, scripts=True))
     assert bytes_of(tmp_path) == bytes_of(survey)
 
 
@@ -65,10 +66,10 @@ def test_folders_have_no_colons_and_hold_the_truth(survey: Path) -> None:
 
 def test_traps_and_the_phone_s_format_do_not_go_together(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="traps"):
-        simulate(scenario(), tmp_path, WritingOptions(traps=frozenset({"frame_gap"}), layout=Layout.PHONE))
+        simulate(scenario(), tmp_path, WritingOptions(traps=frozenset({"frame_gap"}), layout=SessionLayout.PHONE))
 
 
 def test_scripts_are_written_where_asked(survey: Path, tmp_path: Path) -> None:
     assert len(list(survey.rglob("script.txt"))) == 2
-    simulate(scenario("none"), tmp_path, WritingOptions(layout=Layout.PHONE))
+    simulate(scenario("none"), tmp_path, WritingOptions(layout=SessionLayout.PHONE))
     assert list(tmp_path.rglob("script.txt")) == []

@@ -10,11 +10,12 @@ import pytest
 
 from tests.simulation.worlds import sessions_of
 from vislam2tag.simulation.building.building import make_building
+from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.writing.session import SimulatedSession
-from vislam2tag.simulation.writing.site_files import SiteColumn, site_text
+from vislam2tag.simulation.writing.site_files import site_text
 from vislam2tag.survey.discover import read_site
 
 ALL = frozenset(SiteColumn)

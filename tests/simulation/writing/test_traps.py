@@ -13,18 +13,12 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.settings import Settings
+from vislam2tag.simulation.choices import TRAP_FINDINGS
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.simulation.writing.table_traps import TABLE_TRAPS
 from vislam2tag.simulation.writing.text_traps import TEXT_TRAPS
-from vislam2tag.simulation.writing.traps import (
-    FOUND_BY_PROCESSING,
-    SITE_TRAPS,
-    TRAP_FINDINGS,
-    check_traps,
-    trap_tables,
-    trap_text,
-)
+from vislam2tag.simulation.writing.traps import FOUND_BY_PROCESSING, SITE_TRAPS, check_traps, trap_tables, trap_text
 from vislam2tag.simulation.writing.writer import session_text
 
 VISITS_ONLY = "high_landmark"
@@ -119,6 +113,6 @@ def test_an_unknown_trap_is_named() -> None:
 
 
 def test_the_documented_table_is_the_real_one() -> None:
-    document = (Path(__file__).parents[2] / "docs" / "simulator.md").read_text(encoding="utf-8")
+    document = (Path(__file__).parents[3] / "docs" / "simulator.md").read_text(encoding="utf-8")
     for trap, kinds in TRAP_FINDINGS.items():
         assert f"| {trap} | {', '.join(sorted(kinds)) or 'none'} |" in document

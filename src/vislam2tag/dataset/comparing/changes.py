@@ -21,9 +21,8 @@ from scipy.stats import false_discovery_control, norm
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.comparing.place_sums import PLACE, SURVEYS, PlaceSums, place_sums
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.settings import CHANGE_CELL_M
 
-CELL_M = 4.0
-"""Side of a place, metres: about what is walked between two scans, so that a walk through it leaves one or two."""
 FALSE_SHARE = 0.05
 LEAST_PLACES = 3
 """Common places that an access point needs to be judged."""
@@ -65,7 +64,7 @@ class Changes:
     access points), because (those that changed and were heard there)."""
 
 
-def survey_changes(base: Dataset, later: Dataset, technology: str, cell_m: float = CELL_M) -> Changes:
+def survey_changes(base: Dataset, later: Dataset, technology: str, cell_m: float = CHANGE_CELL_M) -> Changes:
     """Compare two surveys of a building; what has no label counts nowhere, hotspots that move are not compared."""
     sums = place_sums({"base": base, "later": later}, technology, cell_m)
     names = _names(base, later, technology)

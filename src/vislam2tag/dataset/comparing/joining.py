@@ -22,7 +22,7 @@ from vislam2tag.dataset.schema import (
     SESSIONS,
     empty_table,
 )
-from vislam2tag.dataset.splitting.splits import SplitKind
+from vislam2tag.dataset.settings import SplitKind
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 
 SAME_SESSIONS = "sessions_in_both"

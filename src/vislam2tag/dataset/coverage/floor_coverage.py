@@ -13,16 +13,15 @@ from types import MappingProxyType
 
 import numpy as np
 import polars as pl
-from pydantic import Field
 from scipy.ndimage import distance_transform_edt
 
-from vislam2tag.common.records import FiniteRecord
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.by_session import each_session
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC
+from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics.record import UNKNOWN
 
 _FLOOR = ("building", "floor")
@@ -39,15 +38,6 @@ _PARTS = 16
 _REACH_CELLS = 1000
 """Cells farther than this along an axis from the median one are left out."""
 _EPSILON = 1e-9
-
-
-class CoverageSettings(FiniteRecord):
-    """How coverage is counted."""
-
-    cell_m: float = Field(default=2.0, gt=0)
-    """Side of a cell, metres; where a walkable area is given, its own cells count."""
-    radius_m: float = Field(default=2.0, gt=0)
-    """A cell is covered when a fingerprint lies within this distance of its centre, metres."""
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vislam2tag.common.records import Record
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings, FloorCoverage
+from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
 from vislam2tag.dataset.coverage.gap_walk import GapWalk
+from vislam2tag.dataset.settings import CoverageSettings
 
 
 class WalkRecord(Record):

@@ -9,12 +9,11 @@ from typing import TypeAlias
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
-from pydantic import Field
 from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.common.records import FiniteRecord, Record
+from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.dataset.model import Dataset
@@ -28,27 +27,13 @@ from vislam2tag.dataset.radio_mapping.map_process import (
     map_points,
 )
 from vislam2tag.dataset.radio_mapping.map_readings import MapPlace, MapReadings, heard_at, map_readings, offsets_db
+from vislam2tag.dataset.settings import RadioMapSettings
 
 MapLayer: TypeAlias = NDArray[np.float32]
 _SAMPLE = 12
 """Access points of a floor that set what all its maps share."""
 _MOST_CELLS = 250_000
 """Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
-
-
-class RadioMapSettings(FiniteRecord):
-    """How radio maps are made."""
-
-    cell_m: float = Field(default=1.0, gt=0)
-    """Side of a cell, metres."""
-    reach_m: float = Field(default=3.0, gt=0)
-    """A cell has a share where a scan lies within this distance of its centre, a mean where a reading does, metres."""
-    most: int = Field(default=100, ge=1)
-    """Access points a floor and technology, the most heard; more only where they are named."""
-    least_readings: int = Field(default=10, ge=3)
-    """Readings on a floor that an access point needs for a map."""
-    most_points: int = Field(default=1000, ge=50)
-    """Readings of an access point beyond which they are averaged in squares: a map costs their cube."""
 
 
 class MapErrors(Record):

@@ -10,7 +10,6 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from enum import StrEnum
 from types import MappingProxyType
 
 import numpy as np
@@ -21,7 +20,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.settings import SplitSettings
+from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.split_items import rank_of_kind, split_items
 
 
@@ -88,17 +87,6 @@ def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
 _LABELLED = pl.col("labelled")
 _GROUP = pl.col("group")
 _PLACE = ("building", "floor")
-
-
-class SplitKind(StrEnum):
-    """What is held out."""
-
-    RANDOM = "random"
-    DEVICE = "device"
-    TRAJECTORY = "trajectory"
-    DAY = "day"
-    BLOCK = "block"
-    FLOOR = "floor"
 
 
 def standard_splits(dataset: Dataset, seed: int = 0) -> dict[str, Split]:

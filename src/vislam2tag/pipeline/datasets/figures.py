@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Storey
+from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.dataset.statistics.table_3 import Table3, csv_text, latex_text, markdown_text
 from vislam2tag.figures.dataset_files import covered_floors, dataset_figures

@@ -8,10 +8,11 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
-from vislam2tag.dataset.comparing.changes import CELL_M, Changes, survey_changes
+from vislam2tag.dataset.comparing.changes import Changes, survey_changes
 from vislam2tag.dataset.comparing.joining import join_datasets
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Storey
+from vislam2tag.dataset.settings import CHANGE_CELL_M
 from vislam2tag.figures.change_figures import ChangedFloor, change_map
 from vislam2tag.figures.style import rendered
 from vislam2tag.pipeline.datasets.finish import finish_dataset
@@ -23,7 +24,7 @@ _TOLD_AGAIN = frozenset({"no_split", "not_in_split"})
 """Findings about splits, which are made again."""
 
 
-def join(base: Path, later: Path, out: Path, cell_m: float = CELL_M, *, replace: bool = False) -> SurveyChanges:
+def join(base: Path, later: Path, out: Path, cell_m: float = CHANGE_CELL_M, *, replace: bool = False) -> SurveyChanges:
     """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
 
     ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set or

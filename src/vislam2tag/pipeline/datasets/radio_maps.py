@@ -14,7 +14,8 @@ from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
-from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, RadioMapSettings, radio_maps
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, radio_maps
+from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.pages.radio_map_page import MapFloor, write_radio_map_page

@@ -15,12 +15,13 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.transmitters.privacy import hashed, key_name
-from vislam2tag.positioning.model_file import SavedModel, load
+from vislam2tag.positioning.model_file import SavedModel, load_model
 from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.radio_scans import TextArray, scans_from_readings
 from vislam2tag.positioning.scans.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, scan_blocks
 from vislam2tag.positioning.scans.track_file import Tracks
-from vislam2tag.positioning.sequences import SequenceMethod, filtered, smoothed
+from vislam2tag.positioning.sequences import filtered, smoothed
+from vislam2tag.positioning.settings import SequenceMethod
 
 OK, UNKNOWN = "ok", "unknown"
 LOCATED = {
@@ -134,7 +135,7 @@ def locate(
     Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError where one is hashed in another
     way than the other, or where scans tell no session though ``walks`` need it.
     """
-    saved = load(model)
+    saved = load_model(model)
     _check_key(saved, key)
     bad = BadLines(scans.name)
     name = _namer(saved, key)

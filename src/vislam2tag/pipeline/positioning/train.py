@@ -13,7 +13,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.positioning.metrics import Score, score
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.onnx_export import write_onnx
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
@@ -74,7 +74,7 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], 
     model.progress = progress
     model.fit(learned.scans, learned.places)
     saved = SavedModel(plan.model, model, _origin(dataset, plan.technology, part, len(learned)))
-    save(saved, out)
+    save_model(saved, out)
     if plan.onnx is not None:
         write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
     return TrainedModel(saved, None if tested is None else _tested(model, tested))

@@ -10,8 +10,9 @@ import polars as pl
 from plotly.colors import qualitative
 
 from vislam2tag import __version__
-from vislam2tag.dataset.coverage.floor_coverage import CoverageSettings, coverage
+from vislam2tag.dataset.coverage.floor_coverage import coverage
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import TITLE, Table3

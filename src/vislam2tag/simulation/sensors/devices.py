@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
+from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.sensors.presses import Hand
 from vislam2tag.simulation.sensors.radio import Receiver
 from vislam2tag.simulation.settings import stream
@@ -19,17 +19,6 @@ _OWN_MARKS = {
     "Galaxy": DecimalMarks(".", "."),
     "S20": DecimalMarks(",", ","),
 }
-
-
-class Locale(StrEnum):
-    """Decimal marks of the phones' files."""
-
-    DE = "de"
-    """A comma everywhere."""
-    EN = "en"
-    """A point everywhere."""
-    MIXED = "mixed"
-    """Each phone its own; OnePlus writes poses with a comma and sensors with a point, as in the published survey."""
 
 
 @dataclass(frozen=True)

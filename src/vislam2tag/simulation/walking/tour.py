@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -12,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
 from vislam2tag.simulation.walking.gait import DOORS_S, RATE_HZ, lift_seconds
@@ -27,15 +27,6 @@ FLIGHT_SHARES = np.array([0.0, 0.0, 0.5, 0.5, 1.0, 1.0])
 """Share of the storey climbed at each of these corners."""
 CABIN_M = 1.6
 """A lift stands so far out of the corridor's corner."""
-
-
-class Climb(StrEnum):
-    """How walks change floors."""
-
-    STAIRS = "stairs"
-    LIFT = "lift"
-    MIXED = "mixed"
-    """Each time one or the other."""
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 import numpy as np
 import polars as pl
 
+from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.writing.writer import comma_separated
@@ -14,17 +13,6 @@ from vislam2tag.simulation.writing.writer import comma_separated
 HEIGHT_SIGMA_M = 0.02
 SIGMA_RANGE_M = (0.01, 0.1)
 HEADING_SIGMA_RAD = 0.02
-
-
-class SiteColumn(StrEnum):
-    """Optional columns of the site's files."""
-
-    ELEVATION = "elevation"
-    Z = "z"
-    SIGMA = "sigma"
-    """``sigma_m``, different from landmark to landmark; the surveyed positions are off accordingly."""
-    HEADING = "heading"
-    """``heading_rad`` and ``heading_sigma_rad``, off accordingly."""
 
 
 def site_text(

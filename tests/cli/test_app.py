@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import pkgutil
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.cli.command import vislam2tag
+from vislam2tag import cli
+from vislam2tag.cli.app import COMMANDS, app
+
+NAMES = [name for group in COMMANDS.values() for name in group]
+OF_SITE = ("init", "show", "write", "rebase", "walkable")
+HELPS = [("--help",), *((name, "--help") for name in NAMES), *(("site", name, "--help") for name in OF_SITE)]
+AT_START = {
+    *("typer", "annotated_doc", "shellingham", "click", "_sysconfigdata__linux_x86_64-linux-gnu"),
+    *("pydantic", "pydantic_core", "annotated_types", "typing_extensions", "typing_inspection"),
+}
+"""What is loaded, besides Python's own modules and ours, before a command does anything."""
+
+
+def others_loaded(code: str) -> set[str]:
+    """Top-level packages that are neither Python's nor ours, loaded by ``code`` in a process of its own."""
+    report = (
+        f"import sys; before = set(sys.modules)\n{code}\n"
+        "new = {name.split('.')[0] for name in set(sys.modules) - before} - set(sys.stdlib_module_names)\n"
+        "print(*(new - {'vislam2tag', '__mp_main__'}), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", report], capture_output=True, text=True, check=True)
+    return set(done.stderr.split())
+
+
+def test_every_module_of_a_command_is_listed() -> None:
+    modules = [module.name for module in pkgutil.iter_modules(cli.__path__) if module.name.startswith("command_")]
+    assert sorted(NAMES) == [name.removeprefix("command_").replace("_", "-") for name in modules]
+
+
+def test_help_loads_nothing_that_only_work_needs() -> None:
+    run = "from vislam2tag.cli.app import app\nfor words in {}:\n    app(words, standalone_mode=False)"
+    assert others_loaded(run.format([*HELPS, ("--version",)])) <= AT_START
+    assert others_loaded(run.format([("--help",), ("--version",)])) <= {
+        "typer",
+        "annotated_doc",
+        "shellingham",
+        "click",
+    }
+
+
+def test_the_interface_of_python_loads_what_is_asked_for_only() -> None:
+    assert others_loaded("import vislam2tag.api") == set()
+
+
+@pytest.mark.parametrize("words", HELPS, ids=" ".join)
+def test_help_fits_80_columns(words: tuple[str, ...]) -> None:
+    shown = CliRunner().invoke(app, words, terminal_width=80, max_content_width=80)
+    assert shown.exit_code == 0
+    assert [line for line in shown.stdout.splitlines() if len(line) > 80] == []
+
+
+def test_a_misspelt_command_is_told_what_it_may_mean() -> None:
+    done = vislam2tag("proces", "--help")
+    assert done.returncode == 2
+    assert "No such command 'proces'. Did you mean 'process'?" in done.stderr
