@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from enum import StrEnum
 from typing import TYPE_CHECKING, Self
 
@@ -110,7 +111,7 @@ class TrackerSettings(Record):
     sighting_heading_sigma_rad: float = 0.02
     """Error of a landmark's heading that all frames of one pass share."""
     sighting_range_m: float = 3.0
-    sighting_angle_rad: float = np.pi / 3
+    sighting_angle_rad: float = math.pi / 3
     """Greatest angle between the sheet's normal and the direction to the camera."""
     field_of_view_rad: float = 1.1
     """Full opening angle of the camera."""
