@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.dataset.described import FULL
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.dataset.description import described, description_text, missing_fields, read_description
+from vislam2tag.dataset.description import description_text, missing_fields, read_description, with_description
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Person
 from vislam2tag.survey.georeference import Georeference
 
@@ -39,7 +39,7 @@ WRONG = [
 def read(text: str, folder: Path) -> DatasetInfo:
     path = folder / "dataset.toml"
     path.write_text(text, encoding="utf-8")
-    return described(BARE, read_description(path))
+    return with_description(BARE, read_description(path))
 
 
 def test_every_field_is_taken(tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 def test_what_is_not_said_stays(tmp_path: Path) -> None:
     before = BARE.model_copy(update={"licence": "CC0-1.0", "creators": (Person(name="A"),)})
     (tmp_path / "dataset.toml").write_text('version = "2"', encoding="utf-8")
-    after = described(before, read_description(tmp_path / "dataset.toml"))
+    after = with_description(before, read_description(tmp_path / "dataset.toml"))
     assert after == before.model_copy(update={"version": "2"})
 
 
@@ -114,4 +114,4 @@ def test_any_title_survives(title: str, tmp_path_factory: pytest.TempPathFactory
     info = BARE.model_copy(update={"title": title})
     path = folder / "title.toml"
     path.write_bytes(description_text(info).encode())
-    assert described(BARE, read_description(path)) == info
+    assert with_description(BARE, read_description(path)) == info

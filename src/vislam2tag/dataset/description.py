@@ -154,7 +154,7 @@ def read_description(path: Path) -> Description:
         raise DatasetError(f"{path}: {_wrong_field(error)}") from error
 
 
-def described(info: DatasetInfo, description: Description) -> DatasetInfo:
+def with_description(info: DatasetInfo, description: Description) -> DatasetInfo:
     """Put a description into a manifest; what it does not say stays as it is.
 
     Raises DatasetError where it describes a floor that the set does not have.

@@ -41,7 +41,7 @@ def radius_scale(error_m: FloatArray, scale_m: FloatArray) -> RadiusScale:
 
 
 def conformal_quantile(ascending: FloatArray, share: float) -> float:
-    """Return what a further value falls below with this probability; the greatest value where there are too few."""
+    """Return what a further value is below with this probability, by values (n,); the greatest if these are few."""
     rank = int(np.ceil((len(ascending) + 1) * share))
     return float(ascending[min(rank, len(ascending)) - 1])
 
@@ -63,7 +63,7 @@ class SpreadRadii:
         return self.scale.radii_m(np.hypot(self.base_m, spread_m))
 
     def array(self) -> FloatArray:
-        """Return the three numbers, for saving."""
+        """Return the three numbers (3,), for saving."""
         return np.array([self.base_m, self.scale.factor_68, self.scale.factor_95])
 
     @classmethod

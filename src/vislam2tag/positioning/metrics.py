@@ -98,19 +98,23 @@ def error_quantiles(error_m: FloatArray) -> ErrorQuantiles:
 
 
 def _penalty_m(found: Positions, truth: ScanPlaces, same_building: BoolArray) -> FloatArray:
+    """(n,) what wrong floors and buildings cost, metres."""
     floors_off = np.abs(found.floor - truth.floor)
     return np.asarray(FLOOR_PENALTY_M * floors_off + np.where(same_building, 0.0, BUILDING_PENALTY_M))
 
 
 def _buildings(found: Positions) -> FloatArray:
+    """(storeys,) a number for each storey's building."""
     names = [storey.building for storey in found.storeys]
     return np.array([names.index(name) for name in names])
 
 
 def _inside(error_m: FloatArray, radius_m: FloatArray) -> float | None:
+    """Share of errors (n,) within radii (n,); None where none is stated."""
     stated = np.isfinite(radius_m) & np.isfinite(error_m)
     return _share(error_m[stated] <= radius_m[stated])
 
 
 def _share(hits: BoolArray) -> float | None:
+    """Share of hits (n,); None of none."""
     return float(hits.mean()) if len(hits) else None

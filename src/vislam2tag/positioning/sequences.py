@@ -61,14 +61,14 @@ def smoothed(
     result = _copied(found)
     for rows in _walks(scans):
         if found.known[rows].any():
-            _put(result, rows, _smoothed_walk(found[rows], scans.time_ns[rows], _of(track_m, rows), motion))
+            _write_rows(result, rows, _smoothed_walk(found[rows], scans.time_ns[rows], _of(track_m, rows), motion))
     return result
 
 
 def filtered(
     found: Positions, scans: RadioScans, track_m: FloatArray | None = None, motion: MotionSettings | None = None
 ) -> Positions:
-    """Do the same looking back only: each scan is what the smoother says of the last one up to it.
+    """Do the same looking back only: each of ``n`` scans is what the smoother says of the last one up to it.
 
     Nothing that comes later changes an answer, nor the heading that a track is given.
     """
@@ -79,7 +79,7 @@ def filtered(
             past = rows[max(0, end - _LOOK_BACK) : end]
             if found.known[past].any():
                 smooth = _smoothed_walk(found[past], scans.time_ns[past], _of(track_m, past), motion)
-                _put(result, past[-1:], smooth[np.array([len(past) - 1])])
+                _write_rows(result, past[-1:], smooth[np.array([len(past) - 1])])
     return result
 
 
@@ -90,24 +90,26 @@ def _copied(found: Positions) -> Positions:
     return replace(found, **{name: getattr(found, name).copy() for name in _SMOOTHED})
 
 
-def _put(result: Positions, rows: IntArray, smooth: Positions) -> None:
+def _write_rows(result: Positions, rows: IntArray, smooth: Positions) -> None:
+    """Write what is smoothed into rows (k,)."""
     for name in _SMOOTHED:
         getattr(result, name)[rows] = getattr(smooth, name)
 
 
 def _walks(scans: RadioScans) -> Iterator[IntArray]:
-    """Yield each session's scans in order of time."""
+    """Yield each session's scans (k,), by index, in order of time."""
     for session in np.unique(scans.session[scans.session != ""]):
         rows = np.flatnonzero(scans.session == session)
         yield rows[np.argsort(scans.time_ns[rows], kind="stable")]
 
 
 def _of(track_m: FloatArray | None, rows: IntArray) -> FloatArray:
+    """(k, 2) the track at rows (k,); NaN without one."""
     return np.full((len(rows), 2), np.nan) if track_m is None else track_m[rows]
 
 
 def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, motion: MotionSettings) -> Positions:
-    """Smooth the answers of one walk, in order of time; a lone one stays."""
+    """Smooth the answers (n) of one walk at times (n,), in order, with its track (n, 2); a lone one stays."""
     if len(answer) == 1:
         return answer
     gap_s = np.diff(time_ns) / 1e9
@@ -119,8 +121,8 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     weight, step_weight = alone, trust
     for _ in range(_ROUNDS):
         xy = _solved(weight, seen, step_weight, step)
-        weight = alone * _doubt(xy - seen, alone)
-        step_weight = np.where(tracked, trust * _doubt(np.diff(xy, axis=0) - step, trust), trust)
+        weight = alone * _student_t_weights(xy - seen, alone)
+        step_weight = np.where(tracked, trust * _student_t_weights(np.diff(xy, axis=0) - step, trust), trust)
     together_m = np.sqrt(_variance(alone / motion.alike, step_weight))
     shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)
     probability = _storeys(answer, gap_s, motion)
@@ -137,7 +139,7 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     )
 
 
-def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
+def _student_t_weights(off_m: FloatArray, weight: FloatArray) -> FloatArray:
     """How much less residuals (n, 2) count that are larger than they should be (Student-t)."""
     return np.asarray((_FREEDOM + 2) / (_FREEDOM + (off_m**2).sum(axis=1) * weight))
 
@@ -148,9 +150,9 @@ def _steps(
     """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are tracked."""
     step = np.full((len(gap_s), 2), np.nan)
     sideways = np.zeros(len(gap_s))
-    for piece in _pieces(track_m, gap_s, motion):
+    for piece in _unbroken_stretches(track_m, gap_s, motion):
         inner = slice(piece.start, piece.stop - 1)
-        headed, sideways[inner] = _headed(track_m[piece], seen[piece], weight[piece] / motion.alike)
+        headed, sideways[inner] = _turned_to_answers(track_m[piece], seen[piece], weight[piece] / motion.alike)
         step[inner] = np.diff(headed, axis=0)
     tracked = np.isfinite(step).all(axis=1)
     step = np.where(tracked[:, None], step, 0.0)
@@ -159,15 +161,15 @@ def _steps(
     return step, 1 / np.where(tracked, sure_m, free_m) ** 2, tracked
 
 
-def _pieces(track_m: FloatArray, gap_s: FloatArray, motion: MotionSettings) -> list[slice]:
-    """Cut where the tracker jumped; a hole in the track is a jump, too."""
+def _unbroken_stretches(track_m: FloatArray, gap_s: FloatArray, motion: MotionSettings) -> list[slice]:
+    """Cut a track (n, 2) where the tracker jumped; a hole in it is a jump, too."""
     own_m = np.hypot(*np.diff(track_m, axis=0).T)
     cuts = np.flatnonzero(~(own_m <= motion.fastest_m_s * gap_s)) + 1
     bounds = [0, *cuts.tolist(), len(track_m)]
     return [slice(*pair) for pair in pairwise(bounds)]
 
 
-def _headed(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
+def _turned_to_answers(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
     """Turn a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers).
 
     The second value is how unsure the turn is: one standard deviation, radians, from the answers' weights (n,), 1/m^2.
@@ -196,6 +198,7 @@ def _solved(weight: FloatArray, seen: FloatArray, step_weight: FloatArray, step:
 
 
 def _diagonal(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
+    """(n,) of the system's matrix, from weights (n,) and (n-1,)."""
     return np.asarray(weight + np.append(step_weight, 0.0) + np.append(0.0, step_weight))
 
 
@@ -204,12 +207,12 @@ def _variance(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
     n = len(weight)
     before, after = np.zeros(n), np.zeros(n)
     for i in range(1, n):
-        before[i] = _passed_on(weight[i - 1] + before[i - 1], step_weight[i - 1])
-        after[n - 1 - i] = _passed_on(weight[n - i] + after[n - i], step_weight[n - 1 - i])
+        before[i] = _worth_after_step(weight[i - 1] + before[i - 1], step_weight[i - 1])
+        after[n - 1 - i] = _worth_after_step(weight[n - i] + after[n - i], step_weight[n - 1 - i])
     return np.asarray(1 / (weight + before + after))
 
 
-def _passed_on(weight: float, step_weight: float) -> float:
+def _worth_after_step(weight: float, step_weight: float) -> float:
     """What a neighbour's knowledge is worth after a step."""
     return weight * step_weight / (weight + step_weight)
 
@@ -221,16 +224,17 @@ def _storeys(answer: Positions, gap_s: FloatArray, motion: MotionSettings) -> Fl
     leave = 1 - np.exp(-gap_s / motion.storey_stay_s)
     forward, backward = likely.copy(), np.ones_like(likely)
     for i in range(1, n):
-        forward[i] = likely[i] * _moved(forward[i - 1], leave[i - 1])
+        forward[i] = likely[i] * _after_step(forward[i - 1], leave[i - 1])
         forward[i] /= forward[i].sum()
         at = n - 1 - i
-        backward[at] = _moved(likely[at + 1] * backward[at + 1], leave[at])
+        backward[at] = _after_step(likely[at + 1] * backward[at + 1], leave[at])
         backward[at] /= backward[at].sum()
     both = forward * backward
     return np.asarray(both / both.sum(axis=1, keepdims=True))
 
 
-def _moved(probability: FloatArray, leave: float) -> FloatArray:
+def _after_step(probability: FloatArray, leave: float) -> FloatArray:
+    """Probabilities (s,) after a step in which the storey is left with probability ``leave``."""
     return np.asarray((1 - leave) * probability + leave * probability.mean())
 
 

@@ -11,7 +11,7 @@ from tests.dataset.described import FULL
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.card.write import write_card
-from vislam2tag.dataset.description import described, read_description
+from vislam2tag.dataset.description import read_description, with_description
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, DatasetSource, Fold, Split, SplitInfo
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
@@ -31,7 +31,7 @@ def described_set(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("card")
     (folder / "dataset.toml").write_text(FULL, encoding="utf-8")
     dataset = small_dataset()
-    info = described(dataset.info, read_description(folder / "dataset.toml")).model_copy(
+    info = with_description(dataset.info, read_description(folder / "dataset.toml")).model_copy(
         update={"findings": (FINDING,), "sources": (DatasetSource(kind="process", name="survey", version="0.1.0"),)}
     )
     groups = dataset.fingerprints.select(id="scan_id", group="device").collect()

@@ -15,7 +15,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.dataset.format_registry import import_format_of
 from vislam2tag.dataset.formats.uji.writing import wap_columns
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.writing.labelled_samples import labelled
+from vislam2tag.dataset.writing.labelled_samples import labelled_fingerprints
 
 TAIL = "LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP"
 
@@ -163,6 +163,6 @@ def test_columns_are_numbered_with_enough_digits() -> None:
 
 
 def test_labelled_counts_what_it_leaves_out() -> None:
-    rows, findings = labelled(small_dataset(unlabelled=2))
+    rows, findings = labelled_fingerprints(small_dataset(unlabelled=2))
     assert rows.collect().height == 4 * (SCANS - 2)
     assert [(finding.kind, finding.count) for finding in findings] == [("unlabelled_left_out", 8)]

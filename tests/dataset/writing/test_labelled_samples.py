@@ -17,7 +17,7 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.writing.labelled_samples import (
     MatrixLosses,
     each_labelled,
-    labelled,
+    labelled_fingerprints,
     matrices,
     seconds_text,
     with_unix_time,
@@ -28,7 +28,7 @@ def test_sessions_in_pieces_and_progress(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
     dataset = small_dataset()
     told: list[int] = []
-    rows, _ = labelled(dataset)
+    rows, _ = labelled_fingerprints(dataset)
     transmitters = dataset.access_points.collect()["bssid"]
     pieces = [
         (each["scan_id"].to_list(), levels)
@@ -46,7 +46,7 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
     dataset = small_dataset()
     again = pl.concat([dataset.readings, dataset.readings.with_columns(pl.col("rssi_dbm") - 10)])
     doubled = replace(dataset, tables={**dataset.tables, "readings": again})
-    rows, _ = labelled(doubled)
+    rows, _ = labelled_fingerprints(doubled)
     transmitters = dataset.access_points.collect()["bssid"]
     once, twice = (np.concatenate(_matrices(each, rows, transmitters)) for each in (dataset, doubled))
     heard = once != 100.0
@@ -76,7 +76,7 @@ def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
     dataset = small_dataset(unlabelled=0)
     level = pl.when(pl.col("bssid").str.ends_with("00")).then(None).otherwise(pl.lit(-110.0, pl.Float32))
     odd = replace(dataset, tables={**dataset.tables, "readings": dataset.readings.with_columns(rssi_dbm=level)})
-    kinds = {finding.kind: finding.count for finding in losses(odd, labelled(odd)[0], -110.0)}
+    kinds = {finding.kind: finding.count for finding in losses(odd, labelled_fingerprints(odd)[0], -110.0)}
     total = dataset.readings.collect().height
     assert kinds == {"unknown_levels_left_out": 4 * SCANS * 2, "levels_left_out": total - 4 * SCANS * 2}
 
@@ -84,10 +84,10 @@ def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
 def test_only_one_technology() -> None:
     dataset = small_dataset()
     with pytest.raises(DatasetError, match="no ble fingerprint of it has a position"):
-        labelled(dataset, "ble")
+        labelled_fingerprints(dataset, "ble")
     kind = pl.when(pl.col("device") == "Pixel").then(pl.lit("ble")).otherwise("technology").alias("technology")
     both = replace(dataset, tables={**dataset.tables, "fingerprints": dataset.fingerprints.with_columns(kind)})
-    rows, findings = labelled(both, "wifi")
+    rows, findings = labelled_fingerprints(both, "wifi")
     assert rows.collect().height == 2 * (SCANS - 1)
     assert {finding.kind: finding.count for finding in findings} == {
         "unlabelled_left_out": 2,
@@ -99,8 +99,8 @@ def test_formats_that_cannot_say_how_sure_take_only_what_is() -> None:
     dataset = small_dataset(unlabelled=0)
     status = pl.when(pl.col("x") < 6).then(pl.lit("uncertain")).otherwise("status").alias("status")
     unsure = replace(dataset, tables={**dataset.tables, "fingerprints": dataset.fingerprints.with_columns(status)})
-    assert labelled(unsure)[0].collect().height == 4 * SCANS
-    rows, (finding,) = labelled(unsure, uncertain=False)
+    assert labelled_fingerprints(unsure)[0].collect().height == 4 * SCANS
+    rows, (finding,) = labelled_fingerprints(unsure, uncertain=False)
     assert rows.collect().height == 4 * (SCANS - 1)
     assert (finding.kind, finding.count) == ("uncertain_left_out", 4)
 

@@ -116,7 +116,7 @@ def _differences(heard: pl.DataFrame, places: pl.DataFrame) -> pl.DataFrame:
 
 
 def _variance(pairs: pl.DataFrame) -> FloatArray:
-    """Variance (dB^2) of a walk's mean loudness at each pair's level, between walks, pooled in bins.
+    """Variance (p,) (dB^2) of a walk's mean loudness at each of p pairs' levels, between walks, pooled in bins.
 
     Where few walks met it is drawn to the variance of scans within walks, and that to the one of the bin below.
     """
@@ -142,7 +142,7 @@ def _scores(squares: FloatArray, count: FloatArray) -> FloatArray:
 
 
 def _found(scores: FloatArray) -> BoolArray:
-    """Which scores are too great, with a share of false discoveries of at most FALSE_SHARE."""
+    """Which scores (k,) are too great, with a share of false discoveries of at most FALSE_SHARE: a mask (k,)."""
     return np.asarray(false_discovery_control(norm.sf(scores)) <= FALSE_SHARE, dtype=np.bool_)
 
 

@@ -68,7 +68,12 @@ def join_datasets(base: Dataset, later: Dataset) -> Joined:
             "groupings": _groupings(base.info.groupings, later.info.groupings),
             "sources": (*base.info.sources, *later.info.sources),
             "related": (*base.info.related, *_earlier_version(base.info)),
-            "findings": (*base.info.findings, *later.info.findings, *_told(same), *_told_splits(base, later)),
+            "findings": (
+                *base.info.findings,
+                *later.info.findings,
+                *_same_session_findings(same),
+                *_lost_split_findings(base, later),
+            ),
         }
     )
     carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
@@ -142,7 +147,7 @@ def _sessions(dataset: Dataset) -> pl.DataFrame:
     return pl.concat(tables).unique().collect(engine="streaming").sort("session")
 
 
-def _told(same: Sequence[str]) -> tuple[Finding, ...]:
+def _same_session_findings(same: Sequence[str]) -> tuple[Finding, ...]:
     if not same:
         return ()
     message = f"sessions that base and later survey both hold, with the same rows; taken once: {', '.join(same)}"
@@ -160,7 +165,7 @@ def _with_news(split: Split, news: Dataset) -> Split:
     return replace(split, groups=pl.concat([split.groups, *pl.collect_all(ids)]))
 
 
-def _told_splits(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
+def _lost_split_findings(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
     """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
     lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
     lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}

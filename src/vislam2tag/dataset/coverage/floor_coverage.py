@@ -57,12 +57,12 @@ class FloorCoverage:
 
     @property
     def total(self) -> IntArray:
-        """Labelled fingerprints a cell, of all devices."""
+        """(rows, columns) labelled fingerprints a cell, of all devices."""
         return _sum(self.fingerprints, self.grid)
 
     @property
     def gaps(self) -> BoolArray:
-        """Walkable cells without a fingerprint near."""
+        """(rows, columns) walkable cells without a fingerprint near."""
         missing: BoolArray = self.walkable & ~self.covered
         return missing
 
@@ -212,7 +212,7 @@ def _near(cells: IntArray) -> BoolArray:
 
 
 def _span(cells: IntArray, shape: tuple[int, ...]) -> tuple[IntArray, IntArray]:
-    """The first cell, and the one beyond the last, of a grid that holds these cells and an array at its origin."""
+    """The first row and column, and those beyond the last, of a grid of cells (n, 2) and an array at its origin."""
     ends = [np.zeros((1, 2), dtype=np.int64), np.array([shape], dtype=np.int64)] if all(shape) else []
     both = np.concatenate([cells, cells + 1, *ends])
     if not len(both):
@@ -221,6 +221,7 @@ def _span(cells: IntArray, shape: tuple[int, ...]) -> tuple[IntArray, IntArray]:
 
 
 def _sum(by_device: Mapping[str, IntArray], grid: CellGrid) -> IntArray:
+    """Sum of all devices' counts (rows, columns)."""
     total = np.zeros(grid.shape, dtype=np.int64)
     for counts in by_device.values():
         total += counts
@@ -228,13 +229,14 @@ def _sum(by_device: Mapping[str, IntArray], grid: CellGrid) -> IntArray:
 
 
 def _laid(grid: CellGrid, counts: pl.DataFrame) -> IntArray:
+    """Counts by row and column as an array (rows, columns)."""
     laid = np.zeros(grid.shape, dtype=np.int64)
     laid[counts["row"].to_numpy(), counts["column"].to_numpy()] = counts["count"].to_numpy()
     return laid
 
 
 def _distance_m(found: BoolArray, cell_m: float) -> FloatArray:
-    """Distance of each cell's centre from that of the nearest cell that is ``found``; infinite where none is."""
+    """Metres (rows, columns) from each cell's centre to that of the nearest ``found`` one; infinite where none is."""
     if not found.any():
         return np.full(found.shape, np.inf)
     return np.asarray(distance_transform_edt(~found, sampling=cell_m), dtype=np.float64)

@@ -98,6 +98,7 @@ class _WalkGraph:
 
 
 def _walk(ways: _WalkGraph, gaps: IntArray, radius_m: float, start: int | None) -> GapWalk:
+    """Plan one walk past gaps (g,), from the cell ``start`` where it is given; cells are indices."""
     stops = gaps[_stops(ways.places_m[gaps], radius_m)]
     places = stops if start is None else np.append(start, stops)
     length_m, before = ways.between(places)
@@ -126,7 +127,7 @@ def _stops(gaps_m: FloatArray, radius_m: float) -> IntArray:
 
 
 def _order(length_m: FloatArray, *, free: bool) -> IntArray:
-    """Put places into the order of a short walk through all; it begins with the first one unless it is ``free``."""
+    """Order (s,) of a short walk through places this far apart (s, s), metres; the first stays so unless ``free``."""
     if free:
         # A place that is no way from all others stands for the free beginning.
         length_m = np.pad(length_m, ((1, 0), (1, 0)))
@@ -141,7 +142,7 @@ def _order(length_m: FloatArray, *, free: bool) -> IntArray:
 
 
 def _without_crossings(order: IntArray, length_m: FloatArray) -> IntArray:
-    """Reverse the stretch that shortens the walk most, until none does; the first place stays first."""
+    """Reverse the stretch of the order (s,) that shortens the walk most, until none does; the first stays first."""
     while True:
         here, then = order[:-1], order[1:]
         after = np.append(then[1:], -1)
@@ -157,11 +158,12 @@ def _without_crossings(order: IntArray, length_m: FloatArray) -> IntArray:
 
 
 def _length(order: IntArray, length_m: FloatArray) -> float:
+    """Metres of a walk in this order (s,) through places this far apart (s, s)."""
     return float(length_m[order[:-1], order[1:]].sum())
 
 
 def _way(before: IntArray, start: int, stop: int) -> IntArray:
-    """Cells from ``start``, left out, to ``stop``."""
+    """Cells (k,) from ``start``, left out, to ``stop``; ``before`` (n,) is each cell's place before on the way."""
     way = []
     while stop != start:
         way.append(stop)

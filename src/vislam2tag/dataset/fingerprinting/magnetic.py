@@ -80,7 +80,7 @@ def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> Fl
 
 
 def _tilt(sensors: pl.DataFrame) -> tuple[LevelOrientation, IntArray] | None:
-    """Find the phone's level orientation and the times of what it is made of; None where no sensor tells it."""
+    """Find the phone's level orientation, and the times (n,) of its readings; None where no sensor tells it."""
     for name in _ROTATIONS:
         rotation = sensor_series(sensors, name, ("v1", "v2", "v3", "v4"))
         if len(rotation) > 1:

@@ -73,6 +73,7 @@ class PhoneMotion:
         return heading, np.where(whole, self._speed(start_ns, end_ns), np.nan)
 
     def _speed(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
+        """Way over time (s,) within spans (s,), m/s; NaN where a span is too short or faster than anybody walks."""
         if len(self.knot_ns) < 2:
             return np.full(len(start_ns), np.nan)
         start_ns = np.maximum(start_ns, self.knot_ns[0])
@@ -106,5 +107,6 @@ def _way(time_ns: IntArray, position: FloatArray) -> FloatArray:
 
 
 def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:
+    """Widen spans (s,) that are too short about their middle."""
     missing = np.maximum(LEAST_SPAN_NS - (end_ns - start_ns), 0)
     return start_ns - missing // 2, end_ns + (missing - missing // 2)

@@ -18,7 +18,7 @@ from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import each_labelled, labelled
+from vislam2tag.dataset.writing.labelled_samples import each_labelled, labelled_fingerprints
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
@@ -41,7 +41,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
     Raises DatasetError where no fingerprint has a position.
     """
-    fingerprints, findings = labelled(dataset)
+    fingerprints, findings = labelled_fingerprints(dataset)
     used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())
     known = {(floor.building, floor.number): floor.georeference for floor in dataset.info.floors if floor.georeference}
     georeferenced = used <= set(known)

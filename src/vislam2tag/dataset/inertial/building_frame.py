@@ -64,7 +64,7 @@ def level_heading(time_ns: IntArray, bcs_R_camera: Rotation, level: LevelOrienta
 
 
 def _camera_axes(time_ns: IntArray, bcs_R_camera: Rotation, level_R_body: Rotation) -> Rotation | None:
-    """Choose among the 24 ways in which the camera's axes can be parallel to the phone's."""
+    """Choose among the 24 ways in which the camera's axes can be parallel to the phone's, by frames (n,)."""
     later = np.searchsorted(time_ns, time_ns + round(TURN_S * 1e9))
     pairs = np.flatnonzero(later < len(time_ns))
     if len(pairs) == 0:

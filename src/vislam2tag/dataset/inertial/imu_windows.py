@@ -102,7 +102,7 @@ def imu_windows(
 
 
 def _starts(trajectory: pl.DataFrame, settings: ImuWindowSettings) -> IntArray:
-    """Return when windows start: one a step, where there are frames.
+    """Return when windows start (w,), ns: one a step, where there are frames.
 
     The first starts, and the last ends, so far inside the frames that the sensors' readings reach over it.
     """
@@ -123,12 +123,13 @@ def _length_ns(settings: ImuWindowSettings) -> int:
 
 
 def _counted(cause: IntArray) -> dict[str, int]:
+    """Count causes (w,) other than FINE, by name."""
     codes, counts = np.unique(cause[cause != FINE], return_counts=True)
     return {CAUSES[int(code)]: int(count) for code, count in zip(codes, counts, strict=True)}
 
 
 def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _LevelSensors | int:
-    """Return the session's sensors in their level frame, or why there are none."""
+    """Return the sensors in their level frame, for windows that start at (w,), ns, or why there are none."""
     accelerometer = sensor_series(sensors, "ACC", ("v1", "v2", "v3"))
     gyroscope = _gyroscope(sensors)
     rotation = sensor_series(sensors, "GAME_ROT", ("v1", "v2", "v3", "v4"))

@@ -36,7 +36,7 @@ class MappedFrames:
 
     @property
     def known_ns(self) -> IntArray:
-        """Times of the known frames."""
+        """(k,) times of the known frames."""
         known_ns: IntArray = self.series.time_ns[self.known]
         return known_ns
 

@@ -41,7 +41,7 @@ def heard_matrix(scan: IntArray, access_point: IntArray, scans: int, access_poin
 
 
 def best_width(scan_position: FloatArray, fold: IntArray, heard: csr_array) -> float:
-    """Find the width (m) that predicts best what scans hear, by :func:`heard_error` over all access points."""
+    """Find the width (m) that predicts best what scans (s,) hear, by :func:`heard_error` over all access points."""
     return min(WIDTHS_M, key=lambda width: float(heard_error(scan_position, fold, heard, width).mean()))
 
 
@@ -57,6 +57,7 @@ def heard_error(scan_position: FloatArray, fold: IntArray, heard: csr_array, wid
 
 
 def _share(weights: csr_array, heard: csr_array, floor_share: FloatArray) -> FloatArray:
+    """Shares (n, a) by the weights (n, s) of scans, drawn to the floor's (a,)."""
     total = np.asarray(weights.sum(axis=1))[:, None]
     share: FloatArray = ((weights @ heard).toarray() + _PRIOR_SCANS * floor_share) / (total + _PRIOR_SCANS)
     return share

@@ -94,7 +94,7 @@ def map_points(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most:
 
 
 def fit_kernel(readings: MapReadings, access_points: IntArray) -> MapKernel:
-    """Find the kernel under which the readings of these access points (by index) are together most likely."""
+    """Find the kernel under which the readings of access points (m,), by index, are together most likely."""
     samples = [_sample(*readings.of(int(index))[:2]) for index in access_points]
     start = MapKernel()
     kernel = start.smooth() + WhiteKernel(start.noise_db**2, (0.25, 200.0))
@@ -119,7 +119,7 @@ def fit_kernel(readings: MapReadings, access_points: IntArray) -> MapKernel:
 
 
 def _sample(position: FloatArray, rssi_dbm: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """At most SAMPLE_READINGS readings, drawn alike each time."""
+    """At most SAMPLE_READINGS of readings (k, 2) and (k,), drawn alike each time."""
     if len(rssi_dbm) <= SAMPLE_READINGS:
         return position, rssi_dbm
     chosen = np.random.default_rng(0).permutation(len(rssi_dbm))[:SAMPLE_READINGS]

@@ -46,7 +46,7 @@ class MapReadings:
     """(k,) as the mean of all devices would hear it: the offset of the reading's device is taken off."""
 
     def indices(self, bssids: Sequence[str]) -> IntArray:
-        """Index of each of these access points."""
+        """Index of each of these access points (m,)."""
         return np.array([self.bssids.index(bssid) for bssid in bssids], dtype=np.int64)
 
     def of(self, access_point: int) -> tuple[FloatArray, FloatArray, IntArray]:

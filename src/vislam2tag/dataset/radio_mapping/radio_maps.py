@@ -196,6 +196,7 @@ class _FloorMapper:
         return FloorMaps(self.place, grid, scans, *known, mean, deviation, sigma, share)
 
     def _fit(self, index: int, kernel: MapKernel, centres: FloatArray) -> tuple[MapProcess, float | None, BoolArray]:
+        """Fit an access point's process; also the side of its squares, and which centres (n, 2) have a mean (n,)."""
         position, rssi, fold = self.readings.of(index)
         points = map_points(position, rssi, fold, self.settings.most_points)
         process = fit_process(points, rssi, kernel, self.settings.reach_m)
@@ -214,6 +215,7 @@ class _FloorMapper:
     def _record(
         self, index: int, process: MapProcess, square_m: float | None, mean_dbm: MapLayer, brier: float
     ) -> RadioMap:
+        """What is kept of a map with means (cells,), dBm, besides its cells."""
         bssid = self.readings.bssids[index]
         return RadioMap(
             bssid=bssid,
@@ -245,5 +247,6 @@ def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
 
 
 def _near(centres: FloatArray, points: FloatArray, reach_m: float) -> BoolArray:
+    """Which centres (n, 2) lie within reach of one of the points (k, 2): a mask (n,)."""
     distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach_m)
     return np.isfinite(distance)

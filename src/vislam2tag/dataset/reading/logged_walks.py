@@ -119,7 +119,7 @@ class WalkTables:
         names = self._joined(_NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
         counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
         transmitters = access_point_table(tables[FINGERPRINTS], tables[READINGS], counted)
-        whole = info.model_copy(update={"findings": (*info.findings, *summed(self._findings))})
+        whole = info.model_copy(update={"findings": (*info.findings, *summed_findings(self._findings))})
         return Dataset(whole, {**tables, ACCESS_POINTS: transmitters.lazy()}, {}, files)
 
     def _write(self, table: str, rows: pl.DataFrame) -> None:
@@ -167,7 +167,7 @@ class WalkTables:
         )
 
 
-def once(rows: pl.DataFrame) -> pl.DataFrame:
+def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
     """Add ``repeated``: an earlier row of the same transmitter is at most ``SAME_READING_NS`` older or younger.
 
     Rows keep their order.
@@ -176,7 +176,7 @@ def once(rows: pl.DataFrame) -> pl.DataFrame:
     return rows.with_columns(repeated=~fresh.fill_null(value=True))
 
 
-def summed(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     """Sum findings of one kind and message over walks, in order of their first."""
     groups: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:

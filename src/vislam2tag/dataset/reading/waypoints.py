@@ -83,7 +83,7 @@ def trajectory_between(taps: Waypoints) -> Trajectory:
 
 
 def _frame_times(taps: Waypoints) -> IntArray:
-    """Times of the taps and of enough moments between them (at least one)."""
+    """Times (k,), ns, of the taps and of enough moments between them (at least one)."""
     if len(taps) < 2:
         return taps.time_ns
     pieces = np.where(taps.walked, np.maximum(-(-np.diff(taps.time_ns) // _STEP_NS), 2), 2)

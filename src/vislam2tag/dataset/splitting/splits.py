@@ -68,6 +68,7 @@ def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_
 
 
 def _among(items: pl.DataFrame, blocks: pl.DataFrame) -> BoolArray:
+    """Which items (n,) lie in one of the blocks."""
     known = blocks.select(_KEY).with_columns(known=pl.lit(True))
     found = items.select(_KEY).join(known, on=_KEY, how="left", maintain_order="left", nulls_equal=True)
     return found["known"].fill_null(False).to_numpy()

@@ -22,7 +22,7 @@ _CELLS_AT_ONCE = 4_000_000
 _NS = 1_000_000_000
 
 
-def labelled(
+def labelled_fingerprints(
     dataset: Dataset, technology: str | None = None, *, uncertain: bool = True
 ) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
     """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.

@@ -11,7 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.table_files import scan_parquet
-from vislam2tag.dataset.description import Description, described
+from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
@@ -89,7 +89,7 @@ def build_dataset(
             sources=tuple(source.record(settings) for source in opened),
             findings=tuple(survey_findings(outcomes)),
         )
-        info = described(info, options.description) if options.description else info
+        info = with_description(info, options.description) if options.description else info
         info = _add_tables(folder, scratch / "parts", info, options)
         folder.add_files(plans)
         shutil.rmtree(scratch)

@@ -11,7 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
-from vislam2tag.dataset.description import Description, described
+from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
@@ -64,7 +64,7 @@ def import_format(
         folder.add_splits(dataset.splits)
         folder.add_files(dataset.files)
         info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
-        finish_dataset(folder, described(info, options.description) if options.description else info)
+        finish_dataset(folder, with_description(info, options.description) if options.description else info)
     return open_dataset(out)
 
 

@@ -20,7 +20,7 @@ from vislam2tag.pipeline.datasets.finish import finish_dataset
 CHANGES = "changes"
 """Folder of the data set that tells what changed."""
 _KINDS = ("svg", "pdf")
-_TOLD_AGAIN = frozenset({"no_split", "not_in_split"})
+_SPLIT_FINDINGS = frozenset({"no_split", "not_in_split"})
 """Findings about splits, which are made again."""
 
 
@@ -46,7 +46,7 @@ def join(base: Path, later: Path, out: Path, cell_m: float = CHANGE_CELL_M, *, r
 
 
 def _info(info: DatasetInfo, record: SurveyChanges) -> DatasetInfo:
-    kept = (finding for finding in info.findings if finding.kind not in _TOLD_AGAIN)
+    kept = (finding for finding in info.findings if finding.kind not in _SPLIT_FINDINGS)
     return info.model_copy(update={"findings": (*kept, *record.findings)})
 
 

@@ -173,4 +173,5 @@ def _georeference(dataset: Dataset, maps: FloorMaps) -> Georeference | None:
 
 
 def _rows(affine: np.ndarray) -> tuple[tuple[float, float, float], ...]:
+    """Rows of an affine map (2, 3)."""
     return tuple((float(a), float(b), float(c)) for a, b, c in affine)

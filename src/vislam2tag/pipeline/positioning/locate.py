@@ -42,7 +42,7 @@ _DECIMALS = 3
 
 
 def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
-    """Make the rows of scans with these ids (n) and positions (n); numbers are rounded to millimetres."""
+    """Make rows of scans with these ids (n,) and positions (n); numbers are rounded to millimetres."""
     storey = np.maximum(found.storey, 0)
     numbers = {
         "x": found.xy[:, 0],

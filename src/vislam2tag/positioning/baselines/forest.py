@@ -40,6 +40,7 @@ class Forest:
         return np.concatenate(blocks)
 
     def _followed(self, levels: Levels) -> IntArray:
+        """Leaves (n, t) reached by numbers (n, a)."""
         node = np.tile(self.root.astype(np.int64), (len(levels), 1))
         while True:
             feature = self.feature[node]

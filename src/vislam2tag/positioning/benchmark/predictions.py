@@ -31,7 +31,7 @@ PREDICTIONS = {
 
 
 def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl.DataFrame:
-    """Put truth (n) and positions (n) of the scans with these ids (n) side by side; columns :data:`PREDICTIONS`."""
+    """Put truth (n,) and positions (n,) of the scans with these ids (n,) side by side; columns :data:`PREDICTIONS`."""
     building, floor = _storeys(truth.storeys, truth.storey)
     found_building, found_floor = _storeys(found.storeys, found.storey)
     numbers = {
@@ -57,10 +57,11 @@ def with_errors(predictions: pl.DataFrame) -> pl.DataFrame:
 
 
 def _storeys(storeys: Sequence[Storey], storey: IntArray) -> tuple[list[str | None], list[int | None]]:
-    """Building and floor of each index; None where it is -1."""
+    """Building and floor of each index (n,); None where it is -1."""
     named = [storeys[index] if index >= 0 else None for index in storey.tolist()]
     return [one.building if one else None for one in named], [one.floor if one else None for one in named]
 
 
 def _nullable(values: FloatArray) -> pl.Series:
+    """Values (n,) with null for NaN."""
     return pl.Series(np.asarray(values, dtype=np.float64)).fill_nan(None)

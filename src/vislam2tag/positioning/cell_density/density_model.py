@@ -192,7 +192,7 @@ def _examples(
 
 
 def _learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) -> KernelRegression[StoreyKernel]:
-    """Regress onto storeys; augmented copies made this worse."""
+    """Regress onto storeys, with kernels around scans (m,), by index; augmented copies made this worse."""
     one_hot = np.eye(len(places.storeys))
     kernel = StoreyKernel.around(levels(scans[centres]))
     equations = KernelNormalEquations.empty(kernel, one_hot[places.storey[centres]].mean(axis=0), len(centres))

@@ -61,6 +61,7 @@ class LevelField:
         return np.concatenate([self._place(level_dbm[rows], storey[rows]) for rows in blocks])
 
     def _place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
+        """(n, 2) mean places, metres, of levels (n, a)."""
         likelihood = np.exp(self._log_likelihood(level_dbm, storey))
         return np.asarray(likelihood @ self.cells.centre_m / likelihood.sum(axis=1, keepdims=True))
 

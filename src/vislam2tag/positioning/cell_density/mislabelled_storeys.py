@@ -71,4 +71,5 @@ def _most_contradicted(lead: FloatArray, storey: IntArray) -> BoolArray:
 
 
 def _blocks(rows: IntArray) -> Iterator[IntArray]:
+    """Cut rows (n,) into blocks."""
     return (rows[start : start + _AT_ONCE] for start in range(0, len(rows), _AT_ONCE))

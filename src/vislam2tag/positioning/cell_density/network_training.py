@@ -71,7 +71,7 @@ def _network(inputs: int, schedule: NetworkSchedule, outputs: int) -> torch.nn.S
 
 
 def _batches(count: int, schedule: NetworkSchedule, rng: np.random.Generator) -> list[IntArray]:
-    """Draw the rows of each step; all scans come once before any comes again."""
+    """Draw the rows (b,) of each step; all scans come once before any comes again."""
     size = min(count, max(schedule.batch_size, min(count // 40, 256)))
     rounds = -(-schedule.steps // (count // size))
     return [

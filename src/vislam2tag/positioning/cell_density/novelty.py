@@ -141,6 +141,7 @@ class NoveltyRadii:
 
 
 def _scale(base_m: float, spread_m: FloatArray) -> FloatArray:
+    """(n,) scale of errors, metres, of spreads (n,), metres."""
     return np.maximum(np.hypot(base_m, spread_m), SMALLEST_SCALE_M)
 
 

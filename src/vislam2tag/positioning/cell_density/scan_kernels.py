@@ -118,4 +118,5 @@ def _above(level: FloatArray, threshold: FloatArray) -> BoolArray:
 
 
 def _unit_steps(above: BoolArray) -> FloatArray:
+    """Scale steps (n, a q) to length 1."""
     return np.asarray(above / np.maximum(np.sqrt(above.sum(axis=1, keepdims=True)), LEAST_LENGTH))

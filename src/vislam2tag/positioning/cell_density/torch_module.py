@@ -47,7 +47,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         self.register_buffer(name, torch.from_numpy(values.copy()))
 
     def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        """Return OUTPUTS of :mod:`.locator`; a scan that hears nothing is unknown: NaN and -1."""
+        """Return OUTPUTS of :mod:`.locator` for levels (n, a); a scan that hears nothing is unknown: NaN and -1."""
         known = (~torch.isnan(level_dbm)).any(dim=1)
         above = torch.where(torch.isnan(level_dbm), FAINTEST_DBM, level_dbm) - FAINTEST_DBM
         level = above.clamp(0.0, -FAINTEST_DBM) / -FAINTEST_DBM
@@ -72,7 +72,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
     def _blended(
         self, xy: torch.Tensor, novelty: torch.Tensor, level_dbm: torch.Tensor, storey: torch.Tensor
     ) -> torch.Tensor:
-        """Let the field take over, as :meth:`DensityAnswer.blended` does."""
+        """(n, 2) let the field take over, as :meth:`DensityAnswer.blended` does."""
         if math.isinf(self.half_novelty):
             return xy
         field_xy = self._field_place(level_dbm, storey)
@@ -82,7 +82,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         return (1 - share) * xy + share * field_xy
 
     def _field_place(self, level_dbm: torch.Tensor, storey: torch.Tensor) -> torch.Tensor:
-        """Return the mean over the storey by the likelihood of levels, as :meth:`LevelField.place` does."""
+        """(n, 2) mean over the storey by the likelihood of levels, as :meth:`LevelField.place` has it."""
         heard = (~torch.isnan(level_dbm)).to(torch.float64)
         level = torch.where(torch.isnan(level_dbm), 0.0, level_dbm)
         count = heard.sum(dim=1, keepdim=True)
@@ -108,7 +108,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         return _shares(similarity @ self.storey_weight + self.storey_mean, 0.0), density
 
     def _median(self, density: torch.Tensor) -> torch.Tensor:
-        """Take Weiszfeld's steps, as :meth:`DensityCells.median` does."""
+        """(n, 2) by Weiszfeld's steps from densities (n, c), as :meth:`DensityCells.median` takes them."""
         pull = density
         for _ in range(MEDIAN_STEPS):
             xy = (pull @ self.cell_centre_m) / pull.sum(dim=1, keepdim=True)
@@ -116,6 +116,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
         return (pull @ self.cell_centre_m) / pull.sum(dim=1, keepdim=True)
 
     def _distance_m2(self, xy: torch.Tensor) -> torch.Tensor:
+        """(n, c) squared distances of points (n, 2) from the cells' centres."""
         return (xy[:, None] - self.cell_centre_m).square().sum(dim=2)
 
     def _spread(
@@ -155,14 +156,17 @@ class _Dense(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
 
 
 def _directions(level: torch.Tensor, exponent: float) -> torch.Tensor:
+    """(n, a) as :func:`.scan_kernels.directions` makes them."""
     powed = level**exponent
     return powed / torch.sqrt(powed.square().sum(dim=1, keepdim=True)).clamp(min=LEAST_LENGTH)
 
 
 def _shares(score: torch.Tensor, least: float) -> torch.Tensor:
+    """Cut scores (n, t) off below and make them sum to 1."""
     score = score.clamp(min=least)
     return score / score.sum(dim=1, keepdim=True).clamp(min=LEAST_DENSITY)
 
 
 def _radius_m(growth: RadiusGrowth, scale_m: torch.Tensor, novelty: torch.Tensor) -> torch.Tensor:
+    """(n,) as :meth:`.RadiusGrowth.radius_m` has it."""
     return scale_m * (growth.factor + growth.by_novelty * novelty)

@@ -76,7 +76,7 @@ class ExtraTrees(Positioner):
         return forest, scan
 
     def _left_out(self, levels: Levels, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        """Return the errors and spreads of scans by forests that never saw their walk, metres."""
+        """Return errors and spreads (n,) of scans by forests that never saw their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
         for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, self.seed)):
             forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
@@ -110,10 +110,12 @@ class ExtraTrees(Positioner):
 
 
 def _levels(scans: RadioScans) -> Levels:
+    """(n, a) levels from 0 to 1."""
     return represented(scans, Representation.POSITIVE).astype(np.float32)
 
 
 def _voted(forest: Forest, scan: AnyArray, places: ScanPlaces, levels: Levels) -> VotedPositions:
+    """Let the scans of the leaves that levels (n, a) reach vote; ``scan`` (nodes,)."""
     index: IntArray = scan[forest.leaves(levels)].astype(np.int64)
     return counted_votes(Votes(index, np.ones(index.shape)), places)
 

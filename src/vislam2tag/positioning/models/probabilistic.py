@@ -79,7 +79,7 @@ class Probabilistic(Positioner):
             return level_maps(scans, places, self.cell_m, self.smoothing_m, self.prior_scans)
 
     def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        """Return the errors and spreads of scans by maps made without their walk, metres."""
+        """Return errors and spreads (n,) of scans by maps made without their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
         calibrates = np.isin(np.arange(len(scans)), calibration_rows(len(scans)))
         for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, _SEED)):
@@ -120,6 +120,7 @@ class Probabilistic(Positioner):
         return np.asarray(who - (squares - shared * total**2) / (2 * noise))
 
     def _votes(self, log_likelihood: FloatArray) -> Votes:
+        """Let the likeliest cells vote, by log-likelihoods (n, c)."""
         most = min(_MOST_CELLS, log_likelihood.shape[1])
         likely = np.argpartition(-log_likelihood, most - 1, axis=1)[:, :most]
         log = self.sharpness * np.take_along_axis(log_likelihood, likely, axis=1)

@@ -106,7 +106,7 @@ class NearestNeighbours(Positioner):
         return np.nan_to_num(away, nan=1.0)
 
     def _votes(self, away: FloatArray) -> Votes:
-        """Let the nearest vote; of neighbours equally far the first learned."""
+        """Let the nearest vote, by distances (n, learned); of neighbours equally far the first learned."""
         nearest = np.argsort(away, axis=1, kind="stable")[:, : self.k]
         near = np.maximum(np.take_along_axis(away, nearest, axis=1), NEAREST)
         weight = np.where(np.isfinite(near), (near[:, :1] / near) ** self.exponent, 0.0)

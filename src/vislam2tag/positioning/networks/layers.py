@@ -41,7 +41,7 @@ class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as An
             buffer.fill_(value)
 
     def forward(self, level_dbm: torch.Tensor) -> torch.Tensor:
-        """Scale; what is louder than anything in training counts as that."""
+        """Scale levels (n, a); what is louder than anything in training counts as that."""
         heard = torch.where(torch.isnan(level_dbm), self.faintest_dbm, level_dbm)
         share = (heard - self.faintest_dbm) / (self.strongest_dbm - self.faintest_dbm)
         return share.clamp(0.0, 1.0) ** self.exponent

@@ -67,7 +67,7 @@ class MultiCelLocator(Locator):
         return self.class_weight * class_loss + self.code_weight * (error * (weight > 0)).sum(dim=1)
 
     def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
-        """Decode; guesses are the places that all cells say, each as likely as its cell."""
+        """Decode scaled scans (n, a); guesses are the places that all cells say, each as likely as its cell."""
         logits, codes = self.network(inputs)
         probability = torch.softmax(logits, dim=1)
         best = probability.argmax(dim=1)

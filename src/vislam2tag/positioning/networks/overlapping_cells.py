@@ -69,6 +69,7 @@ class CellLattice:
 
     @property
     def _offset(self) -> IntArray:
+        """(s,) number of each storey's first cell."""
         cells = self.size.prod(axis=1)
         return np.asarray(np.cumsum(cells) - cells)
 

@@ -56,7 +56,7 @@ class RegressionLocator(Locator):
         return (self.network(inputs) - scaled).square().mean(dim=1)
 
     def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
-        """Undo the scaling.
+        """Undo the scaling of what is said of scaled scans (n, a).
 
         There is one guess: what dropout makes of it (Gal and Ghahramani 2016) tells little of its error, and circles
         that follow it were larger at 68 % in cross-validation, and little smaller at 95 %.

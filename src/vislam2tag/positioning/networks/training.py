@@ -98,6 +98,7 @@ def _mean_loss(network: torch.nn.Module, examples: TrainingExamples) -> float:
 
 
 def _batches(rows: IntArray, size: int) -> list[IntArray]:
+    """Cut rows (n,) into batches."""
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 

@@ -15,7 +15,7 @@ CALIBRATED_WITH = 2000
 
 
 def calibration_rows(count: int) -> IntArray:
-    """Return which of so many scans calibrate: evenly some, in order; none of a lone one, as nothing would be left."""
+    """Return which of so many scans calibrate: (k,), evenly spread, in order; of a lone scan none, to learn from it."""
     return np.unique(np.linspace(0, count - 1, CALIBRATED_WITH if count > 1 else 0).astype(np.int64))
 
 

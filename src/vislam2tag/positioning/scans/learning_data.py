@@ -39,6 +39,7 @@ class LearningData:
         return self[self._among(train)], self[self._among(test)]
 
     def _among(self, ids: pl.Series) -> BoolArray:
+        """Which scans (n,) have one of these ids."""
         return np.isin(self.ids, ids.to_numpy().astype(np.str_))
 
 
@@ -97,9 +98,11 @@ def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
 
 
 def _numbered(here: Sequence[Storey], storeys: Sequence[Storey]) -> np.ndarray:
+    """(n,) index of each storey among all."""
     number = {storey: index for index, storey in enumerate(storeys)}
     return np.array([number[storey] for storey in here], dtype=np.int64)
 
 
 def _text(column: pl.Series) -> TextArray:
+    """(n,) text; empty where null."""
     return column.fill_null("").to_numpy().astype(np.str_)

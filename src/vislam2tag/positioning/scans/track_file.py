@@ -53,6 +53,7 @@ class Tracks:
         return place
 
     def _between(self, session: str, time_ns: IntArray) -> FloatArray:
+        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN where it has none."""
         try:
             seen = (
                 self._tables[session]

@@ -11,7 +11,13 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.comford.reading import FILES, FOLDER, SETS, TECHNOLOGIES, UNKNOWN
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.writing.labelled_samples import csv_file, each_labelled, labelled, seconds_text, with_unix_time
+from vislam2tag.dataset.writing.labelled_samples import (
+    csv_file,
+    each_labelled,
+    labelled_fingerprints,
+    seconds_text,
+    with_unix_time,
+)
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.writing.split_parts import chosen_parts
 
@@ -45,7 +51,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
     """
     parts = chosen_parts(dataset, context)
-    fingerprints, findings = labelled(dataset, uncertain=False)
+    fingerprints, findings = labelled_fingerprints(dataset, uncertain=False)
     sets = parts.part.select("scan_id", set=pl.col("part").replace_strict(SETS))
     extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()
     unknown_levels = 0

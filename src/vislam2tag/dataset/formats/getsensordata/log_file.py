@@ -24,7 +24,7 @@ from vislam2tag.dataset.formats.getsensordata.log_lines import (
     on_one_clock,
     rows_of_kind,
 )
-from vislam2tag.dataset.reading.logged_walks import once
+from vislam2tag.dataset.reading.logged_walks import mark_repeated
 from vislam2tag.dataset.reading.wide_tables import GREATEST_DBM, LEAST_DBM
 
 OLDEST_S = 600.0
@@ -108,7 +108,7 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
     odd = table.filter(~pl.col("usable"))["row"].to_list()
     message = "the sensor time is not within ten minutes before the row was written; the row's own time counts"
     findings = [Finding.at_lines("unusable_sensor_time", file, odd, message)] if odd else []
-    return once(_readings(table)), findings
+    return mark_repeated(_readings(table)), findings
 
 
 def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
@@ -122,7 +122,7 @@ def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
         ssid=pl.lit(""),
         frequency_mhz=pl.lit(None),
     ).with_columns(bssid=pl.coalesce("beacon", "bssid"))
-    return once(_readings(table))
+    return mark_repeated(_readings(table))
 
 
 def _readings(table: pl.DataFrame) -> pl.DataFrame:
@@ -157,6 +157,7 @@ def _time_ns() -> pl.Expr:
 
 
 def _ns(seconds: FloatArray) -> IntArray:
+    """Finite times (n,) in seconds as nanoseconds."""
     times: IntArray = np.round(seconds[np.isfinite(seconds)] * 1e9).astype(np.int64)
     return times
 

@@ -35,12 +35,12 @@ class Hdf5Column:
     meaning: str | None = None
 
 
-def floats(*names: str) -> list[Hdf5Column]:
+def float_columns(*names: str) -> list[Hdf5Column]:
     """Columns of numbers; NaN where not known."""
     return [Hdf5Column(name, np.float64, partial(_known, name=name), unit=UNITS.get(name)) for name in names]
 
 
-def together(name: str, parts: Sequence[str], unit: str) -> Hdf5Column:
+def side_by_side(name: str, parts: Sequence[str], unit: str) -> Hdf5Column:
     """Several columns of numbers side by side."""
     return Hdf5Column(
         name,
@@ -52,7 +52,7 @@ def together(name: str, parts: Sequence[str], unit: str) -> Hdf5Column:
     )
 
 
-def whole(name: str, kind: npt.DTypeLike) -> Hdf5Column:
+def whole_numbers(name: str, kind: npt.DTypeLike) -> Hdf5Column:
     """A column of whole numbers."""
     return Hdf5Column(
         name,
@@ -62,12 +62,12 @@ def whole(name: str, kind: npt.DTypeLike) -> Hdf5Column:
     )
 
 
-def texts(name: str) -> Hdf5Column:
+def text_column(name: str) -> Hdf5Column:
     """A column of different texts."""
     return Hdf5Column(name, h5py.string_dtype(), lambda rows: rows[name].to_list())
 
 
-def named(table: pl.LazyFrame, name: str) -> tuple[Hdf5Column, pl.Series]:
+def vocabulary_column(table: pl.LazyFrame, name: str) -> tuple[Hdf5Column, pl.Series]:
     """A column of numbers that stand for names, and the names."""
     words = table.select(pl.col(name).drop_nulls().unique()).collect(engine="streaming")[name].sort()
     numbered = pl.DataFrame({"word": words}).with_row_index("number")

@@ -12,11 +12,11 @@ import polars as pl
 from vislam2tag.dataset.formats.hdf5.columns import (
     Hdf5Column,
     Hdf5Table,
-    floats,
-    named,
-    texts,
-    together,
-    whole,
+    float_columns,
+    side_by_side,
+    text_column,
+    vocabulary_column,
+    whole_numbers,
     write_splits,
 )
 from vislam2tag.dataset.model import Dataset
@@ -42,12 +42,12 @@ def write_imu_windows(file: h5py.File, dataset: Dataset) -> None:
             [
                 _samples("accelerometer", samples),
                 _samples("gyroscope", samples),
-                together("displacement", ("displacement_x", "displacement_y"), UNITS["displacement_x"]),
-                *floats("heading_change_rad", "heading_rad"),
-                together("start", ("x_start", "y_start"), "m, BCS"),
-                together("end", ("x_end", "y_end"), "m, BCS"),
-                *floats("sigma_start", "sigma_end"),
-                whole("start_ns", np.int64),
+                side_by_side("displacement", ("displacement_x", "displacement_y"), UNITS["displacement_x"]),
+                *float_columns("heading_change_rad", "heading_rad"),
+                side_by_side("start", ("x_start", "y_start"), "m, BCS"),
+                side_by_side("end", ("x_end", "y_end"), "m, BCS"),
+                *float_columns("sigma_start", "sigma_end"),
+                whole_numbers("start_ns", np.int64),
             ],
         )
 
@@ -62,12 +62,12 @@ def write_magnetic(file: h5py.File, dataset: Dataset) -> None:
         dataset,
         known,
         [
-            together("X", ("norm_ut", "norm_deviation_ut", "vertical_ut", "horizontal_ut"), "microtesla"),
-            together("y", ("x", "y"), "m, BCS"),
-            *floats("z", "sigma"),
-            whole("readings", np.int32),
-            whole("start_ns", np.int64),
-            whole("end_ns", np.int64),
+            side_by_side("X", ("norm_ut", "norm_deviation_ut", "vertical_ut", "horizontal_ut"), "microtesla"),
+            side_by_side("y", ("x", "y"), "m, BCS"),
+            *float_columns("z", "sigma"),
+            whole_numbers("readings", np.int32),
+            whole_numbers("start_ns", np.int64),
+            whole_numbers("end_ns", np.int64),
         ],
     )
 
@@ -75,8 +75,8 @@ def write_magnetic(file: h5py.File, dataset: Dataset) -> None:
 def _write(group: h5py.Group, dataset: Dataset, table: pl.LazyFrame, columns: list[Hdf5Column]) -> None:
     """Write these columns and those that all windows have."""
     ids = table.select("window_id").collect(engine="streaming")["window_id"]
-    names = {name: named(table, name) for name in _NAMES}
-    common = [whole("floor", np.int32), *(column for column, _ in names.values()), texts("window_id")]
+    names = {name: vocabulary_column(table, name) for name in _NAMES}
+    common = [whole_numbers("floor", np.int32), *(column for column, _ in names.values()), text_column("window_id")]
     filling = Hdf5Table(group, len(ids), [*columns, *common], {name: words for name, (_, words) in names.items()})
     for rows in _each_session(table, names["session"][1]):
         filling.add(rows)

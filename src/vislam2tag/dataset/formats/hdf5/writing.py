@@ -17,18 +17,18 @@ from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.hdf5.columns import (
     Hdf5Column,
     Hdf5Table,
-    floats,
-    named,
-    texts,
-    together,
-    whole,
+    float_columns,
+    side_by_side,
+    text_column,
+    vocabulary_column,
+    whole_numbers,
     write_splits,
     write_texts,
 )
 from vislam2tag.dataset.formats.hdf5.windows import write_imu_windows, write_magnetic
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import MatrixLosses, each_labelled, labelled, matrices
+from vislam2tag.dataset.writing.labelled_samples import MatrixLosses, each_labelled, labelled_fingerprints, matrices
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
 
 FILE = "fingerprints.h5"
@@ -64,7 +64,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
     Raises DatasetError where no fingerprint has a position.
     """
-    fingerprints, findings = labelled(dataset)
+    fingerprints, findings = labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)
     with h5py.File(folder / FILE, "w", track_order=True) as file:
@@ -84,17 +84,17 @@ def _technology(
 ) -> tuple[Finding, ...]:
     transmitters = dataset.access_points.filter(pl.col("technology") == kind).collect()
     ids = fingerprints.select("scan_id").collect(engine="streaming")["scan_id"]
-    names = {name: named(fingerprints, name) for name in _NAMES}
+    names = {name: vocabulary_column(fingerprints, name) for name in _NAMES}
     levels = Hdf5Column("X", np.float32, lambda rows: rows[_LEVELS].to_numpy(), (transmitters.height,), "dBm")
     columns = [
         levels,
-        together("y", ("x", "y"), "m, BCS"),
-        whole("floor", np.int32),
-        *floats(*_FLOATS),
+        side_by_side("y", ("x", "y"), "m, BCS"),
+        whole_numbers("floor", np.int32),
+        *float_columns(*_FLOATS),
         *(column for column, _ in names.values()),
-        whole("start_ns", np.int64),
-        whole("end_ns", np.int64),
-        texts("scan_id"),
+        whole_numbers("start_ns", np.int64),
+        whole_numbers("end_ns", np.int64),
+        text_column("scan_id"),
     ]
     filling = Hdf5Table(group, len(ids), columns, {name: words for name, (_, words) in names.items()})
     group["X"].attrs["not_heard"] = NOT_HEARD_DBM

@@ -13,7 +13,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.table_files import read_csv
-from vislam2tag.dataset.reading.logged_walks import once
+from vislam2tag.dataset.reading.logged_walks import mark_repeated
 from vislam2tag.dataset.reading.waypoints import Waypoints
 from vislam2tag.dataset.reading.wide_tables import GREATEST_DBM, LEAST_DBM
 
@@ -155,14 +155,14 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
     message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
     findings = [Finding.at_lines("unusable_lastseen", file, odd, message)] if odd else []
-    return once(_readings(table)), findings
+    return mark_repeated(_readings(table)), findings
 
 
 def _ble(beacons: pl.DataFrame, adverts: pl.DataFrame) -> pl.DataFrame:
     """Take each advertisement once: those of iBeacons come twice, the second time with what they call themselves."""
     who = beacons.select("bssid", beacon=pl.concat_str("f2", "f3", "f4", separator="-"))
     both = pl.concat([beacons.with_columns(ssid=pl.lit(None, _TEXT)), adverts.with_columns(ssid=pl.col("f2"))])
-    heard = once(
+    heard = mark_repeated(
         _readings(
             both.with_columns(time_ns=pl.col("time_ms") * _MS_TO_NS, frequency_mhz=pl.lit(None), scan=pl.lit(None))
         )

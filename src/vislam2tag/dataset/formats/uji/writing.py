@@ -27,7 +27,7 @@ from vislam2tag.dataset.writing.labelled_samples import (
     MatrixLosses,
     csv_file,
     each_labelled,
-    labelled,
+    labelled_fingerprints,
     matrices,
     with_unix_time,
 )
@@ -51,7 +51,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     for a split that is not there.
     """
     parts = chosen_parts(dataset, context)
-    fingerprints, findings = labelled(dataset, TECHNOLOGY, uncertain=False)
+    fingerprints, findings = labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
     transmitters = (
         dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)
         .select("bssid", "technology", "ssid", "frequency_mhz")
@@ -95,6 +95,7 @@ def _write_numbers(folder: Path, numbering: Numbering, fingerprints: pl.LazyFram
 
 
 def _cells(levels: npt.NDArray[np.float32], columns: list[str], *, whole: bool) -> pl.DataFrame:
+    """Levels (rows, access points), dBm, as columns; whole numbers where all are."""
     return pl.from_numpy(levels.astype(np.int32) if whole else levels, schema=columns)
 
 
