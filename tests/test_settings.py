@@ -1,13 +1,17 @@
+"""The tree of settings, its file, and limits of single settings."""
+
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.settings import Settings
+from vislam2tag.settings import Settings, read_settings
 
 
 @pytest.mark.parametrize("name", sorted(FindingSettings.model_fields))
@@ -29,3 +33,42 @@ def test_the_limit_of_uncertainty_survives_strict_json(limit_m: float) -> None:
 def test_the_limit_of_uncertainty_is_positive(limit_m: float) -> None:
     with pytest.raises(ValidationError):
         LabelSettings(max_sigma_m=limit_m)
+
+
+def test_a_file_gives_some_settings_and_the_others_keep_their_defaults(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("strategy = 'local'\n[labels]\nmax_sigma_m = inf\nrule = 'next-frame'\n")
+    settings = read_settings(file)
+    assert settings == Settings.model_validate(
+        {"strategy": "local", "labels": {"max_sigma_m": float("inf"), "rule": "next-frame"}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[labels]\nmax_sgima_m = 1", "labels.max_sgima_m: no such setting; the nearest is labels.max_sigma_m"),
+        ("[lables]\nmax_sigma_m = 1", "lables: no such setting; the nearest is labels"),
+        ("visit_radius_m = 1", "visit_radius_m: no such setting; the nearest is mapping.visit_radius_m"),
+        ("[mapping]\nvisit_radius_m = -1", "mapping.visit_radius_m: -1: Input should be greater than 0"),
+        ("[labels]\nrule = 'best'", "labels.rule: best: Input should be 'interpolate' or 'next-frame'"),
+        ("[labels", "not a TOML file"),
+    ],
+)
+def test_what_a_file_may_not_say(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    with pytest.raises(UsageError) as raised:
+        read_settings(file)
+    assert str(raised.value).startswith(f"--config {file}: {said}")
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"own\.toml: cannot be read: No such file"):
+        read_settings(tmp_path / "own.toml")
+
+
+def test_labels_do_not_follow_from_the_settings_of_other_commands() -> None:
+    tree = Settings().of_labels()
+    assert set(tree) == {"strategy", "survey", "findings", "mapping", "labels"}
+    assert Settings.model_validate(tree) == Settings()

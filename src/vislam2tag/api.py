@@ -35,8 +35,11 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.folder import open_dataset as open_dataset
     from vislam2tag.dataset.folder import write_dataset as write_dataset
     from vislam2tag.dataset.model import Dataset as Dataset
+    from vislam2tag.dataset.settings import CoverageSettings as CoverageSettings
     from vislam2tag.dataset.settings import DatasetSettings as DatasetSettings
     from vislam2tag.dataset.settings import ImuWindowSettings as ImuWindowSettings
+    from vislam2tag.dataset.settings import RadioMapSettings as RadioMapSettings
+    from vislam2tag.dataset.settings import SplitSettings as SplitSettings
     from vislam2tag.dataset.statistics.record import FieldWork as FieldWork
     from vislam2tag.dataset.transmitters.privacy import Privacy as Privacy
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
@@ -65,6 +68,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.benchmark import benchmark as benchmark
     from vislam2tag.pipeline.positioning.benchmark import public_dataset as public_dataset
     from vislam2tag.pipeline.run.selection import Selection as Selection
+    from vislam2tag.planning.settings import CameraSettings as CameraSettings
+    from vislam2tag.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.positioning.benchmark.protocol import ModelChoice as ModelChoice
     from vislam2tag.positioning.benchmark.record import Benchmark as Benchmark
     from vislam2tag.positioning.model_file import ModelOrigin as ModelOrigin
@@ -75,6 +80,7 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scans.learning_data import LearningData as LearningData
     from vislam2tag.positioning.scans.learning_data import learning_data as learning_data
+    from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
     from vislam2tag.sessions.model import Session as Session
@@ -82,6 +88,7 @@ if TYPE_CHECKING:
     from vislam2tag.sessions.registry import read_session as read_session
     from vislam2tag.sessions.settings import FindingSettings as FindingSettings
     from vislam2tag.settings import Settings as Settings
+    from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.simulation.choices import Climb as Climb
     from vislam2tag.simulation.choices import Locale as Locale
     from vislam2tag.simulation.choices import SessionLayout as SessionLayout
@@ -108,7 +115,7 @@ _NAMES = {
     "dataset.description": "Description",
     "dataset.folder": "open_dataset write_dataset",
     "dataset.model": "Dataset",
-    "dataset.settings": "DatasetSettings ImuWindowSettings",
+    "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitSettings",
     "dataset.statistics.record": "FieldWork",
     "dataset.transmitters.privacy": "Privacy",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
@@ -126,16 +133,18 @@ _NAMES = {
     "pipeline.labels.session": "Outcome",
     "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
     "pipeline.run.selection": "Selection",
+    "planning.settings": "CameraSettings PlanSettings",
     "positioning.benchmark.protocol": "ModelChoice",
     "positioning.benchmark.record": "Benchmark",
     "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
     "positioning.registry": "Positioner model_named",
     "positioning.scans.learning_data": "LearningData learning_data",
+    "registration.settings": "RegistrationSettings",
     "self_check.record": "SessionCheck SurveyCheck",
     "sessions.model": "Session",
     "sessions.registry": "open_survey read_session",
     "sessions.settings": "FindingSettings",
-    "settings": "Settings",
+    "settings": "Settings read_settings",
     "simulation.choices": "Climb Locale SessionLayout SiteColumn",
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",

@@ -1,16 +1,29 @@
-"""All settings in one tree; each part is defined beside what it is for."""
+"""All settings in one tree; each part is defined beside what it is for. A TOML file may give any of them."""
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.settings import SurveySettings
 
 
 class Settings(FiniteRecord):
-    """The resolved settings of a run."""
+    """The settings of all commands; each takes its part."""
 
     strategy: str = "smoother"
     """Name of the mapping strategy."""
@@ -18,3 +31,68 @@ class Settings(FiniteRecord):
     findings: FindingSettings = FindingSettings()
     mapping: MappingSettings = MappingSettings()
     labels: LabelSettings = LabelSettings()
+    dataset: DatasetSettings = DatasetSettings()
+    split: SplitSettings = SplitSettings()
+    coverage: CoverageSettings = CoverageSettings()
+    radio_maps: RadioMapSettings = RadioMapSettings()
+    plan: PlanSettings = PlanSettings()
+    registration: RegistrationSettings = RegistrationSettings()
+
+    def of_labels(self) -> dict[str, Any]:
+        """Those that labels follow from, as JSON holds them: kept with results, which change only with these."""
+        return self.model_dump(mode="json", include={"strategy", "survey", "findings", "mapping", "labels"})
+
+
+def setting_fields(record: type[FiniteRecord] = Settings, prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """All settings by their full names, such as ``labels.max_sigma_m``; parts come last, each before its fields."""
+    parts = {name: part for name, field in record.model_fields.items() if (part := part_of(field)) is not None}
+    yield from ((prefix + name, field) for name, field in record.model_fields.items() if name not in parts)
+    for name, part in parts.items():
+        yield prefix + name, record.model_fields[name]
+        yield from setting_fields(part, f"{prefix}{name}.")
+
+
+def part_of(field: FieldInfo) -> type[FiniteRecord] | None:
+    """The class of a part of the tree; None for a setting."""
+    kind = field.annotation
+    return kind if isinstance(kind, type) and issubclass(kind, FiniteRecord) else None
+
+
+def read_settings(path: Path) -> Settings:
+    """Read a TOML file with some settings; the others keep their defaults.
+
+    Raises UsageError, naming file and setting, for what cannot be read or used; of an unknown one the nearest known.
+    """
+    try:
+        given = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise UsageError(f"--config {path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise UsageError(f"--config {path}: not a TOML file: {error}; correct it") from error
+    try:
+        return Settings.model_validate(given)
+    except ValidationError as error:
+        name, why = wrong_setting(error)
+        raise UsageError(f"--config {path}: {name}: {why}") from error
+
+
+def with_values(settings: Settings, values: Mapping[str, object]) -> Settings:
+    """Replace settings by full name; raises ValidationError for a value that cannot be used."""
+    tree = settings.model_dump()
+    for name, value in values.items():
+        *parts, last = name.split(".")
+        branch = tree
+        for part in parts:
+            branch = branch[part]
+        branch[last] = value
+    return Settings.model_validate(tree)
+
+
+def wrong_setting(error: ValidationError) -> tuple[str, str]:
+    """Full name of the first setting that is wrong, and why."""
+    problem = error.errors()[0]
+    name = ".".join(map(str, problem["loc"]))
+    if problem["type"] == "extra_forbidden":
+        nearest = get_close_matches(name, [known for known, _ in setting_fields()], 1, 0.0)[0]
+        return name, f"no such setting; the nearest is {nearest} (docs/settings.md has all)"
+    return name, f"{problem['input']}: {problem['msg']}"

@@ -27,6 +27,7 @@ class SplitSettings(FiniteRecord):
     """How a data set is split for training and testing (docs/datasets.md)."""
 
     seed: int = 0
+    """Another seed, another draw."""
     share: float = Field(default=0.3, gt=0, lt=1)
     """Part that tests, of the fingerprints (``random``) or of the blocks (``block``); the paper's 30 %."""
     folds: int = Field(default=5, ge=2)

@@ -23,6 +23,7 @@ class LabelSettings(FiniteRecord):
     """How time-stamped readings are labelled."""
 
     rule: LabelRule = LabelRule.INTERPOLATE
+    """How a reading gets its position: interpolate between its two frames, or take the next-frame (the paper)."""
     max_gap_s: float = Field(default=1.0, gt=0)
     """No interpolation between frames farther apart than this, seconds."""
     max_sigma_m: float = Field(default=0.5, gt=0, allow_inf_nan=True)

@@ -63,7 +63,7 @@ def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> No
         "missing plan",
     ):
         assert text in page
-    assert "visits.radius_m" in page
+    assert "mapping.visit_radius_m" in page
 
 
 def test_a_failure_names_its_session_once(tmp_path: Path) -> None:

@@ -117,7 +117,7 @@ def run_record(root: Path, landmarks: Path | None, settings: Settings, selection
     return {
         "site_files": site_hashes(root),
         "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
-        "settings": settings.model_dump(mode="json"),
+        "settings": settings.of_labels(),
         "selection": {"floors": list(selection.floors), "devices": list(selection.devices)},
         "versions": {
             "vislam2tag": __version__,

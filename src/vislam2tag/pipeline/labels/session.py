@@ -134,7 +134,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         "key": str(task.ref.key),
         "format": task.ref.format,
         "files": hashes,
-        "settings": job.settings.model_dump(mode="json"),
+        "settings": job.settings.of_labels(),
         "corrections": task.corrections.for_session(task.ref.key).model_dump(mode="json"),
         "landmarks": [marks.ids, marks.floor.tolist()],
         "ambiguous": [ambiguous.ids, ambiguous.floor.tolist(), ambiguous.source],

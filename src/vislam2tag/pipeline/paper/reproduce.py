@@ -68,7 +68,7 @@ def reproduce(
     data = open_paper_data(root)
     for survey in data.surveys:
         refuse_among_sessions(survey, out)
-    run: dict[str, object] = {"version": __version__, "settings": settings.model_dump(mode="json")}
+    run: dict[str, object] = {"version": __version__, "settings": settings.of_labels()}
     with claim(out, run, PROGRAM) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
         fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
         walks = paper_walks(data, settings, partial(progress, "walks"))

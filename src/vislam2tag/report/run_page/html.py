@@ -99,7 +99,7 @@ def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult
         "time_figure": pages.time_figure,
         "figure": lambda view: embedded(view.figure),
         "part": lambda view, floor=None: embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
-        "settings": list(_flat(settings.model_dump(mode="json"))),
+        "settings": list(_flat(settings.of_labels())),
         "versions": _versions(summary),
         "js": Markup((assets / "page.js").read_text("utf-8")),
     }

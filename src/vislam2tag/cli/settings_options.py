@@ -1,0 +1,138 @@
+"""Options that are settings, and the page about all settings: made from the tree, so that each is described once."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.toml_file import toml_value
+from vislam2tag.settings import Settings, part_of, read_settings, setting_fields, with_values, wrong_setting
+
+ConfigFile: TypeAlias = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/settings.md); options win over it.")
+]
+_NAMES = {"labels.rule": "label-rule", "plan.sheets": "sheet"}
+"""Options that are not named like their setting, hyphens for underscores."""
+
+
+def option_of(name: str) -> str:
+    """The option that gives a setting: ``--max-sigma-m`` for ``labels.max_sigma_m``."""
+    return "--" + _NAMES.get(name, name.rpartition(".")[2].replace("_", "-"))
+
+
+def setting(name: str) -> Any:
+    """Option of a command for a setting, to be left out where it is not given: described as the setting is."""
+    record, field = _owner(name)
+    text = _texts(record)[name.rpartition(".")[2]].replace("`", "")
+    return typer.Option(option_of(name), help=text, show_default=_default(field).strip("`") or False)
+
+
+def settings_of(config: Path | None, given: Mapping[str, object]) -> Settings:
+    """Settings of a file with those that options give, by full name, in their place; None: not given.
+
+    Raises UsageError that names the file and the setting, or the option as it was typed.
+    """
+    settings = Settings() if config is None else read_settings(config)
+    try:
+        return with_values(settings, {name: value for name, value in given.items() if value is not None})
+    except ValidationError as error:
+        name, why = wrong_setting(error)
+        raise UsageError(f"{option_of(name)} {why}") from error
+
+
+def settings_page() -> str:
+    """docs/settings.md."""
+    lines = [_HEAD]
+    for name, field in setting_fields():
+        part = part_of(field)
+        if part is not None:
+            title = " ".join((inspect.getdoc(part) or "").replace("``", "`").split())
+            lines += ["", f"## {name}", "", title, "", "| setting | default | range | |"]
+            lines += ["| --- | --- | --- | --- |"]
+        else:
+            record, _ = _owner(name)
+            cells = (f"`{name}`", _default(field), _range(field), _texts(record)[name.rpartition(".")[2]])
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+_HEAD = """# Settings
+
+Made by `python -m vislam2tag.cli.settings_options > docs/settings.md`; each setting is defined and described in the
+`settings.py` of the package that uses it. A command with `--config FILE` takes a TOML file of them, such as
+
+```toml
+strategy = "smoother"
+
+[mapping]
+visit_radius_m = 1.5
+
+[mapping.smoother]
+sighting_range_m = 4.0
+
+[labels]
+max_sigma_m = 0.3
+```
+
+and of the file what concerns it. Options win over the file; the resolved settings are kept with each result. An
+option is named like its setting and ends, as that does, with the unit of its number.
+
+| setting | default | range | |
+| --- | --- | --- | --- |"""
+
+
+def _owner(full_name: str) -> tuple[type[FiniteRecord], FieldInfo]:
+    """The class that a setting is a field of, and the field."""
+    *parts, last = full_name.split(".")
+    record: type[FiniteRecord] = Settings
+    for name in parts:
+        part = part_of(record.model_fields[name])
+        assert part is not None, name
+        record = part
+    return record, record.model_fields[last]
+
+
+@cache
+def _texts(record: type[FiniteRecord]) -> dict[str, str]:
+    """What stands below each field of a class, on one line, for people who see no markup."""
+    (body,) = ast.parse(textwrap.dedent(inspect.getsource(record))).body
+    assert isinstance(body, ast.ClassDef)
+    texts: dict[str, str] = {}
+    last = ""
+    for node in body.body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            last = node.target.id
+            texts[last] = ""
+        elif last and isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            texts[last] = " ".join(str(node.value.value).replace("``", "`").split())
+            last = ""
+    return texts
+
+
+def _default(field: FieldInfo) -> str:
+    """A default as TOML has it, as code; empty where there is none."""
+    return "" if field.default is None else f"`{toml_value(field.default)}`"
+
+
+def _range(field: FieldInfo) -> str:
+    """Bounds of a number, such as ``> 0``."""
+    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+    bounds = [
+        f"{sign} {getattr(item, key)}" for item in field.metadata for key, sign in signs.items() if hasattr(item, key)
+    ]
+    return ", ".join(bounds)
+
+
+if __name__ == "__main__":
+    print(settings_page(), end="")

@@ -1,0 +1,38 @@
+"""Options made from the settings' tree, and the page about all settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.cli.settings_options import option_of, settings_of, settings_page
+from vislam2tag.common.errors import UsageError
+from vislam2tag.settings import part_of, setting_fields
+
+DOCS = Path(__file__).parents[2] / "docs" / "settings.md"
+
+
+def test_the_page_is_current() -> None:
+    assert DOCS.read_text(encoding="utf-8") == settings_page(), "remake it as its first line says"
+
+
+def test_each_setting_is_described() -> None:
+    rows = [line for line in settings_page().splitlines() if line.startswith("| `")]
+    assert len(rows) == sum(part_of(field) is None for _, field in setting_fields())
+    assert not [row for row in rows if row.endswith("|  |")]
+
+
+def test_options_win_over_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("[labels]\nmax_sigma_m = 0.3\nmax_gap_s = 2.0\n[mapping.smoother]\nsighting_range_m = 4\n")
+    settings = settings_of(file, {"labels.max_sigma_m": 0.4, "mapping.visit_radius_m": None})
+    assert (settings.labels.max_sigma_m, settings.labels.max_gap_s) == (0.4, 2.0)
+    assert (settings.mapping.visit_radius_m, settings.mapping.smoother.sighting_range_m) == (1.0, 4.0)
+
+
+def test_a_wrong_value_names_its_option_as_it_was_typed() -> None:
+    for name, value in (("mapping.visit_radius_m", float("inf")), ("labels.max_gap_s", -1.0), ("split.folds", 1)):
+        with pytest.raises(UsageError) as raised:
+            settings_of(None, {name: value})
+        assert str(raised.value).startswith(f"{option_of(name)} {value}: Input should be ")
