@@ -20,14 +20,15 @@ def chain(values: np.ndarray, tailed: bool) -> list[Differences]:
 
 @given(arrays(np.float64, st.integers(2, 30), elements=st.floats(-100, 100)), st.booleans())
 def test_consistent_measurements_are_met_exactly(values: np.ndarray, tailed: bool) -> None:
-    solution = solve_robustly(chain(values, tailed), np.zeros(len(values)))
-    assert solution == pytest.approx(values, abs=1e-6)
+    found = solve_robustly(chain(values, tailed), np.zeros(len(values)))
+    assert found.converged
+    assert found.state == pytest.approx(values, abs=1e-6)
 
 
 def test_one_wrong_measurement_among_many_is_outvoted_where_it_is_tailed() -> None:
     first, second = np.zeros(9, np.int64), np.full(9, -1)
     value = np.array([1.0] * 8 + [50.0])
     wrong = [Differences(first, second, value, np.full(9, 0.1), tailed) for tailed in (True, False)]
-    robust, plain = (solve_robustly([part], np.zeros(1))[0] for part in wrong)
+    robust, plain = (solve_robustly([part], np.zeros(1)).state[0] for part in wrong)
     assert robust == pytest.approx(1.0, abs=0.02)
     assert plain == pytest.approx(value.mean())

@@ -12,6 +12,7 @@ from tests.smoother.test_equations import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.smoother import smoothing
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
@@ -222,3 +223,17 @@ def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> Non
     sigma = np.sqrt(np.trace(smoothed.landmark_covariance(), axis1=1, axis2=2) / 2)
     assert np.argmin(sigma) == smoothed.model.walked.passes.landmark[0]
     assert np.all(np.isfinite(smoothed.landmark_heading_rad))
+
+
+def test_reweighting_goes_on_until_it_has_converged_and_says_where_it_does_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    walk = loops(4, marks=8, laps=2)
+    done = solved(walk)
+    assert done.converged
+    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 1e-4)
+    further = solved(walk)
+    sigma_m = np.sqrt(np.trace(mapped_path(done)[1], axis1=1, axis2=2) / 2)
+    assert (lengths(mapped_path(further)[0] - mapped_path(done)[0]) / sigma_m).max() < 0.5
+    monkeypatch.setattr(smoothing, "SETTLED_SIGMAS", 0.0)
+    assert not solved(walk).converged

@@ -236,6 +236,8 @@ class Trajectory:
     """Steps of the tracker that are no motion, by frame; only strategies that look for them report any."""
     contradictions: tuple[Contradiction, ...] = ()
     """Landmarks that contradict the rest, greatest first."""
+    not_converged: tuple[str, ...] = ()
+    """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
 
     @property
     def sigma_m(self) -> FloatArray:

@@ -9,13 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.robust import Iterated, iterate, variance_factor
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-ROUNDS = 12
-WIDEST = 4.0
-"""The tails are widened by this at first, so that the first guess does not decide what is wrong."""
+WIDEST, NARROWING = 4.0, 0.88
+"""The tails are widened by this at first, so that the first guess does not decide what is wrong, then by this factor
+less in each round ..."""
+NARROWED = 12
+"""... until after so many they are as wide as they should be."""
+SETTLED_M = 0.001
+"""Re-weighting has converged when no unknown moves any more by this."""
+MOST_ROUNDS = 200
 FREEDOM = 4.0
 """Degrees of freedom of Student's t."""
 
@@ -34,8 +40,8 @@ class Differences:
     tailed: bool = True
 
 
-def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> FloatArray:
-    """Find all unknowns (u,) by re-weighted least squares from a first guess; the tails narrow round by round.
+def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> Iterated[FloatArray]:
+    """Find all unknowns (u,), metres, by re-weighted least squares from a first guess; the tails narrow at first.
 
     The measurements must leave no unknown free. Sparse: cost grows linearly where each unknown has few neighbours.
     """
@@ -45,13 +51,21 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> Fl
 
     matrix, value = _whitened(measurements, len(start))
     tailed = np.concatenate([np.full(len(part.value), part.tailed) for part in measurements])
-    solution = start
-    for width in np.geomspace(WIDEST, 1.0, ROUNDS):
-        residual = (matrix @ solution - value) / width
-        weight = np.where(tailed, (FREEDOM + 1) / (FREEDOM + residual**2), 1.0)
+
+    def step(solution: FloatArray, number: int) -> FloatArray:
+        residual = (matrix @ solution - value) / max(WIDEST * NARROWING ** (number - 1), 1.0)
+        weight = np.where(tailed, 1 / variance_factor(residual**2, 1, FREEDOM), 1.0)
         weighted = matrix.T @ diags_array(weight)
-        solution = spsolve((weighted @ matrix).tocsc(), weighted @ value)
-    return np.asarray(solution)
+        return np.asarray(spsolve((weighted @ matrix).tocsc(), weighted @ value))
+
+    return iterate(
+        start,
+        step,
+        lambda before, after: float(np.abs(after - before).max(initial=0.0)),
+        tolerance=SETTLED_M,
+        most_rounds=MOST_ROUNDS,
+        least_rounds=NARROWED,
+    )
 
 
 def _whitened(measurements: Sequence[Differences], unknowns: int) -> tuple[csr_array, FloatArray]:

@@ -49,6 +49,8 @@ class Heights:
 
     z_m: FloatArray
     floor: IntArray
+    converged: bool = True
+    """Whether re-weighting ended because another round would change nothing that matters."""
 
 
 @dataclass(frozen=True)
@@ -81,12 +83,12 @@ def estimate_heights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
     seen = _sightings(camera, log, landmarks, track)
     track, rise = _with_rides(track, seen, landmarks, storeys)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
-    height, elevation = _solve(track, seen, landmarks, storeys)
+    height, elevation, converged = _solve(track, seen, landmarks, storeys)
     own = int(_index(storeys, np.array([storeys.own]))[0])
     place = floor_of_heights(height, elevation, _carried(height, elevation), own)
     floor[track.frame] = storeys.number[place]
     z[track.frame] = np.where(np.isfinite(storeys.elevation_m[place]), height, np.nan)
-    return Heights(z, _carried_on(floor, camera))
+    return Heights(z, _carried_on(floor, camera), converged)
 
 
 def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
@@ -212,8 +214,8 @@ def _usual_elevations(storeys: Storeys) -> FloatArray:
 
 def _solve(
     track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys
-) -> tuple[FloatArray, FloatArray]:
-    """Height (f,) of the camera and elevation (s,) of each storey.
+) -> tuple[FloatArray, FloatArray, bool]:
+    """Height (f,) of the camera and elevation (s,) of each storey, metres, and whether re-weighting converged.
 
     The unknowns are, in this order: the vertical axis's offset at the k moments at which something is seen, the heights
     of the m landmarks seen, the s elevations.
@@ -236,9 +238,9 @@ def _solve(
         *_elevation_equations(storeys, elevation, k + m),
     ]
     logged = np.array([np.median(seen.height_m[which == i]) for i in range(m)])
-    unknowns = solve_robustly(equations, np.concatenate((np.repeat(start, k), logged + start, elevation)))
-    offset = np.interp(track.variance_m2, track.variance_m2[knots], unknowns[:k])
-    return track.height_m + offset, unknowns[k + m :]
+    found = solve_robustly(equations, np.concatenate((np.repeat(start, k), logged + start, elevation)))
+    offset = np.interp(track.variance_m2, track.variance_m2[knots], found.state[:k])
+    return track.height_m + offset, found.state[k + m :], found.converged
 
 
 def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int) -> list[Differences]:

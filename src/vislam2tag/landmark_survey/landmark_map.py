@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import ceil, log
 
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.smoother.equations import FREE_M, FREE_RAD
@@ -23,7 +25,10 @@ SHIFT_M = 0.06
 """A walk sees a landmark off its place by this, per axis (assumed, with PRIOR_WEIGHT, before anything is seen) ..."""
 SHIFT_TAIL, WALK_TAIL, SURVEY_TAIL = 3.0, 4.0, 2.0
 """... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
-ROUNDS = 20
+SETTLED_M = 1e-6
+"""Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
+walks nor the building's frame shows."""
+MOST_ROUNDS = 200
 CAUTION, RELAXATION = 100.0, 0.5
 """The first rounds take each walk's sight of a landmark for this much less certain (variance), then for less so by this
 factor each. Not so the survey: few places that all may be wrong would bend to the walks."""
@@ -66,6 +71,8 @@ class LandmarkMap:
     covariance: FloatArray
     origin: ComplexArray
     turn_rad: FloatArray
+    converged: bool = True
+    """Whether re-weighting ended because another round would change nothing that matters."""
 
     @property
     def tied(self) -> BoolArray:
@@ -105,13 +112,22 @@ class _Linear:
 
 def join(maps: Sequence[LocalMap], known: KnownLandmarks) -> LandmarkMap:
     """Join all maps that can be tied to the survey; the order of the maps does not matter."""
+
+    def step(before: LandmarkMap, number: int) -> LandmarkMap:
+        caution = max(CAUTION * RELAXATION**number, 1.0)
+        return solved(replace(before, doubts=_reweighted(before).cautious(caution)))
+
     start = rough(tuple(maps), known)
-    doubts = start.doubts
-    joined = start
-    for number in range(ROUNDS):
-        joined = solved(replace(joined, doubts=doubts.cautious(max(CAUTION * RELAXATION**number, 1.0))))
-        doubts = _reweighted(joined)
-    return solved(replace(joined, doubts=doubts.expected()))
+    done = iterate(
+        solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
+        step,
+        lambda before, after: float(np.abs(after.position - before.position).max(initial=0.0)),
+        tolerance=SETTLED_M,
+        most_rounds=MOST_ROUNDS,
+        least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
+    )
+    joined = replace(done.state, doubts=_reweighted(done.state).expected(), converged=done.converged)
+    return solved(joined)
 
 
 def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
@@ -240,8 +256,8 @@ def _reweighted(joined: LandmarkMap) -> Doubts:
     shift_m = float(np.sqrt((PRIOR_WEIGHT * SHIFT_M**2 + square_m2) / (PRIOR_WEIGHT + numbers)))
     shift, walk = list(old.shift), old.walk.copy()
     for number, one in misses.items():
-        shift[number] = (SHIFT_TAIL + one.square_m2 / shift_m**2) / (SHIFT_TAIL + one.numbers)
-        walk[number] = max((WALK_TAIL + one.walk_square) / (WALK_TAIL + one.walk_numbers), 1.0)
+        shift[number] = variance_factor(one.square_m2 / shift_m**2, one.numbers, SHIFT_TAIL)
+        walk[number] = max(float(variance_factor(one.walk_square, one.walk_numbers, WALK_TAIL)), 1.0)
     return Doubts(shift_m, tuple(shift), walk, _survey_doubts(joined))
 
 
@@ -284,5 +300,5 @@ def _survey_doubts(joined: LandmarkMap) -> FloatArray:
     square = np.einsum("mi,mij,mj->m", miss, worth, miss)
     left = np.einsum("mij,mji->m", worth, joined.position_covariance[rows]) / joined.doubts.survey[rows]
     survey = np.ones(len(rows))
-    survey[rows] = (SURVEY_TAIL + square) / (SURVEY_TAIL + (2 - left).clip(0))
+    survey[rows] = variance_factor(square, (2 - left).clip(0), SURVEY_TAIL)
     return survey

@@ -91,4 +91,5 @@ def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
         contradictions=tuple(
             sorted((found for part in mapped for found in part.contradictions), key=lambda found: -found.size_m)
         ),
+        not_converged=tuple(dict.fromkeys(what for part in mapped for what in part.not_converged)),
     )

@@ -17,13 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.self_check.accuracy import excess
 from vislam2tag.self_check.record import BadLandmark, Fault, LeftOutMark, SessionCheck
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, LEAST_M
 
 TAIL = 4.0
 """Degrees of freedom of Student's t for a session's prediction."""
-ROUNDS = 20
+SETTLED_M = 1e-4
+"""Re-weighting has converged when the common offset does not move any more by this."""
+MOST_ROUNDS = 200
 FEWEST_SCATTERING = 3
 """So many sessions must have passed a landmark to say that it scatters ..."""
 SCATTER_SIGMAS = 3.0
@@ -40,6 +43,14 @@ class _Prediction:
     offset: FloatArray
     covariance: FloatArray
     survey: FloatArray
+
+
+@dataclass(frozen=True)
+class _Mean:
+    """A weighted mean of offsets (2,), metres, and its covariance (2, 2)."""
+
+    offset: FloatArray
+    covariance: FloatArray
 
 
 @dataclass(frozen=True)
@@ -90,15 +101,25 @@ def _predictions(marks: Sequence[LeftOutMark]) -> list[_Prediction]:
 def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Pooled:
     """Pool offsets (s, 2) with covariances (s, 2, 2) that all include the same error of the survey (2, 2)."""
     worth = np.linalg.inv(covariance - survey)
-    common = np.median(offset, axis=0)
-    for _ in range(ROUNDS):
-        squares = _squares(worth, offset - common)
-        weighted = worth * ((TAIL + 2) / (TAIL + squares))[:, None, None]
+
+    def weighted_mean(about: _Mean, _number: int) -> _Mean:
+        factor = variance_factor(_squares(worth, offset - about.offset), 2, TAIL)
+        weighted = worth / factor[:, None, None]
         spread = np.linalg.inv(weighted.sum(axis=0))
-        common = spread @ np.einsum("sij,sj->i", weighted, offset)
-    squares = _squares(worth, offset - common)
+        return _Mean(spread @ np.einsum("sij,sj->i", weighted, offset), spread)
+
+    done = iterate(
+        _Mean(np.median(offset, axis=0), survey),
+        weighted_mean,
+        lambda before, after: float(np.hypot(*(after.offset - before.offset))),
+        tolerance=SETTLED_M,
+        most_rounds=MOST_ROUNDS,
+    )
+    common = done.state
+    squares = _squares(worth, offset - common.offset)
     apart = max(1.0, excess(squares)) if len(offset) > 1 else 1.0
-    return Pooled(common, spread * apart + survey, np.linalg.norm(offset - common, axis=1), squares)
+    distance_m = np.linalg.norm(offset - common.offset, axis=1)
+    return Pooled(common.offset, common.covariance * apart + survey, distance_m, squares)
 
 
 def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.robust import variance_factor
 from vislam2tag.smoother.chain import Solution
 from vislam2tag.smoother.equations import (
     Weights,
@@ -133,15 +134,15 @@ def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
     """Noise levels and weights that fit the squares best, pulled gently to the usual noise."""
     better = _levels(model, weights, squares)
     stretch = {
-        source: _factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
+        source: variance_factor(square.expected / better.level(source) ** 2, model.ranks[source], TAIL[source])
         for source, square in squares.stretch.items()
     }
     return Weights(
         better,
         stretch,
-        _factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
-        _factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
-        _factor(squares.landmark, 2, LANDMARK_TAIL),
+        variance_factor(squares.sighting.expected / sighting_variance(model, better), 2, SIGHTING_TAIL),
+        variance_factor(squares.sheet.expected / better.sheet_rad**2, 1, SHEET_TAIL),
+        variance_factor(squares.landmark, 2, LANDMARK_TAIL),
     )
 
 
@@ -190,11 +191,6 @@ class _Told:
 def _told(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Told:
     told = float(np.sum(numbers - worth * square.open / present**2))
     return _Told(max(told, 0.0), float(np.sum(worth * square.missed)))
-
-
-def _factor(squares: FloatArray, numbers: IntArray | int, tail: float) -> FloatArray:
-    """Factor of the variance, given the expected square in units of it and how many numbers it is made of."""
-    return np.asarray((tail + squares) / (tail + numbers))
 
 
 def equivalent_variances(model: Model, weights: Weights) -> Weights:

@@ -8,10 +8,12 @@ otherwise from a sheet whose heading is surveyed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import ceil, log
 
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
 from vislam2tag.smoother.chain import Solution, solve
 from vislam2tag.smoother.equations import Weights, heading_origin, landmark_origin, normal_equations
@@ -22,10 +24,17 @@ from vislam2tag.smoother.noise import USUAL, Noise
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
 
-ROUGH_ROUNDS = 7
-ROUNDS = 5
-"""Rounds of re-weighting about each reference path."""
-RELINEARISATIONS = 2
+SETTLED_SIGMAS = 0.1
+"""Re-weighting has converged when no node moves any more by this many of its own standard deviations. To ask for less
+changes no mean error, and costs twice the rounds."""
+ROUGHLY_SETTLED_SIGMAS = 0.5
+"""The first solution is but a start."""
+SETTLED_SIGMAS_IN_OWN_FRAME = 0.01
+"""Seen from a walk's start sigmas grow with the way, though places near each other are known as well as ever."""
+MOST_ROUNDS = 100
+"""About one reference path; usual are 3 to 10."""
+MOST_RELINEARISATIONS = 10
+"""Reference paths; the second usually moves no node by as much, either."""
 CAUTION, RELAXATION = 30.0, 0.4
 """The first rough rounds take sightings for this much less certain (variance), then for less so by this factor each:
 graduated, so that a bad sighting shows as such before it can bend the walk (Yang et al. 2020)."""
@@ -43,12 +52,14 @@ LEAST_BASE_M = 0.5
 
 @dataclass(frozen=True)
 class Smoothed:
-    """A solved walk: everything about it follows from these four."""
+    """A solved walk: everything about it follows from the first four."""
 
     model: Model
     known: KnownLandmarks
     weights: Weights
     solution: Solution
+    converged: bool = True
+    """Whether re-weighting ended because another round would change nothing that matters."""
 
     @property
     def noise(self) -> Noise:
@@ -97,16 +108,78 @@ def smooth_in_own_frame(walked: Walked) -> Smoothed:
     return _refined(model, KnownLandmarks.nothing(len(walked.ids)), pinned=True)
 
 
+@dataclass(frozen=True)
+class _Weighted:
+    """A model about one reference path, weights, and the solution with them."""
+
+    model: Model
+    weights: Weights
+    solution: Solution
+    converged: bool = False
+
+    def sigmas_from(self, before: _Weighted) -> float:
+        """By how many of its standard deviations the node moved that did most, since ``before``."""
+        moved = np.abs(self._position - before._position)
+        variance = np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2
+        return float((moved / np.sqrt(variance)).max())
+
+    @property
+    def _position(self) -> ComplexArray:
+        """(k,) of the nodes, complex metres."""
+        state = self.solution.state
+        return np.asarray(self.model.path[self.model.walked.nodes] + state[:, 0] + 1j * state[:, 1])
+
+    def linearised_again(self) -> Model:
+        """The model about the path that was found."""
+        return _relinearised(self.model, bridged(self.model, self.weights, self.solution))
+
+
+def _weighted(
+    model: Model,
+    known: KnownLandmarks,
+    weights: Weights,
+    *,
+    pinned: bool = False,
+    tolerance: float,
+    caution: float = 1.0,
+) -> _Weighted:
+    """Re-weight about one reference path; the first rounds are cautious (:data:`CAUTION`) by a factor."""
+
+    def solved(weights: Weights, number: int) -> _Weighted:
+        cautious = replace(weights, sighting=weights.sighting * max(caution * RELAXATION**number, 1.0))
+        return _Weighted(model, cautious, solve(normal_equations(model, known, cautious, pinned=pinned)))
+
+    def step(before: _Weighted, number: int) -> _Weighted:
+        squares = expected_squares(model, known, before.weights, before.solution)
+        return solved(reweighted(model, before.weights, squares), number)
+
+    done = iterate(
+        solved(weights, 0),
+        step,
+        lambda before, after: after.sigmas_from(before),
+        tolerance=tolerance,
+        most_rounds=MOST_ROUNDS,
+        least_rounds=1 + ceil(log(caution) / -log(RELAXATION)),
+    )
+    return replace(done.state, converged=done.converged)
+
+
 def _refined(model: Model, known: KnownLandmarks, *, pinned: bool) -> Smoothed:
-    weights = _even(model, known)
-    for _ in range(RELINEARISATIONS):
-        for _ in range(ROUNDS):
-            solution = solve(normal_equations(model, known, weights, pinned=pinned))
-            weights = reweighted(model, weights, expected_squares(model, known, weights, solution))
-        solution = solve(normal_equations(model, known, weights, pinned=pinned))
-        model = _relinearised(model, bridged(model, weights, solution))
-    weights = equivalent_variances(model, weights)
-    return Smoothed(model, known, weights, solve(normal_equations(model, known, weights, pinned=pinned)))
+    tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
+
+    def weighted(model: Model, weights: Weights) -> _Weighted:
+        return _weighted(model, known, weights, pinned=pinned, tolerance=tolerance)
+
+    done = iterate(
+        weighted(model, _even(model, known)),
+        lambda before, _: weighted(before.linearised_again(), before.weights),
+        lambda before, after: after.sigmas_from(before),
+        tolerance=tolerance,
+        most_rounds=MOST_RELINEARISATIONS,
+    )
+    model, weights = done.state.model, equivalent_variances(done.state.model, done.state.weights)
+    solution = solve(normal_equations(model, known, weights, pinned=pinned))
+    return Smoothed(model, known, weights, solution, done.converged and done.state.converged)
 
 
 def _even(model: Model, known: KnownLandmarks) -> Weights:
@@ -118,13 +191,7 @@ def _roughly_mapped(walked: Walked, known: KnownLandmarks) -> Model:
     path = walked.odometry.path
     model = Model(walked, path, np.ones_like(path), rough=True)
     weights = replace(_even(model, known), sighting=np.where(_agreeing(walked, known), 1.0, DOUBT))
-    for number in range(ROUGH_ROUNDS):
-        caution = max(CAUTION * RELAXATION**number, 1.0)
-        cautious = replace(weights, sighting=weights.sighting * caution)
-        solution = solve(normal_equations(model, known, cautious, pinned=False))
-        weights = reweighted(model, cautious, expected_squares(model, known, cautious, solution))
-    knots = bridged(model, weights, solution)
-    return _relinearised(model, knots)
+    return _weighted(model, known, weights, caution=CAUTION, tolerance=ROUGHLY_SETTLED_SIGMAS).linearised_again()
 
 
 def _agreeing(walked: Walked, known: KnownLandmarks) -> BoolArray:

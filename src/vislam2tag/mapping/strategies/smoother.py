@@ -60,6 +60,11 @@ class Smoother:
             floor=heights.floor,
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
+            not_converged=tuple(
+                what
+                for what, converged in (("path", smoothed.converged), ("heights", heights.converged))
+                if not converged
+            ),
         )
 
 

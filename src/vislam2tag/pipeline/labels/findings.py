@@ -22,6 +22,7 @@ def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m
     return [
         *landmark_findings(session.camera, session.landmarks, landmarks, trajectory, radius_m, needs),
         *(_contradiction(found, landmarks) for found in trajectory.contradictions),
+        *_not_converged(trajectory),
     ]
 
 
@@ -81,6 +82,18 @@ def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:
     )
     lines = (int(line),) if line else ()
     return Finding(kind="contradicting_landmark", file=file, count=1, message=message, lines=lines)
+
+
+def _not_converged(trajectory: Trajectory) -> list[Finding]:
+    """What was still moving when re-weighting ended: so much of the walk contradicts itself that nothing is sure."""
+    if not trajectory.not_converged:
+        return []
+    message = (
+        f"the walk's {' and '.join(trajectory.not_converged)} did not settle: its observations contradict each other "
+        "so much that several ways to weigh them fit alike, and labels may be farther off than their sigma says; look "
+        "at its events and landmarks in the report, and leave out what is wrong in corrections.toml"
+    )
+    return [Finding(kind="not_converged", file="", count=1, message=message)]
 
 
 def pose_lag_findings(lag_s: float | None, settings: Settings) -> list[Finding]:

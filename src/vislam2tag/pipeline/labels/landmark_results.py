@@ -82,8 +82,18 @@ def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
         shift_m=round(joint.joined.doubts.shift_m, 4),
         landmarks=tuple(sorted(rows, key=lambda row: row.floor)),
         sessions=tuple(_session(session, used=session.key in tied) for session in joint.sessions),
-        findings=joint.survey.findings,
+        findings=(*joint.survey.findings, *_not_converged(joint)),
     )
+
+
+def _not_converged(joint: JointSurvey) -> list[Finding]:
+    if joint.joined.converged:
+        return []
+    message = (
+        "the joint map did not settle: walks and survey contradict each other so much that several ways to weigh them "
+        "fit alike; measure again the landmarks whose discrepancy is greatest"
+    )
+    return [Finding(kind="not_converged", file="", count=1, message=message)]
 
 
 def _session(session: ReducedSession, *, used: bool) -> SessionRow:
@@ -95,6 +105,8 @@ def _session(session: ReducedSession, *, used: bool) -> SessionRow:
             "nothing ties it to the survey: it shares fewer than two landmarks with it and with walks that are tied, "
             "or contradicts them"
         )
+    elif not session.converged:
+        note = "its map did not settle: its observations contradict each other; look at it with vislam2tag process"
     elif session.unused:
         note = f"landmark {', '.join(session.unused)} is not used: only other floors have it"
     return SessionRow(

@@ -53,6 +53,8 @@ class ReducedSession:
     z_m: FloatArray | None = None
     unused: tuple[str, ...] = ()
     error: str | None = None
+    converged: bool = True
+    """Whether the re-weighting that made its map ended because another round would change nothing that matters."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,8 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     walked = Walked.of(camera, log, settings.smoother.sighting_range_m)
     if len(walked.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
-    local = LocalMap.of(smooth_in_own_frame(walked))
+    smoothed = smooth_in_own_frame(walked)
+    local = LocalMap.of(smoothed)
     climbed = vertical_span_m(camera, log) >= CLIMB_M
     heights = estimate_heights(camera, log, _over_all_floors(site, landmarks) if climbed else landmarks)
     floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
@@ -99,7 +102,7 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
         for index, floor in zip(local.landmark.tolist(), floors, strict=True)
     )
     z_m = _heights_above_floor(site, camera, log, walked, heights, floors, local)
-    return ReducedSession(key, places, local, z_m, prepared.unused)
+    return ReducedSession(key, places, local, z_m, prepared.unused, converged=smoothed.converged)
 
 
 def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:

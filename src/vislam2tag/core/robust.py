@@ -1,0 +1,61 @@
+"""Robust re-weighting: variances by Student's t, and an iteration that ends where it has converged, or says that not.
+
+Observations of which some may be quite wrong are weighted by what the last solution misses them by, and solved for
+again (iteratively re-weighted least squares; for Student's t it is expectation maximisation: Lange, Little and Taylor
+1989). It converges linearly, in few rounds or in many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.arrays import FloatArray
+
+_State = TypeVar("_State")
+
+
+@dataclass(frozen=True)
+class Iterated(Generic[_State]):
+    """Where an iteration ended: its last ``state``, and by how much the last of its ``rounds`` ``moved`` it."""
+
+    state: _State
+    rounds: int
+    moved: float
+    converged: bool
+
+
+def iterate(
+    start: _State,
+    step: Callable[[_State, int], _State],
+    moved: Callable[[_State, _State], float],
+    *,
+    tolerance: float,
+    most_rounds: int,
+    least_rounds: int = 1,
+) -> Iterated[_State]:
+    """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
+
+    ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
+    converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, nobody asks.
+    """
+    state, size = start, float("inf")
+    for number in range(1, most_rounds + 1):
+        before, state = state, step(state, number)
+        size = moved(before, state)
+        if number >= least_rounds and size < tolerance:
+            return Iterated(state, number, size, converged=True)
+    return Iterated(state, most_rounds, size, converged=False)
+
+
+def variance_factor(squares: npt.ArrayLike, numbers: npt.ArrayLike, freedom: float) -> FloatArray:
+    """By which factor the variance of observations exceeds the usual one, for Student's t with ``freedom`` degrees.
+
+    Of each observation, ``squares`` (...) is the sum of the squares of its ``numbers`` (...) residuals in units of
+    their usual standard deviations. An observation counts for the inverse of its factor.
+    """
+    return np.asarray((freedom + np.asarray(squares)) / (freedom + np.asarray(numbers)), dtype=np.float64)
