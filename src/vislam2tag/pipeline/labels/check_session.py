@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.mapping.strategies.smoother import Smoother
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
 from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
@@ -40,8 +41,7 @@ def check_session(settings: Settings, task: SessionTask) -> CheckedSession:
     except SessionError as error:
         return CheckedSession(_record(task, error=str(error)))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
-        fault = f"{task.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        return CheckedSession(_record(task, error=fault))
+        return CheckedSession(_record(task, error=unexpected(task.ref.key, error)))
 
 
 def _check(settings: Settings, task: SessionTask) -> CheckedSession:

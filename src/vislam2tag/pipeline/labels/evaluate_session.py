@@ -32,6 +32,7 @@ from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_tex
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -94,8 +95,7 @@ def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
     except SessionError as error:
         return _record(job.ref, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
-        fault = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        return _record(job.ref, error=fault)
+        return _record(job.ref, error=unexpected(job.ref.key, error))
 
 
 def map_with(

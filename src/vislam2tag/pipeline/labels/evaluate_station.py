@@ -24,6 +24,7 @@ from vislam2tag.evaluation.total_station.presses import pressed_points
 from vislam2tag.evaluation.total_station.station_errors import station_findings, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 
@@ -77,7 +78,7 @@ def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
     try:
         return _evaluate(jobs)
     except Exception as error:  # one bad device must not end the batch; its records name the fault
-        fault = f"the station's track: unexpected {type(error).__name__}: {error}; please report this"
+        fault = unexpected("the station's track", error)
         return StationOutcome({job.ref.slug: Found(missing=[fault]) for job in jobs})
 
 
