@@ -15,8 +15,8 @@ from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 from vislam2tag.simulation.walking.sampling import position_at
-from vislam2tag.simulation.world import simulated_floor, walk_and_track
 
 SURVEY_SIGMA_M = 0.02
 

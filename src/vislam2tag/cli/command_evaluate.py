@@ -29,7 +29,7 @@ from vislam2tag.settings import Settings
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
+    from vislam2tag.evaluation.record import ErrorRow, Figure, SessionEvaluation, SurveyEvaluation
 
 DEFAULTS = Settings()
 _PIPE_WIDTH = 160
@@ -141,7 +141,7 @@ def _print(found: SurveyEvaluation) -> None:
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
 
 
-def _error_table(title: str, rows: list[Row]) -> Table:
+def _error_table(title: str, rows: list[ErrorRow]) -> Table:
     from rich import box
     from rich.markup import escape
     from rich.table import Table

@@ -9,7 +9,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.paper.table_text import latex_escaped
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.record import DenseRow, Figure, Row, SessionEvaluation
+from vislam2tag.evaluation.record import DenseRow, ErrorRow, Figure, SessionEvaluation
 
 _ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -27,14 +27,14 @@ HEADS = {
 """What the figures are called in tables for reading."""
 
 
-def rows_csv(rows: Sequence[Row]) -> str:
+def rows_csv(rows: Sequence[ErrorRow]) -> str:
     """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
     names = ("labelled", *FIGURES, *DIRECTED)
     head = (*_ROW_KEYS, *(f"{name}{end}" for name in names for end in ("", "_low", "_high")))
     return csv_rows((head, *((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows)))
 
 
-def _bounds(row: Row, names: Sequence[str]) -> list[float | None]:
+def _bounds(row: ErrorRow, names: Sequence[str]) -> list[float | None]:
     figures: list[Figure] = [getattr(row, name) for name in names]
     return [value for figure in figures for value in (figure.value, figure.low, figure.high)]
 
@@ -62,7 +62,7 @@ def dense_csv(rows: Sequence[DenseRow]) -> str:
     return csv_rows((names, *(tuple(getattr(row, name) for name in names) for row in rows)))
 
 
-def latex_text(rows: Sequence[Row]) -> str:
+def latex_text(rows: Sequence[ErrorRow]) -> str:
     """A ``tabular`` (package booktabs) for each truth and way: over walks, with and without faults, metres."""
     shown = [row for row in rows if row.group == ALL and row.over == OVER_WALKS]
     return "\n".join(
@@ -77,7 +77,7 @@ def truth_name(truth: str, way: str) -> str:
     return f"{words} ({way})" if way else words
 
 
-def _tabular(title: str, rows: Sequence[Row]) -> str:
+def _tabular(title: str, rows: Sequence[ErrorRow]) -> str:
     names = tuple(HEADS)
     heads = " & ".join(head[0].upper() + head[1:] for head in HEADS.values())
     lines = [

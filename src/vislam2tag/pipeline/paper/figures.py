@@ -13,10 +13,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS
-from vislam2tag.evaluation.error_curves import error_curve
-from vislam2tag.evaluation.measuring import measured, sure_frames
-from vislam2tag.evaluation.paper.station import station_settings
-from vislam2tag.evaluation.paper.walks import STRATEGIES, Mapped, PaperWalk, map_all
+from vislam2tag.evaluation.metrics import strategy_errors, sure_frames
+from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
+from vislam2tag.evaluation.pooling import error_curve
 from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
 from vislam2tag.figures.error_figures import (
@@ -66,7 +65,7 @@ class Shown:
     floor: Floor
     landmarks: Landmarks
     session: Session
-    mapped: Mapped
+    mapped: TrajectoryByStrategy
 
     @classmethod
     def of(cls, source: Source, key: SessionKey, mapping: MappingSettings | None = None) -> Shown:
@@ -168,7 +167,9 @@ def _station_distribution(source: Source) -> Figure:
 def _distribution(walks: list[PaperWalk], missing: str) -> Figure:
     if not walks:
         raise SessionError(f"{missing} is in this data")
-    curves = {name: error_curve([measured(walk.counted[name], "", name) for walk in walks]) for name in STRATEGIES}
+    curves = {
+        name: error_curve([strategy_errors(walk.counted[name], "", name) for walk in walks]) for name in STRATEGIES
+    }
     return error_distributions({name: curve for name, curve in curves.items() if curve is not None})
 
 

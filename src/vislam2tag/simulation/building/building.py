@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.simulation.building.layout import Layout, dead_end_inset, make_layout, walkable_graph
+from vislam2tag.simulation.building.ground_plan import GroundPlan, dead_end_inset, make_ground_plan, walkable_graph
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import BuildingSettings, stream
 
@@ -50,7 +50,7 @@ def furnished(floors: tuple[SimulatedFloor, ...], access_points: Sequence[int], 
 
 
 def _make_floor(settings: BuildingSettings, number: int, rng: np.random.Generator) -> SimulatedFloor:
-    layout = make_layout(settings, rng)
+    layout = make_ground_plan(settings, rng)
     corridors = dead_end_inset(layout.corridors, settings.width_m)
     nodes, edges = walkable_graph(replace(layout, corridors=corridors))
     place, heading = _landmark_places(settings, layout, rng)
@@ -79,7 +79,7 @@ def _with_own_ids(floor: SimulatedFloor, rank: int) -> SimulatedFloor:
 
 
 def _landmark_places(
-    settings: BuildingSettings, layout: Layout, rng: np.random.Generator
+    settings: BuildingSettings, layout: GroundPlan, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Choose wall places (m, 2) and sheet headings (m,): after turns first, spread over the floor."""
     points, normals, after_turn = _wall_candidates(settings, layout, rng)
@@ -94,7 +94,7 @@ def _landmark_places(
 
 
 def _wall_candidates(
-    settings: BuildingSettings, layout: Layout, rng: np.random.Generator
+    settings: BuildingSettings, layout: GroundPlan, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points on corridor walls, off doors, with outward normals; the mask tells those just after a turn."""
     half = settings.corridor_width_m / 2

@@ -46,7 +46,7 @@ class RadioSettings:
 
 
 @dataclass(frozen=True)
-class Receiver:
+class PhoneReceiver:
     """What differs between phones: a constant offset (dB) and the weakest reading they report (dBm)."""
 
     offset_db: float = 0.0
@@ -121,7 +121,7 @@ def _rank(building: SimulatedBuilding, floors: IntArray) -> IntArray:
 
 
 def simulate_wifi(
-    environment: RadioEnvironment, walk: TrueWalk, receiver: Receiver, rng: np.random.Generator
+    environment: RadioEnvironment, walk: TrueWalk, receiver: PhoneReceiver, rng: np.random.Generator
 ) -> WifiLog:
     """Scan the access points along the walk; each reading has the time its channel was visited."""
     time_us = _reading_times_us(environment, walk, rng)

@@ -93,7 +93,7 @@ def _direction(path: Path) -> FloatArray:
     return np.unwrap(np.arctan2(dy, dx))
 
 
-def steps(speed: FloatArray, heading: FloatArray, rng: np.random.Generator) -> FloatArray:
+def gait_displacement(speed: FloatArray, heading: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Gait: displacement (n, 3) of the phone by bobbing and swaying, metres."""
     pace = gaussian_filter1d(speed, 0.4 * RATE_HZ, mode="nearest")
     phase = 2 * np.pi * np.cumsum(STEP_HZ * np.sqrt(pace.clip(0))) / RATE_HZ + rng.uniform(0, 2 * np.pi)

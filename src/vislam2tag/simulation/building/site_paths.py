@@ -24,7 +24,7 @@ _FARTHEST_M = 12.0
 
 
 @dataclass(frozen=True)
-class SiteWays:
+class SitePaths:
     """Nodes (n, 2), straight edges (e, 2), the nodes in rooms and doors of rooms, and landmarks that no way passes."""
 
     nodes: FloatArray
@@ -33,17 +33,17 @@ class SiteWays:
     missed: tuple[int, ...]
 
 
-def site_ways(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, heading_rad: FloatArray) -> SiteWays:
+def site_paths(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, heading_rad: FloatArray) -> SitePaths:
     """Make the ways of a graph that lead past the sheets (m, 2); ``heading_rad`` (m,) is each one's X axis."""
     lines = {edge: line for edge, line in enumerate(graph.polylines) if not graph.shortcut[edge]}
     missed = []
     for landmark, (sheet, heading) in enumerate(zip(sheets, heading_rad.tolist(), strict=True)):
-        if not _led_past(lines, graph, space, sheet, np.array((np.cos(heading), np.sin(heading)))):
+        if not _lead_past(lines, graph, space, sheet, np.array((np.cos(heading), np.sin(heading)))):
             missed.append(landmark)
     return _straight(lines, graph, tuple(missed))
 
 
-def _led_past(
+def _lead_past(
     lines: dict[int, FloatArray], graph: CorridorGraph, space: WalkableSpace, sheet: FloatArray, along: FloatArray
 ) -> bool:
     """Lead the nearest line from which a sheet can be seen past it; whether there is one."""
@@ -98,7 +98,7 @@ def _at(line: FloatArray, arc: float) -> FloatArray:
     return np.array([np.interp(arc, arcs, line[:, axis]) for axis in (0, 1)])
 
 
-def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[int, ...]) -> SiteWays:
+def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[int, ...]) -> SitePaths:
     """Make every corner of the lines a node."""
     nodes = list(graph.nodes)
     edges: list[tuple[int, int]] = []
@@ -111,4 +111,4 @@ def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[
         edges += [pair for pair in pairwise(corners) if np.linalg.norm(nodes[pair[0]] - nodes[pair[1]]) > 1e-6]
         if graph.in_room[edge]:
             rooms.update(corners[1:-1], (end for end in (first, last) if graph.kinds[end] is NodeKind.DOOR))
-    return SiteWays(np.array(nodes), np.array(edges, dtype=np.int64), frozenset(rooms), missed)
+    return SitePaths(np.array(nodes), np.array(edges, dtype=np.int64), frozenset(rooms), missed)

@@ -34,7 +34,7 @@ class Room:
 
 
 @dataclass(frozen=True)
-class Layout:
+class GroundPlan:
     """Corridor centre lines (c, 2, 2), the rooms along them and wall segments (w, 2, 2), metres."""
 
     corridors: FloatArray
@@ -42,7 +42,7 @@ class Layout:
     walls: FloatArray
 
 
-def make_layout(settings: BuildingSettings, rng: np.random.Generator) -> Layout:
+def make_ground_plan(settings: BuildingSettings, rng: np.random.Generator) -> GroundPlan:
     """Draw a ring of corridors with cross corridors and dead ends, rooms outside and inside of it."""
     width, height, half = settings.width_m, settings.height_m, settings.corridor_width_m / 2
     inset = settings.room_depth_m + half
@@ -58,7 +58,7 @@ def make_layout(settings: BuildingSettings, rng: np.random.Generator) -> Layout:
     lines += [((x, low), (x, high)) for x in (left, *crosses, right)]
     corridors = np.array(lines, dtype=np.float64)
     rooms = _outer_rooms(settings, inset, open_corners, rng) + _inner_rooms(settings, inset, crosses, rng)
-    return Layout(corridors, tuple(rooms), _walls(settings, corridors, rooms))
+    return GroundPlan(corridors, tuple(rooms), _walls(settings, corridors, rooms))
 
 
 def corridor_rects(corridors: FloatArray, half_m: float, width_m: float) -> list[Rect]:
@@ -175,7 +175,7 @@ ROOM_STEP_M = 2.6
 """How far into a room its node lies."""
 
 
-def walkable_graph(layout: Layout) -> tuple[FloatArray, IntArray]:
+def walkable_graph(layout: GroundPlan) -> tuple[FloatArray, IntArray]:
     """Make nodes (n, 2) and edges (e, 2): corridor ends, crossings and door feet, then one node a room."""
     feet, inside = _door_nodes(layout)
     index: dict[tuple[float, float], int] = {}
@@ -198,7 +198,7 @@ def dead_end_inset(corridors: FloatArray, width_m: float) -> FloatArray:
     return kept
 
 
-def _door_nodes(layout: Layout) -> tuple[FloatArray, FloatArray]:
+def _door_nodes(layout: GroundPlan) -> tuple[FloatArray, FloatArray]:
     """Foot of each door on the nearest corridor centre line, and the node inside the room."""
     doors = np.array([room.door for room in layout.rooms])
     inward = np.array([room.inward for room in layout.rooms])
