@@ -39,7 +39,7 @@ def test_tracebacks_come_in_the_order_of_the_jobs(tmp_path: Path, workers: int) 
         for line in (f"ERROR job {number}: unexpected ArithmeticError", f"ArithmeticError: {number} is odd")
     ]
     assert "test_failures.py" in text
-    assert sum("please report this with its traceback (log.txt in OUT" in outcome for outcome in outcomes) == 3
+    assert sum("please report this with its traceback (OUT/log.txt" in outcome for outcome in outcomes) == 3
 
 
 def test_what_ends_a_run_is_logged_and_names_the_file(tmp_path: Path) -> None:
@@ -69,8 +69,9 @@ def test_a_session_that_fails_unexpectedly_is_told_in_a_line_and_logged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0)
-    monkeypatch.setattr(session, "_process", lambda _: {}["no such table"])
+    nothing: dict[str, str] = {}
+    monkeypatch.setattr(session, "_process", lambda _: nothing["no such table"])
     summary = process(survey, tmp_path / "out")
     (error,) = summary.failures.values()
-    assert "unexpected KeyError: 'no such table'; please report this with its traceback (log.txt in OUT" in error
+    assert "unexpected KeyError: 'no such table'; please report this with its traceback (OUT/log.txt" in error
     assert "Traceback" in (tmp_path / "out" / LOG_FILE).read_text()

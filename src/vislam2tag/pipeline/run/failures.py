@@ -29,7 +29,8 @@ def unexpected(what: object, error: Exception) -> str:
     """Log an exception that ends the work on ``what`` alone, and return a line that tells of it."""
     name = type(error).__name__
     LOG.error("%s: unexpected %s", what, name, exc_info=error)
-    return f"{what}: unexpected {name}: {error}; please report this with its traceback ({LOG_FILE} in OUT, or use -v)"
+    where = f"OUT/{LOG_FILE}; where there is none, -v shows it"
+    return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
 
 
 @contextmanager
