@@ -62,7 +62,7 @@ def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
     (tmp_path / "about.toml").write_text('title = "Our building"\nlicence = "CC-BY-4.0"\n')
     done = vislam2tag(
         *("dataset", labels, "--out", tmp_path / "set", "--name", "lab", "--window", "500ms", "--ble-window", "2s"),
-        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma", "0.05", "--building", "main", "--no-ssid"),
+        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma-m", "0.05", "--building", "main", "--no-ssid"),
         *("--hash-bssid", tmp_path / "key", "--describe", tmp_path / "about.toml", "--radios", "--jobs", "1"),
     )
     assert done.returncode == 0, done.stderr

@@ -73,8 +73,8 @@ def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Pa
     [
         ["--jobs", "0"],
         ["--max-gap-s", "nan"],
-        ["--max-sigma", "nan"],
-        ["--max-sigma", "0"],
+        ["--max-sigma-m", "nan"],
+        ["--max-sigma-m", "0"],
         ["--label-rule", "nearest"],
         ["--lout"],
     ],
@@ -156,7 +156,9 @@ def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) ->
 
 @pytest.mark.parametrize("limit", ["0.3", "inf"])
 def test_the_limit_of_uncertainty_is_recorded_as_json(survey: Path, tmp_path: Path, limit: str) -> None:
-    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--max-sigma", limit).returncode == 0
+    assert (
+        vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--max-sigma-m", limit).returncode == 0
+    )
     for path in ("run.json", "summary.json"):
         json.loads((tmp_path / "out" / path).read_text(), parse_constant=pytest.fail)
     run = json.loads((tmp_path / "out/run.json").read_text())
@@ -186,7 +188,7 @@ def test_a_landmark_file_that_is_not_there_is_2(survey: Path, tmp_path: Path) ->
 
 
 def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_path: Path) -> None:
-    options = ["--strategy", "smoother", "--max-sigma", "0.001"]
+    options = ["--strategy", "smoother", "--max-sigma-m", "0.001"]
     done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", *options)
     assert (done.returncode, done.stderr) == (0, "")
     frames = pl.read_parquet(tmp_path / "out/trajectory/*.parquet")

@@ -215,7 +215,7 @@ def test_more_than_the_length_is_refused(phone: Phone) -> None:
 def test_what_is_too_large_is_refused_before_it_comes(phone: Phone) -> None:
     answer = phone.bring(b"x", 0, PLENTY + 1)
     assert answer.status_code == 413
-    assert "--max-size" in answer.json()["message"]
+    assert "--max-size-mb" in answer.json()["message"]
     assert phone.state()["state"] == "none"
 
 
