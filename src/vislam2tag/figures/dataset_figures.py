@@ -18,7 +18,7 @@ from vislam2tag.dataset.statistics.record import (
     FloorLabels,
     LabelCounts,
     SessionStatistics,
-    SigmaStatistics,
+    SigmaDistribution,
     TechnologyStatistics,
 )
 from vislam2tag.figures.panels import legend_below, letter, log_metres, panel_grid
@@ -185,7 +185,7 @@ def _offsets(axes: Axes, rssi: Sequence[DeviceRssi]) -> None:
 
 
 @print_quality
-def sigma_distribution(sigma: SigmaStatistics) -> Figure:
+def sigma_distribution(sigma: SigmaDistribution) -> Figure:
     """Draw the share of fingerprints that are at least so sure."""
     figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.55)
     index = np.array(list(sigma.counts))

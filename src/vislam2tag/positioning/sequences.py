@@ -27,6 +27,7 @@ _LOOK_BACK = 100
 """Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
 _FEWEST = 5
 """A piece of track over fewer answers cannot be turned into their frame."""
+_SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,6 @@ def filtered(
                 smooth = _smoothed_walk(found[past], scans.time_ns[past], _of(track_m, past), motion)
                 _write_rows(result, past[-1:], smooth[np.array([len(past) - 1])])
     return result
-
-
-_SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 
 
 def _copied(found: Positions) -> Positions:
