@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -22,7 +23,9 @@ _SIGMA_TO_68 = 1.51
 """Radius of the 68 % circle of a Gaussian in the plane, in standard deviations per axis."""
 _FREEDOM = 4.0
 """Degrees of freedom of the Student-t that answers err by."""
-_ROUNDS = 8
+_SETTLED_M = 0.01
+"""Re-weighting has converged when no place moves any more by this."""
+_MOST_ROUNDS = 100
 _LOOK_BACK = 100
 """Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
 _FEWEST = 5
@@ -116,12 +119,24 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     sigma_m = answer.radius_68_m / _SIGMA_TO_68
     alone = np.where(known, 1 / np.maximum(sigma_m, 1e-3) ** 2, 0.0)
     step, trust, tracked = _steps(seen, alone, gap_s, track_m, motion)
-    weight, step_weight = alone, trust
-    for _ in range(_ROUNDS):
-        xy = _solved(weight, seen, step_weight, step)
-        weight = alone * _student_t_weights(xy - seen, alone)
-        step_weight = np.where(tracked, trust * _student_t_weights(np.diff(xy, axis=0) - step, trust), trust)
-    together_m = np.sqrt(_variance(alone / motion.alike, step_weight))
+
+    def solved(weight: FloatArray, step_weight: FloatArray) -> _Weighted:
+        return _Weighted(_solved(weight, seen, step_weight, step), step_weight)
+
+    def reweighted(before: _Weighted, _number: int) -> _Weighted:
+        step_off = np.diff(before.xy, axis=0) - step
+        step_weight = np.where(tracked, trust / _doubt(step_off, trust), trust)
+        return solved(alone / _doubt(before.xy - seen, alone), step_weight)
+
+    found = iterate(
+        "a walk's positions",
+        solved(alone, trust),
+        reweighted,
+        lambda before, after: float(np.abs(after.xy - before.xy).max()),
+        tolerance=_SETTLED_M,
+        most_rounds=_MOST_ROUNDS,
+    ).state
+    together_m = np.sqrt(_variance(alone / motion.alike, found.step_weight))
     shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)
     probability = _storeys(answer, gap_s, motion)
     storey = probability.argmax(axis=1)
@@ -129,7 +144,7 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     return replace(
         answer,
         storey=storey,
-        xy=xy,
+        xy=found.xy,
         z=_heights(answer, storey),
         storey_probability=probability,
         radius_68_m=_SIGMA_TO_68 * shrunk,
@@ -137,9 +152,17 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     )
 
 
-def _student_t_weights(off_m: FloatArray, weight: FloatArray) -> FloatArray:
-    """How much less residuals (n, 2) count that are larger than they should be (Student-t)."""
-    return np.asarray((_FREEDOM + 2) / (_FREEDOM + (off_m**2).sum(axis=1) * weight))
+@dataclass(frozen=True)
+class _Weighted:
+    """Places ``xy`` (n, 2) of a walk, metres, by weighted answers and by steps, these of ``step_weight`` (n-1,)."""
+
+    xy: FloatArray
+    step_weight: FloatArray
+
+
+def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
+    """Factor (n,) of the variance of residuals (n, 2), metres, whose usual variance is the inverse of the weight."""
+    return variance_factor((off_m**2).sum(axis=1) * weight, 2, _FREEDOM)
 
 
 def _steps(
