@@ -119,6 +119,7 @@ def relative_errors(points: PointErrors, walked_m: FloatArray, distance_m: float
 
 
 def _relative(points: PointErrors, walked_m: FloatArray, distance_m: float) -> RelativeErrorSums:
+    """Sums of the relative errors; ``walked_m`` (t,)."""
     error = relative_errors(points, walked_m, distance_m)
     return RelativeErrorSums(
         distance_m=distance_m, pairs=len(error), sum_m=float(error.sum()), sum_m2=float((error**2).sum())
@@ -137,6 +138,7 @@ def _binned(values: FloatArray, error_m: FloatArray, edges: tuple[float, ...]) -
 
 
 def _drift(since_m: FloatArray, error_m: FloatArray) -> DriftSums:
+    """Sums over the points where both distance (t,) and error (t,) are known, metres."""
     both = np.isfinite(since_m) & np.isfinite(error_m)
     d, e = since_m[both], error_m[both]
     return DriftSums(points=len(d), d=d.sum(), e=e.sum(), dd=(d * d).sum(), de=(d * e).sum())

@@ -100,6 +100,7 @@ def retention(local: BoolArray, strategy: BoolArray) -> float | None:
 
 
 def _mean(values: FloatArray) -> float | None:
+    """Mean of the finite ones of values (n,); None where there is none."""
     known = values[np.isfinite(values)]
     return _rounded(float(known.mean())) if len(known) else None
 

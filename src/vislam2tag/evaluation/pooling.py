@@ -77,6 +77,7 @@ def _row(
 
 
 def _figure(value: float, rounds: FloatArray | None) -> Figure:
+    """A figure with its interval by ``rounds`` (rounds,) of the bootstrap."""
     if not np.isfinite(value):
         return Figure(value=None)
     bounds = None if rounds is None else interval(rounds)
@@ -85,7 +86,9 @@ def _figure(value: float, rounds: FloatArray | None) -> Figure:
 
 
 def _over_walks(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:
-    """Statistics of the walks' mean errors; walks without any label count in the share only."""
+    """Statistics of the mean errors of the walks ``drawn`` (rounds, w); those without any label count in the share
+    only.
+    """
     means = np.array([np.nan if one.mean_m is None else one.mean_m for one in mine])[drawn]
     shares = np.array([one.labelled / one.points if one.points else np.nan for one in mine])[drawn]
     labelled = np.isfinite(means)
@@ -147,7 +150,9 @@ def _counted(mine: Sequence[StrategyErrors]) -> _Counted:
 
 
 def _over_points(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:
-    """Statistics of all points' errors; quantiles, from counts by length, are good to a few percent."""
+    """Statistics of all points' errors over walks ``drawn`` (rounds, w); quantiles, from counts by length, are good to
+    a few percent.
+    """
     walks, times = _counted(mine), multiplicities(drawn)
     labelled, errors = times @ walks.labelled, times @ walks.errors
     greatest = np.max(walks.max_m[drawn], axis=1)

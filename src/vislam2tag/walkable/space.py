@@ -144,7 +144,9 @@ def walkable_space(
 
 
 def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
-    """Cells in a plan's walls and obstacles: from its lines and polygons where it has any, else from its image."""
+    """Cells (rows, columns) in a plan's walls and obstacles: from its lines and polygons where it has any, else from
+    its image.
+    """
     if not len(plan.walls) and not plan.polygons:
         return image_walls(plan, grid, settings)
     walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)

@@ -70,7 +70,7 @@ def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> Lead:
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    """Median of the values with a weight above zero: half of all weight lies on either side."""
+    """Median of the values (k,) with a weight (k,) above zero: half of all weight lies on either side."""
     kept = np.flatnonzero(weights > 0)
     order = kept[np.argsort(values[kept], kind="stable")]
     upto = np.cumsum(weights[order]) - weights[order] / 2
@@ -150,7 +150,7 @@ def press_errors(trajectory: Trajectory, truth: PressTruth, *, without_lead: boo
 
 
 def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Floor) -> PointErrors:
-    """Labels at the presses against the *nearest* control point, as the paper takes them (section VI-A).
+    """Labels at the presses (k,), ns, against the *nearest* control point, as the paper takes them (section VI-A).
 
     The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
     A press without a label has an arbitrary point. The floor has at least one.
@@ -163,7 +163,7 @@ def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Fl
 
 
 def walk_error(errors_m: FloatArray) -> float:
-    """Mean over the labelled presses of a walk, metres; NaN where there is none."""
+    """Mean of the errors (k,) over the labelled presses of a walk, metres; NaN where there is none."""
     labelled = errors_m[np.isfinite(errors_m)]
     return float(labelled.mean()) if labelled.size else float("nan")
 
@@ -200,6 +200,7 @@ def _places(points_bcs: FloatArray, point: IntArray) -> FloatArray:
 
 
 def _lead(residual_bcs: FloatArray, velocity_bcs: FloatArray) -> Lead:
+    """The lead by residuals (k, 2), metres, and velocities (k, 2), m/s."""
     speed_m_s = np.linalg.norm(velocity_bcs, axis=1)
     along_m = (residual_bcs * velocity_bcs).sum(axis=1) / np.where(speed_m_s > 0, speed_m_s, np.nan)
     return estimate_lead(along_m, speed_m_s)
@@ -220,7 +221,7 @@ def _on_floor(trajectory: Trajectory, presses_ns: IntArray, number: int) -> Bool
 
 
 def _far_off(trajectory: Trajectory, presses_ns: IntArray) -> str:
-    """Say how far the presses are from the walk in time."""
+    """Say how far the presses (k,), ns, are from the walk in time."""
     time_ns, _ = usable_path(trajectory)
     if not len(time_ns):
         return f"none of the {len(presses_ns)} presses can be scored: the session has no usable camera frame"

@@ -41,7 +41,7 @@ class TrackPiece:
     steady: BoolArray
 
     def part(self, rows: slice | BoolArray) -> TrackPiece:
-        """Only some of the measured points."""
+        """Only some of the measured points: a slice or mask (k,)."""
         return TrackPiece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows])
 
     @property
@@ -128,6 +128,7 @@ def fit_adjustment(pieces: Sequence[TrackPiece], start: Adjustment, freedom: Fre
 
 
 def _spread(values: FloatArray, free: BoolArray) -> list[float]:
+    """Values (u,) of what is free (4,) among all parameters, the others 0."""
     full = np.zeros(len(free))
     full[free] = values
     return [float(value) for value in full]

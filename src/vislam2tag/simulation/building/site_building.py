@@ -140,7 +140,7 @@ def _along_wall(space: WalkableSpace, points: FloatArray) -> FloatArray:
 
 
 def _single_walls(space: WalkableSpace) -> FloatArray:
-    """Walls without the second face of thin ones, which radio waves cross once."""
+    """Walls (w, 2, 2) without the second face of thin ones, which radio waves cross once."""
     leg = np.diff(space.walls, axis=1)[:, 0]
     outward = np.column_stack((leg[:, 1], -leg[:, 0])) / np.linalg.norm(leg, axis=1, keepdims=True)
     thin: BoolArray = space.inside(space.walls.mean(axis=1) + _THIN_M * outward)

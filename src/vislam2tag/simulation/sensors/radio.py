@@ -177,7 +177,9 @@ def _reading_times_us(environment: RadioEnvironment, walk: TrueWalk, rng: np.ran
 def _in_file_order(
     heard: BoolArray, time_us: IntArray, rss: IntArray, stale_share: float, rng: np.random.Generator
 ) -> WifiLog:
-    """Number the scans and mix the rows of each, repeated rows of the scan before among them."""
+    """Number the scans and mix the rows of each, repeated rows of the scan before among them; all (scans, access
+    points).
+    """
     scan, point = np.nonzero(heard)
     gone = heard[:-1] & ~heard[1:] & (rng.random(heard[1:].shape) < stale_share)
     stale_source, stale_point = np.nonzero(gone)

@@ -62,6 +62,7 @@ def place_station(floor: SimulatedFloor, reference: FloatArray, rng: np.random.G
 
 
 def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
+    """Distance (k,) of points (k, 2) from a segment (2, 2), metres."""
     along = segment[1] - segment[0]
     share = np.clip((points - segment[0]) @ along / max(float(along @ along), 1e-12), 0, 1)
     distance: FloatArray = np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1)

@@ -52,6 +52,7 @@ def _anchor_positions(tracker: TrackerLog, motion: MapMotion, start: int, rng: n
 
 
 def _log(tracker: TrackerLog, motion: MapMotion, first: list[int], ways: list[FloatArray]) -> AnchorLog:
+    """Poses of the followed anchors, each by its first frame and positions (f, 3)."""
     anchors, frames, positions, orientations = [], [], [], []
     stops = [*first[FOLLOWED:], *[len(motion.factor)] * FOLLOWED]
     for number, (start, stop, way) in enumerate(zip(first, stops, ways, strict=False)):
@@ -75,4 +76,5 @@ def _turned(orientation: FloatArray, motion: MapMotion, frame: IntArray) -> Floa
 
 
 def _single(values: FloatArray) -> FloatArray:
+    """Values (...,) rounded to float32."""
     return values.astype(np.float32).astype(np.float64)

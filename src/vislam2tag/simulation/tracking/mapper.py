@@ -109,9 +109,11 @@ class Mapper:
             self._last_seen[landmark], self._seen_turn[landmark] = stop - 1, turn[-1]
 
     def _camera(self, span: slice) -> ComplexArray:
+        """The camera (f,) in the map, complex metres, over a span of frames."""
         return np.asarray(self._turn * self._odometry.plane[span] + self._shift)
 
     def _observed(self, span: slice, landmark: int) -> ComplexArray:
+        """Where (f,) a landmark is seen in the map, complex metres, over a span of frames."""
         offset = self._odometry.factor[span] * self._sightings.offset[span, landmark]
         return np.asarray(self._camera(span) + self._turn * offset)
 
@@ -175,4 +177,5 @@ class Mapper:
         self._note(frame, "relocalise" if relocalised else "loop_correction", abs(share * drift))
 
     def _carry_anchors(self, weight: FloatArray | BoolArray, move: complex) -> None:
+        """Move each landmark's anchor by its share (m,) of a move, complex metres."""
         self._anchor = self._anchor + weight * move

@@ -35,7 +35,9 @@ class Sightings:
 def sight(
     frames: CameraFrames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
 ) -> Sightings:
-    """See the sheets in view; each pass has its own bias, each frame its own noise, both growing with distance."""
+    """See the sheets in view but in ``lost`` (f,) frames; each pass has its own bias, each frame its own noise, both
+    growing with distance.
+    """
     sheets = floor.landmark_position
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
     up = sheets[:, 2] - frames.height[:, None]

@@ -105,6 +105,7 @@ def _camera_poses(
 
 
 def _to_acs(plane: ComplexArray, height: FloatArray) -> FloatArray:
+    """Positions (f, 3) in the ACS of places (f,) in the plane, complex metres, and heights (f,)."""
     return np.stack((plane.real, height, -plane.imag), axis=-1)
 
 
@@ -121,12 +122,12 @@ def _sheet_orientation(heading: FloatArray) -> FloatArray:
 
 
 def _about(mask: BoolArray, reach: int) -> BoolArray:
-    """Widen a mask's runs by ``reach`` frames at both ends."""
+    """Widen the runs of a mask (f,) by ``reach`` frames at both ends."""
     return np.asarray(binary_dilation(mask, iterations=reach))
 
 
 def _last_tracked(lost: BoolArray) -> IntArray:
-    """For each frame the last one with tracking: the camera's pose is held while there is none."""
+    """For each frame (f,) the last one with tracking: the camera's pose is held while there is none."""
     frame = np.where(lost, 0, np.arange(len(lost)))
     return np.maximum.accumulate(frame)
 

@@ -111,7 +111,7 @@ def _stairwell(floor: SimulatedFloor, other: SimulatedFloor, here: int) -> tuple
 
 
 def _shortest(floor: SimulatedFloor, start: int, stop: int) -> IntArray:
-    """Nodes of the shortest way between two nodes, both included."""
+    """Nodes (r,) of the shortest way between two nodes, both included."""
     a, b = floor.edges.T
     length = np.linalg.norm(floor.nodes[a] - floor.nodes[b], axis=1)
     graph = csr_array((length, (a, b)), shape=(len(floor.nodes), len(floor.nodes)))
@@ -136,12 +136,13 @@ def _stairs_or_lift(
 
 
 def _bare_course(corners: FloatArray) -> Course:
+    """A course along corners (r, 2) that passes nothing."""
     nothing, nowhere = np.empty(0, dtype=np.int64), np.empty(0)
     return Course(corners, nothing, nowhere, nothing, nowhere, nowhere)
 
 
 def _joined(parts: Sequence[_TourStage], sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
-    """One path along all parts, one after the other."""
+    """One path along all parts, one after the other, past the sheets (m, 2)."""
     lengths = [float(part.course.along[-1]) for part in parts]
     start = np.concatenate(([0.0], np.cumsum(lengths)))[:-1]
     climbed = np.concatenate(([0.0], np.cumsum([part.rise_m[-1] for part in parts])))[:-1]

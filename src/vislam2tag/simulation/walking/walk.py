@@ -70,7 +70,7 @@ def make_walk(
 
 
 def _with_climbs(walk: TrueWalk, tour: FloorTour, path: Path, travelled: FloatArray) -> TrueWalk:
-    """Lift a walk by the stairs and lifts on its way."""
+    """Lift a walk by the stairs and lifts on its way; ``travelled`` (n,) metres along the path."""
     ridden, rides = lifts_ridden(path, travelled)
     rise = stairs_climbed(path, travelled) + ridden
     return replace(
@@ -92,7 +92,7 @@ def _runs(duration_s: float, settings: WalkSettings, rng: np.random.Generator) -
 
 
 def _reached(travelled: FloatArray, path_samples: IntArray) -> IntArray:
-    """Time samples at which the walk reaches these samples of the path; those beyond its end are left out."""
+    """Time samples (k,) at which the walk reaches these samples (j,) of the path; those beyond its end are left out."""
     marks = path_samples * STEP_M
     return np.asarray(np.searchsorted(travelled, marks[marks < travelled[-1]]), dtype=np.int64)
 
@@ -112,7 +112,7 @@ def _turn_to_sheets(
 
 
 def _presses(floor: SimulatedFloor, path: Path, travelled: FloatArray, plane: FloatArray) -> tuple[IntArray, IntArray]:
-    """Time samples of the closest approach to each control point passed over, and the points' indices."""
+    """Time samples (k,) of the closest approach to each control point passed over, and the points' indices (k,)."""
     reached = _reached(travelled, path.point_sample)
     points = path.point[: len(reached)]
     window = round(1.5 * RATE_HZ)

@@ -70,17 +70,19 @@ def _images_are_monotonic(device: str) -> bool:
 
 
 def single(values: AnyArray | pl.Series) -> pl.Series:
-    """Round to float32, as the platform gives floats; not finite: null."""
+    """Round values (n,) to float32, as the platform gives floats; not finite: null."""
     return pl.Series(values, dtype=pl.Float32, strict=False).fill_nan(None)
 
 
 def _pose_columns(position: FloatArray, orientation: FloatArray) -> dict[str, pl.Series]:
+    """Columns of positions (n, 3) and quaternions (n, 4)."""
     values = np.column_stack((position, orientation))
     names = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
     return {name: single(values[:, column]) for column, name in enumerate(names)}
 
 
 def _words(mask: AnyArray, yes: str, no: str) -> pl.Series:
+    """One of two words by a mask (n,)."""
     return pl.Series((no, yes)).gather(np.asarray(mask, dtype=np.int64))
 
 
@@ -195,6 +197,7 @@ def _ble(ble: BleLog | None) -> pl.DataFrame:
 
 
 def _presses(presses_ns: IntArray) -> pl.DataFrame:
+    """The table of the presses (p,), boot-clock ns."""
     count = len(presses_ns)
     action = pl.Series(["press"]).gather(np.zeros(count, dtype=np.int64))
     return pl.DataFrame({"time_ns": presses_ns, "n": np.arange(count), "action": action})

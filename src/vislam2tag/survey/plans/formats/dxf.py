@@ -83,7 +83,7 @@ def _lines(
 
 
 def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Segments of walls and of doors."""
+    """Segments (w, 2, 2) of walls and (d, 2, 2) of doors."""
     layers = sorted({layer for layer, _, _ in lines})
     if not layers:
         raise OSError("holds no line, polyline or arc in its model space")
@@ -104,6 +104,7 @@ def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, Fl
 
 
 def _segments(lines: list[FloatArray]) -> FloatArray:
+    """Segments (w, 2, 2) of polylines, (k, 2) each, without those of no length."""
     pieces = np.concatenate([np.empty((0, 2, 2)), *(segments(line) for line in lines)])
     kept: FloatArray = pieces[(pieces[:, 0] != pieces[:, 1]).any(axis=1)]
     return kept
