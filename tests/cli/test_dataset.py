@@ -57,6 +57,17 @@ def test_a_survey_becomes_a_data_set(survey: Path, labels: Path, tmp_path: Path)
     assert bytes_of(tmp_path / "again") == bytes_of(tmp_path / "set")
 
 
+def test_a_file_of_settings_says_how_a_survey_is_processed_and_grouped(survey: Path, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("strategy = 'local'\n[dataset]\nble_window_s = 2.0\nmagnetic_window_s = 1.0\n")
+    config = ("--config", file, "--magnetic-window", "2s")
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--jobs", "1", *config)
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "set/dataset.json").read_text())["sources"][0]["settings"]
+    assert told["process"]["strategy"] == "local"
+    assert (told["dataset"]["ble_window_s"], told["dataset"]["magnetic_window_s"]) == (2.0, 2.0)
+
+
 def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
     (tmp_path / "key").write_text("a secret of at least sixteen bytes")
     (tmp_path / "about.toml").write_text('title = "Our building"\nlicence = "CC-BY-4.0"\n')

@@ -142,12 +142,13 @@ def _dataset(
             "dataset.imu.length_s": imu_s,
             "dataset.imu.step_s": imu_s,  # one window after the other
         },
-    ).dataset
+    )
     options = BuildOptions(
         name=name,
         buildings=tuple(building or ()),
         surveys=tuple(survey or ()),
         labels=labels,
+        labelling=settings,
         max_sigma_m=max_sigma_m,
         merge_radios=radios,
         privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
@@ -156,7 +157,7 @@ def _dataset(
         replace=replace,
     )
     try:
-        dataset = _built(sources, out, settings, options, jobs)
+        dataset = _built(sources, out, settings.dataset, options, jobs)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
