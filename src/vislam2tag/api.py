@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.transmitters.privacy import Privacy as Privacy
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
+    from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.results import SessionResult as SessionResult
     from vislam2tag.labeling.results import Summary as Summary
@@ -119,6 +120,7 @@ _NAMES = {
     "dataset.statistics.record": "FieldWork",
     "dataset.transmitters.privacy": "Privacy",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
+    "heights.settings": "HeightSettings",
     "labeling.readings": "label_readings",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings",

@@ -96,7 +96,8 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     smoothed = smooth_in_own_frame(walked)
     local = LocalMap.of(smoothed)
     climbed = vertical_span_m(camera, log) >= CLIMB_M
-    heights = estimate_heights(camera, log, _over_all_floors(site, landmarks) if climbed else landmarks)
+    around = _over_all_floors(site, landmarks) if climbed else landmarks
+    heights = estimate_heights(camera, log, around, settings.heights)
     floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
         _place(site.landmarks, landmarks, log.ids[index], floor)
