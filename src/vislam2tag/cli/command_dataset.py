@@ -170,7 +170,7 @@ def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
     from vislam2tag.dataset.statistics.record import FieldWork
 
     if hours is None and people is not None:
-        raise UsageError(f"--people {people}: tell --hours, too, for what the survey cost")
+        raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")
     return None if hours is None else FieldWork(people=people or 1, hours=hours)
 
 

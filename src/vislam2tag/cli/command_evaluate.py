@@ -109,7 +109,7 @@ def _evaluate(
 def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
     bar.advance(total, session.error)
     for reason in session.missing:
-        bar.tell("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
+        bar.print_line("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
 
 
 def _print(found: SurveyEvaluation) -> None:

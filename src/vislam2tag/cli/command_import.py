@@ -20,7 +20,7 @@ HELP = """
 Import a data set that others published, or logs of other programs, into ours.
 
 \b
-Formats, told apart by names and first lines unless --format says which:
+Formats, recognised by names and first lines unless --format says which:
   comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                  APs.csv
   getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a

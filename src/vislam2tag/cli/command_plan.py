@@ -29,7 +29,7 @@ passer-by faces, off doors and corners, on sheets large enough to be recognised 
 each floor's plan with the tour to walk, a map of the label sigma to expect with what further landmarks would gain (PNG
 and PDF), plan.json and index.html. docs/planning.md tells how.
 
-Exit code: 0 all right, 1 some demand cannot be met and it is told where, 2 wrong usage, no site, a floor that cannot be
+Exit code: 0 all right, 1 some demand cannot be met (a line says which), 2 wrong usage, no site, a floor that cannot be
 planned, or P cannot be written, 130 interrupted.
 
 \b

@@ -141,8 +141,8 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
         token, screen = new_token(), _Screen(bars)
         _welcome(console, url_for(host, opened.getsockname()[1], token), token)
         for waiting in uploads.waiting():
-            told = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
-            console.out(told, highlight=False)
+            line = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
+            console.out(line, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
         serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
     count = screen.filed_count

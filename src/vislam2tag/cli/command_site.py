@@ -69,7 +69,7 @@ Carry labels, fingerprints or landmarks over to a new plan, origin or resurvey. 
 
 SOURCE is an output folder of process, a data set, a site, or a file with landmarks of several floors. The change of
 each floor, a similarity and a rise, is given by --by, or estimated from the landmarks that the sites --from and --to
-share; residuals are told. Positions, covariances, headings and heights change with it, and OUT records the change.
+share; residuals are printed. Positions, covariances, headings and heights change with it, and OUT records the change.
 
 {_CODES}
 

@@ -1,4 +1,4 @@
-"""What several commands share: their arguments, what wrong values are told as, the exit code of an interrupt."""
+"""What several commands share: their arguments, how wrong values are reported, the exit code of an interrupt."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def reproduce(
     """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
 
     Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
-    ``index.html`` with all of it; what the data lacks is told there. With ``model_seeds`` the paper's networks are
+    ``index.html`` with all of it; what the data lacks is named there. With ``model_seeds`` the paper's networks are
     trained so often on the walks that collect, for Table IV; it takes most of the time. Raises SurveyError where
     ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
     written.

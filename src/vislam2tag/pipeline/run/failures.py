@@ -1,4 +1,4 @@
-"""What nobody expected: told in a line, and logged with its traceback, in ``OUT/log.txt`` where there is such a folder.
+"""What nobody expected: reported in one line and logged with its traceback, in ``OUT/log.txt`` where OUT is a folder.
 
 Workers log as anything does; what they log comes back with their outcomes and is logged again by the main process, in
 the order of the sessions.
