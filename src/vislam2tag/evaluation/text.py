@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
-from vislam2tag.evaluation.paper.table_text import latex_escaped
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
 from vislam2tag.evaluation.record import DenseRow, ErrorRow, Figure, SessionEvaluation
 
@@ -78,21 +77,16 @@ def truth_name(truth: str, way: str) -> str:
 
 
 def _tabular(title: str, rows: Sequence[ErrorRow]) -> str:
-    names = tuple(HEADS)
-    heads = " & ".join(head[0].upper() + head[1:] for head in HEADS.values())
-    lines = [
-        f"% {title}; metres, 95 % intervals in brackets",
-        f"\\begin{{tabular}}{{ll{'r' * (2 + len(names))}}}",
-        "\\toprule",
-        f"Trajectories & Strategy & Walks & Labelled & {heads} \\\\",
-    ]
-    for selection, group in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
-        lines.append("\\midrule")
-        for row in group:
-            share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f}\\,\\%"
-            figures = " & ".join(_latex_figure(name, getattr(row, name)) for name in names)
-            lines.append(f"{selection} & {latex_escaped(row.strategy)} & {row.walks} & {share} & {figures} \\\\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+    heads = ("Trajectories", "Strategy", "Walks", "Labelled", *(head[0].upper() + head[1:] for head in HEADS.values()))
+    groups = groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection)
+    caption = f"{title}; metres, 95 % intervals in brackets"
+    return latex_table(caption, (heads,), (map(_latex_row, group) for _, group in groups), texts=2)
+
+
+def _latex_row(row: ErrorRow) -> tuple[str, ...]:
+    share = "-" if row.labelled.value is None else rf"{100 * row.labelled.value:.0f}\,\%"
+    figures = (_latex_figure(name, getattr(row, name)) for name in HEADS)
+    return (row.selection, latex_escaped(row.strategy), str(row.walks), share, *figures)
 
 
 def _latex_figure(name: str, figure: Figure) -> str:
