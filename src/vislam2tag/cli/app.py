@@ -11,6 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.extras import what_lacks
 
 COMMANDS = {
     "Prepare": {
@@ -119,6 +120,11 @@ def main() -> None:
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         sys.exit(130)
+    except ModuleNotFoundError as error:
+        if (lacks := what_lacks(error)) is None:
+            raise
+        typer.echo(f"error: this {lacks}", err=True)
+        sys.exit(2)
     except Vislam2tagError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(2)

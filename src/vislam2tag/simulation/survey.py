@@ -14,7 +14,6 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
-from vislam2tag.simulation.building.site_survey import taken_over
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
 from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
@@ -159,6 +158,8 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.seed)
     if scenario.site is not None:
+        from vislam2tag.simulation.building.site_survey import taken_over
+
         files = taken_over(scenario.site, building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
