@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from vislam2tag.common.plugins import DATASET_FORMATS
+
 if TYPE_CHECKING:
     from vislam2tag.dataset.transmitters.privacy import Privacy
     from vislam2tag.pipeline.run.selection import Selection
@@ -30,6 +32,12 @@ Replace: TypeAlias = Annotated[
     bool, typer.Option("--replace", help="Replace what another command or another strategy left in OUT.")
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
+
+
+def format_help(otherwise: str = "") -> str:
+    """Help of ``--format``: the formats of other packages are named, ours stand in the command's help."""
+    names = ", ".join(DATASET_FORMATS.installed)
+    return f"One of those above{f', or of other packages: {names}' if names else ''}{otherwise}."
 
 
 def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selection:
