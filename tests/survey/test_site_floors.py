@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.survey.plans import drawn_floor
+from tests.survey.plans.hostile import drawings
 from tests.survey.site import write_survey
 from vislam2tag.survey.discover import read_site, site_files
 from vislam2tag.survey.model import Floor
@@ -85,3 +86,13 @@ def test_a_plan_that_cannot_be_used_is_a_finding(tmp_path: Path, plan: str, mess
     assert site.floor(1).extent_m is None
     (odd,) = [finding for finding in findings if finding.kind == "unreadable_plan"]
     assert message in odd.message
+
+
+@pytest.mark.parametrize("what", ["nested groups", "damaged deflate", "integers beyond floats", "size beyond floats"])
+def test_a_hostile_plan_is_a_finding(tmp_path: Path, what: str) -> None:
+    name, content = next((name, content) for each, name, content in drawings() if each == what)
+    root = site_with(tmp_path / "site", SITE.replace("plan.png", name))
+    (root / name).write_bytes(content)
+    site, findings = read_site(root)
+    assert ("unreadable_plan", name) in [(finding.kind, finding.file) for finding in findings]
+    assert site.floors[0].extent_m is None

@@ -17,7 +17,7 @@ from vislam2tag.survey.landmark_file import (
     read_landmark_files,
 )
 from vislam2tag.survey.model import Floor, SessionKey, Site
-from vislam2tag.survey.plans.images import load_plan
+from vislam2tag.survey.plans.load import check_image
 from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
@@ -180,7 +180,7 @@ def _plan_findings(folder: Path, plan: Path | None) -> list[Finding]:
         message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
         return [_about_floor("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO)]
     try:
-        load_plan(plan, side_px=1)
+        check_image(plan)
     except OSError as error:
         message = f"the plan {error}; a metric grid is drawn instead: replace it"
         return [_about_floor("unreadable_plan", f"{folder.name}/{plan.name}", message, Severity.WARNING)]

@@ -1,4 +1,4 @@
-"""What a format has no place for: counted and stated, column by column."""
+"""What a format has no place for: counted and told, column by column."""
 
 from __future__ import annotations
 
@@ -54,15 +54,14 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     if not missing:
         return None
     # An empty text, such as the name of the only building, says nothing that could be lost.
-    stated = {
+    said = {
         column: (pl.col(column) != "").fill_null(value=False)
         if schema[column] == pl.String
         else pl.col(column).is_not_null()
         for column in missing
     }
     counts = table.select(
-        pl.any_horizontal(stated.values()).sum().alias("_rows"),
-        *(test.any().alias(name) for name, test in stated.items()),
+        pl.any_horizontal(said.values()).sum().alias("_rows"), *(test.any().alias(name) for name, test in said.items())
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
@@ -71,10 +70,10 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
     info = dataset.info
-    stated = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
+    told = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
     findings = []
-    if stated and MANIFEST not in held:
-        findings.append(_finding("manifest", len(stated), f"left out of the manifest: {', '.join(stated)}"))
+    if told and MANIFEST not in held:
+        findings.append(_finding("manifest", len(told), f"left out of the manifest: {', '.join(told)}"))
     others = len(dataset.splits) - (ONE_SPLIT in held)
     if SPLITS not in held and others > 0:
         which = "all splits but one" if ONE_SPLIT in held else "splits"

@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.settings import TrackerSettings
-from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames
+from vislam2tag.simulation.tracking.odometry import Frames
 
 DETECTION_M = 2.0
 """A sheet is first recognised within this distance; later it is followed farther."""
@@ -33,11 +33,9 @@ class Sightings:
 
 
 def sight(
-    frames: CameraFrames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
+    frames: Frames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
 ) -> Sightings:
-    """See the sheets in view but in ``lost`` (f,) frames; each pass has its own bias, each frame its own noise, both
-    growing with distance.
-    """
+    """See the sheets in view; each pass has its own bias, each frame its own noise, both growing with distance."""
     sheets = floor.landmark_position
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
     up = sheets[:, 2] - frames.height[:, None]
@@ -66,7 +64,7 @@ def sight(
 
 
 def _in_view(
-    frames: CameraFrames,
+    frames: Frames,
     floor: SimulatedFloor,
     offset: ComplexArray,
     up: FloatArray,

@@ -14,6 +14,8 @@ from vislam2tag.survey.plans.model import PlanPolygon
 
 Bounds = tuple[float, float, float, float]
 """Left, right, lower, upper."""
+MOST_POINTS = 1_000_000
+"""Of a plan's geometry: a floor of a hundred rooms has some ten thousand."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,18 @@ class PlanDrawing:
     """Metres a unit, where the file tells; its origin is then the BCS's."""
     epsg: int | None = None
     """Reference system of the coordinates, where the file tells."""
+
+    @property
+    def point_count(self) -> int:
+        """How many points its geometry has."""
+        rings = (ring for each in self.polygons for ring in (each.outline, *each.holes))
+        return 2 * (len(self.walls) + len(self.doors)) + sum(map(len, rings)) + sum(map(len, self.passages))
+
+
+def refuse_too_many(points: int) -> None:
+    """Raise OSError, whose text completes a sentence about the file, for more points than plans have."""
+    if points > MOST_POINTS:
+        raise OSError(f"has more than {MOST_POINTS:,} points; keep the layers that show walls only")
 
 
 def bounds_of(points: FloatArray) -> Bounds:

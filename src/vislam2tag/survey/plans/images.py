@@ -15,6 +15,8 @@ from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.plans.drawing import Bounds, bounds_of
 from vislam2tag.survey.plans.model import PlanPolygon, Use
 
+MOST_PIXELS = 100_000_000
+"""Of an image as it is decoded, which takes 400 MB."""
 _FORMATS = ("JPEG", "PNG", "BMP", "GIF", "TIFF", "WEBP")
 
 
@@ -23,7 +25,7 @@ def load_plan(path: Path, side_px: int) -> Image.Image:
 
     A JPEG is decoded at the smallest fraction of its size whose sides are still at least ``side_px``, any other
     format in full. Raises OSError, whose text completes a sentence about the file, where it is no whole image (JPEG,
-    PNG, BMP, GIF, TIFF or WebP) or has more pixels than Pillow takes.
+    PNG, BMP, GIF, TIFF or WebP) or would be more than :data:`MOST_PIXELS`.
     """
     try:
         with warnings.catch_warnings():
@@ -31,18 +33,22 @@ def load_plan(path: Path, side_px: int) -> Image.Image:
             warnings.simplefilter("ignore")
             with Image.open(path, formats=_FORMATS) as image:
                 image.draft("RGB", (side_px, side_px))
+                if image.width * image.height > MOST_PIXELS:
+                    raise Image.DecompressionBombError
                 image.load()
                 return image
     except Image.DecompressionBombError as error:
-        raise OSError("has too many pixels") from error
+        raise OSError(f"has more than {MOST_PIXELS // 1_000_000} million pixels; make a smaller one") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise OSError("cannot be read as an image") from error
 
 
 def on_paper(plan: Image.Image, side_px: int) -> Image.Image:
     """Return a plan on white ground, scaled down to at most ``side_px`` along its longer side."""
-    coloured = plan.convert("RGBA")
+    coloured = plan if plan.mode in ("RGB", "RGBA") else plan.convert("RGBA")
     coloured.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
+    if coloured.mode == "RGB":
+        return coloured
     paper = Image.new("RGB", coloured.size, "white")
     paper.paste(coloured, mask=coloured.getchannel("A"))
     return paper
@@ -92,8 +98,7 @@ def drawn_plan(
 
 
 def upright(picture: Image.Image, bounds: Bounds, bcs_T_plan: Affine2) -> tuple[npt.NDArray[np.uint8], Bounds]:
-    """Turn a picture between bounds (y upwards) into an image (rows, columns, 3) parallel to the BCS axes, and its
-    extent there.
+    """Turn a picture between bounds (y upwards) into an image parallel to the BCS axes, and its extent there.
 
     What the picture does not cover is white.
     """

@@ -16,12 +16,16 @@ from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped
 from vislam2tag.survey.plans.formats.raster import IMAGES
-from vislam2tag.survey.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, turned_bounds, upright
+from vislam2tag.survey.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, load_plan, turned_bounds, upright
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
+from vislam2tag.survey.plans.reader_process import read_guarded
 from vislam2tag.survey.plans.registry import read_drawing
-from vislam2tag.survey.plans.source import Extent, PlanSource
+from vislam2tag.survey.plans.source import GREATEST_M, Extent, PlanSource
 
+_LEAST_M = 0.01
+_TRIED_PX = 64
+"""Size at which a picture is drawn only to see that it can be."""
 _PASSAGE_M = 0.4
 """Half the depth of a passage that a plan gives as a line, metres: more than a wall is thick."""
 
@@ -34,7 +38,7 @@ def floor_plan(floor: Floor) -> FloorPlan:
     if floor.plan is None:
         raise SurveyError(f"floor {floor.number}: has no plan; add floor_{floor.number}/floorplan.jpg or a site.toml")
     try:
-        plan = _load(floor, floor.plan, GREATEST_PX)
+        plan = read_guarded(floor.plan, _load, floor, floor.plan, GREATEST_PX)
     except OSError as error:
         raise SurveyError(f"{floor.plan}: the plan of floor {floor.number} {error}") from error
     if plan.image.size and (plan.image == plan.image[:1, :1]).all():
@@ -51,7 +55,7 @@ def plan_picture(floor: Floor, side_px: int) -> Image.Image:
     """
     if floor.plan is None:
         raise OSError("is not there")
-    image = Image.fromarray(_load(floor, floor.plan, side_px).image)
+    image = Image.fromarray(read_guarded(floor.plan, _load, floor, floor.plan, side_px).image)
     image.thumbnail((side_px, side_px), Image.Resampling.LANCZOS)
     return image
 
@@ -78,11 +82,33 @@ def _is_upright_image(path: Path, source: PlanSource) -> bool:
 
 
 def plan_extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:
-    """Left, right, lower and upper edge of a plan in the BCS, metres; raises OSError as :func:`plan_picture` does."""
+    """Left, right, lower and upper edge of a plan in the BCS, metres.
+
+    Raises OSError as :func:`plan_picture` does, also for a picture whose size is told but which cannot be drawn.
+    """
+    return read_guarded(path, _extent, path, source, georeference)
+
+
+def check_image(path: Path) -> None:
+    """Raise OSError, whose text completes a sentence about the file, where it is no whole image."""
+    read_guarded(path, _decode, path)
+
+
+def _decode(path: Path) -> None:
+    load_plan(path, side_px=1)
+
+
+def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:
     drawing, bcs_T_plan = placed(read_drawing(path, source), source, georeference)
     if drawing.picture is None:
-        return mapped(drawing, lambda points: bcs_T_plan @ points).bounds
-    return turned_bounds(drawing.bounds, bcs_T_plan)
+        extent = mapped(drawing, lambda points: bcs_T_plan @ points).bounds
+    else:
+        drawing.picture(_TRIED_PX)
+        extent = turned_bounds(drawing.bounds, bcs_T_plan)
+    left, right, low, high = extent
+    if not (_LEAST_M <= right - left <= GREATEST_M and _LEAST_M <= high - low <= GREATEST_M):
+        raise OSError(f"is {right - left:g} m wide and {high - low:g} m high; correct its scale")
+    return extent
 
 
 def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
@@ -115,6 +141,5 @@ def _published(floor: Floor, path: Path) -> PlanSource:
 
 
 def _opening(line: FloatArray) -> PlanPolygon:
-    """The polygon about a passage (k, 2), BCS metres."""
     area = LineString(line).buffer(_PASSAGE_M, cap_style="flat", join_style="mitre")
     return PlanPolygon(np.asarray(area.exterior.coords)[:-1], (), Use.OPENING)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 import polars as pl
 
@@ -20,9 +21,6 @@ from vislam2tag.dataset.formats.hdf5.columns import (
 )
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, UNITS
-
-if TYPE_CHECKING:
-    import h5py
 
 _NAMES = ("building", "device", "session")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ from vislam2tag.survey.plans.source import PlanSource
 
 _WGS84 = 4326
 _LEVELS, _UNITS, _OPENINGS, _FIXTURES = (f"{name}.geojson" for name in ("level", "unit", "opening", "fixture"))
+_MOST_BYTES = 50_000_000
+"""Of a file of the archive, unpacked; parsed it takes some ten times that."""
 _NOT_WALKED = {"column", "nonpublic", "opentobelow", "structure"}
 """Categories of units that nobody walks in."""
 
@@ -39,7 +42,7 @@ class ImdfFormat:
         try:
             return _member(path, _LEVELS) is not None
         except OSError:
-            return False
+            return path.suffix.lower() == ".imdf"
 
     def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the level that the source names, or the only one."""
@@ -119,9 +122,15 @@ def _member(path: Path, name: str) -> bytes | None:
     try:
         with zipfile.ZipFile(path) as archive:
             found = [member for member in archive.namelist() if member == name or member.endswith(f"/{name}")]
-            return archive.read(min(found, key=len)) if found else None
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+            if not found:
+                return None
+            with archive.open(min(found, key=len)) as file:
+                data = file.read(_MOST_BYTES + 1)
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise OSError("cannot be read as a ZIP archive") from error
+    if len(data) > _MOST_BYTES:
+        raise OSError(f"holds {name} of more than {_MOST_BYTES // 1_000_000} MB; make a smaller one")
+    return data
 
 
 register(ImdfFormat())

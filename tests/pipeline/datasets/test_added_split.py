@@ -1,5 +1,3 @@
-"""A split is added whole or not at all, whatever happens."""
-
 from __future__ import annotations
 
 import os
