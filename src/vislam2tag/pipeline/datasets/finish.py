@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.whole_folder import only_writer
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
@@ -51,12 +52,17 @@ def add_split(folder: Path, split: Split) -> Dataset:
 
     Killed at any moment, the data set is whole, with the split or without; the same again then completes it. Raises
     DatasetError where the folder holds no data set, UsageError where it has another split of that name, OutputError
-    where nothing can be written.
+    where nothing can be written or another command writes there.
     """
-    dataset = open_dataset(folder)
+    if not _NAME.fullmatch(split.info.name):
+        raise UsageError(f"--name {split.info.name}: use letters, digits, '.', '_' and '-' only")
+    open_dataset(folder)  # refuses what is none before anything is made
+    with only_writer(folder):  # opened again: another command may just have changed it
+        return _added(folder, open_dataset(folder), split)
+
+
+def _added(folder: Path, dataset: Dataset, split: Split) -> Dataset:
     name = split.info.name
-    if not _NAME.fullmatch(name):
-        raise UsageError(f"--name {name}: use letters, digits, '.', '_' and '-' only")
     there = dataset.splits.get(name)
     if there is not None and not (there.info == split.info and there.groups.equals(split.groups)):
         raise UsageError(f"--name {name}: the data set has another split of this name; choose another --name")
