@@ -1,4 +1,5 @@
-# Everything runs in .venv, made on first use from the lock file.
+# Everything runs in .venv, made on first use: `make demo` installs what the demo needs (requirements-base.lock), all
+# else adds the extras and the tools of development (requirements.lock).
 PYTHON ?= python3
 # Networks need PyTorch: locked here, not with the rest, as each machine has its own build of it. `make test TORCH=` does
 # without; tests of networks are then skipped.
@@ -6,13 +7,21 @@ TORCH ?= torch==2.13.0
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint types examples benchmark android lock clean
+.PHONY: demo test test-all campaign lint types examples benchmark android lock clean
 
-demo: $(VENV)/.installed
+demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
 
 test: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+# With the tests that take long on any machine.
+test-all: $(VENV)/.torch
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign"
+
+# Hundreds of runs, outside CI; docs hold their results with date and commit.
+campaign: $(VENV)/.torch
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .
@@ -32,20 +41,25 @@ android:
 	android/fetch.sh
 	android/build.sh
 
-$(VENV)/.installed: pyproject.toml requirements.lock
+$(VENV)/.base: pyproject.toml requirements-base.lock
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-base.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.installed: $(VENV)/.base requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	touch $@
 
 $(VENV)/.torch: $(VENV)/.installed
 	$(if $(TORCH),$(BIN)/python -m pip install --quiet --disable-pip-version-check $(TORCH))
 	touch $@
 
-# Remakes the lock file from pyproject.toml (needs uv: pip install uv).
+# Remakes the lock files from pyproject.toml (needs uv: pip install uv); the base's versions are those of all.
+LOCK := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header \
-		--group dev pyproject.toml requirements-build.in --output-file requirements.lock
+	$(LOCK) --group dev --extra all pyproject.toml requirements-build.in --output-file requirements.lock
+	$(LOCK) --constraint requirements.lock pyproject.toml requirements-build.in --output-file requirements-base.lock
 
 clean:
 	rm -rf $(VENV) demo-out

@@ -30,13 +30,12 @@ from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.settings import SEVERITIES, TrackerSettings, stream
-from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.survey import simulate, simulated_floor
+from vislam2tag.simulation.tracking.dead_reckoning import RUNNING_M_S, CameraFrames, dead_reckon, expose
 from vislam2tag.simulation.tracking.faults import badness_of, plan_faults
-from vislam2tag.simulation.tracking.odometry import RUNNING_M_S, Frames, dead_reckon, expose
 from vislam2tag.simulation.tracking.sightings import Sightings, sight
 from vislam2tag.simulation.tracking.tracker import of_rank
 from vislam2tag.simulation.walking.walk import make_walk
-from vislam2tag.simulation.world import simulated_floor
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.names import session_slugs
@@ -56,7 +55,7 @@ PLACE_SIGMA_M, HEADING_SIGMA_RAD = 10.0, 0.3
 class Known:
     """What the estimator is told of one walk."""
 
-    frames: Frames
+    frames: CameraFrames
     sightings: Sightings
     landmarks: ComplexArray
     settings: TrackerSettings

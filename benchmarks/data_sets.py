@@ -14,8 +14,14 @@ from second_generator import MadeWalk, Severity, in_two_pieces, iphone, make_wal
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.evaluation.residuals import Residuals, residuals_at_truth
-from vislam2tag.evaluation.truth import Truth, errors_at_frames, errors_at_truth, read_truth
+from vislam2tag.evaluation.truth import (
+    Residuals,
+    Truth,
+    errors_at_frames,
+    errors_at_truth,
+    read_truth,
+    residuals_at_truth,
+)
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings

@@ -34,9 +34,8 @@ from vislam2tag.planning.sigma_map import CLASS_M
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks, site_building
 from vislam2tag.simulation.scenario import Scenario, regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.survey import simulate, walk_and_track
 from vislam2tag.simulation.walking.sampling import position_at
-from vislam2tag.simulation.world import walk_and_track
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
 from vislam2tag.survey.plans.load import floor_plan

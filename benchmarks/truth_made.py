@@ -31,8 +31,7 @@ from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.choices import Locale
 from vislam2tag.simulation.scenario import PlannedSession, Scenario, paper_evaluation
 from vislam2tag.simulation.sensors.devices import make_device
-from vislam2tag.simulation.survey import simulate
-from vislam2tag.simulation.world import walk_and_track
+from vislam2tag.simulation.survey import simulate, walk_and_track
 from vislam2tag.survey.model import SessionRef, Survey
 
 STRATEGIES = ("smoother", "local-corrected", "local", "global-affine")

@@ -20,7 +20,13 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.simulation.building.layout import DOOR_M, Layout, dead_end_inset, make_layout, walkable_graph
+from vislam2tag.simulation.building.ground_plan import (
+    DOOR_M,
+    GroundPlan,
+    dead_end_inset,
+    make_ground_plan,
+    walkable_graph,
+)
 from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.survey.model import ControlPoints, Floor
 from vislam2tag.survey.plans.load import floor_plan
@@ -67,7 +73,7 @@ STYLES = (
 )
 
 
-def drawn(layout: Layout, style: Style) -> FloorPlan:
+def drawn(layout: GroundPlan, style: Style) -> FloorPlan:
     """A plan with walls, doors with swing and leaf, room numbers and a table in each room."""
     width, height = BUILDING.width_m + 2 * MARGIN_M, BUILDING.height_m + 2 * MARGIN_M
     image = Image.new("RGB", (round(width * style.per_m), round(height * style.per_m)), style.paper)
@@ -117,7 +123,7 @@ def _door(canvas: ImageDraw.ImageDraw, middle: FloatArray, inward: FloatArray, t
     canvas.line((*_pixel(hinge, style), *_pixel(swing[-1], style)), fill=style.ink, width=thin)
 
 
-def true_cells(layout: Layout, style: Style, space: WalkableSpace) -> BoolArray:
+def true_cells(layout: GroundPlan, style: Style, space: WalkableSpace) -> BoolArray:
     """Cells of the floor that are free of walls."""
     lines = shapely.linestrings(layout.walls)
     walls = shapely.union_all(shapely.buffer(lines, style.wall_m / 2, cap_style="square"))
@@ -154,7 +160,7 @@ def generated(seeds: int) -> None:
     for style in STYLES:
         rows, ratios = [], []
         for seed in range(seeds):
-            layout = make_layout(BUILDING, stream(seed, "floor", 0))
+            layout = make_ground_plan(BUILDING, stream(seed, "floor", 0))
             nodes, edges = walkable_graph(replace(layout, corridors=dead_end_inset(layout.corridors, BUILDING.width_m)))
             space = walkable_space(drawn(layout, style))
             true = true_cells(layout, style, space)

@@ -7,10 +7,13 @@ machine is; ``--hypothesis-profile=explore`` draws many new ones.
 from __future__ import annotations
 
 import tarfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from tests.undrawn import undrawn
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -42,3 +45,9 @@ def agreement(tmp_path_factory: pytest.TempPathFactory) -> Path:
         archive.extraction_filter = getattr(tarfile, "data_filter", None)  # Python 3.11.2 has none
         archive.extractall(out)
     return out
+
+
+@pytest.fixture
+def undrawn_figures() -> Iterator[None]:
+    with undrawn():
+        yield

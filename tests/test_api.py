@@ -53,6 +53,7 @@ def test_types_and_names_are_of_the_same_modules() -> None:
         for node in ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vislam2tag.")
         for alias in node.names
+        if alias.asname
     }
     assert checked == api._MODULE_OF
 

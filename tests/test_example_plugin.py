@@ -13,7 +13,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from tests.cli.command import the_error, vislam2tag
+from tests.cli.command import the_error
+from tests.cli.command import vislam2tag_process as vislam2tag
 from tests.surveys import make_survey
 
 PLUGIN = Path(__file__).parents[1] / "examples" / "plugin"

@@ -52,6 +52,7 @@ def test_a_file_gives_some_settings_and_the_others_keep_their_defaults(tmp_path:
         ("visit_radius_m = 1", "visit_radius_m: no such setting; the nearest is mapping.visit_radius_m"),
         ("[mapping]\nvisit_radius_m = -1", "mapping.visit_radius_m: -1: Input should be greater than 0"),
         ("[labels]\nrule = 'best'", "labels.rule: best: Input should be 'interpolate' or 'next-frame'"),
+        ("[mapping.heights]\ncarried_m = 3.0", "mapping.heights: carried_m must lie within carried_range_m"),
         ("[labels", "not a TOML file"),
     ],
 )

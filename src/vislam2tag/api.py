@@ -14,8 +14,9 @@ A name is imported when it is first used, so that a script loads only what it ta
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING
+
+from vislam2tag.common.extras import import_extra
 
 if TYPE_CHECKING:
     from vislam2tag.common.errors import DatasetError as DatasetError
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.transmitters.privacy import Privacy as Privacy
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
+    from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.results import SessionResult as SessionResult
     from vislam2tag.labeling.results import Summary as Summary
@@ -119,6 +121,7 @@ _NAMES = {
     "dataset.statistics.record": "FieldWork",
     "dataset.transmitters.privacy": "Privacy",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
+    "heights.settings": "HeightSettings",
     "labeling.readings": "label_readings",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings",
@@ -165,8 +168,8 @@ def __dir__() -> list[str]:
 if not TYPE_CHECKING:  # type checkers take the imports above, and report names that are not there
 
     def __getattr__(name: str) -> object:
-        """Import a public name."""
+        """Import a public name; raises MissingExtraError where it needs an extra that is not installed."""
         if name not in _MODULE_OF:
             raise AttributeError(f"module 'vislam2tag.api' has no attribute '{name}'")
-        globals()[name] = value = getattr(importlib.import_module(_MODULE_OF[name]), name)
+        globals()[name] = value = getattr(import_extra(_MODULE_OF[name]), name)
         return value

@@ -10,7 +10,7 @@ from best_possible import Known, floor_m, mean_length, unit_noises
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.settings import TrackerSettings
-from vislam2tag.simulation.tracking.odometry import Frames, dead_reckon
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, dead_reckon
 from vislam2tag.simulation.tracking.sightings import Sightings
 
 RATE_HZ = 10.0
@@ -23,7 +23,9 @@ def told(passes: list[tuple[int, int, int]], frames: int = 400) -> Known:
     nothing = np.zeros(frames)
     looking = np.column_stack((np.cos(turn), np.sin(turn), nothing))
     time_ns = np.arange(frames, dtype=np.int64)
-    exposed = Frames(time_ns, time_ns, path, nothing, np.zeros((frames, 4)), looking, nothing + 1, nothing > 0, nothing)
+    exposed = CameraFrames(
+        time_ns, time_ns, path, nothing, np.zeros((frames, 4)), looking, nothing + 1, nothing > 0, nothing
+    )
     seen = np.zeros((frames, 2), dtype=bool)
     sightings = Sightings(seen, seen + 0j, seen + 0.0, seen + 0.0, np.array(passes, dtype=np.int64).reshape(-1, 3))
     return Known(exposed, sightings, path[[50, 350]] + 0.5j, TrackerSettings(frame_rate_hz=RATE_HZ))

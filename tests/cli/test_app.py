@@ -1,13 +1,16 @@
 from __future__ import annotations
 
+import logging
 import pkgutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from tests.cli.command import vislam2tag
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import make_survey
 from vislam2tag import cli
 from vislam2tag.cli.app import COMMANDS, app
 
@@ -63,3 +66,32 @@ def test_a_misspelt_command_is_told_what_it_may_mean() -> None:
     done = vislam2tag("proces", "--help")
     assert done.returncode == 2
     assert "No such command 'proces'. Did you mean 'process'?" in done.stderr
+
+
+def boom(*_: object, **__: object) -> None:
+    raise ZeroDivisionError("by nothing")
+
+
+def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.process.process_all", boom)
+    done = vislam2tag("process", survey, "--out", tmp_path / "out")
+    log = tmp_path / "out" / "log.txt"
+    assert the_error(done, 1) == f"error: unexpected ZeroDivisionError: by nothing; please report this with {log}"
+    assert "boom" in log.read_text()
+    monkeypatch.setattr("vislam2tag.sessions.inspection.inspect_survey", boom)
+    done = vislam2tag("inspect", survey)
+    assert done.returncode == 1
+    assert done.stderr.startswith("Traceback")
+    assert done.stderr.endswith("ZeroDivisionError: by nothing; please report this with the traceback above\n")
+
+
+def test_verbose_shows_the_traceback_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.check_session._check", boom)
+    root = logging.getLogger()
+    monkeypatch.setattr(root, "handlers", list(root.handlers))
+    assert "Traceback" not in vislam2tag("check", survey, "--jobs", "1").stderr
+    assert (
+        'in boom\n    raise ZeroDivisionError("by nothing")' in vislam2tag("-v", "check", survey, "--jobs", "1").stderr
+    )

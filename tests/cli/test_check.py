@@ -28,7 +28,7 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
 
 
 def test_without_out_nothing_is_written(survey: Path, tmp_path: Path) -> None:
-    done = vislam2tag("check", survey, "--floor", "0", "--device", "LG", "--max-sigma", "inf", "--jobs", "1")
+    done = vislam2tag("check", survey, "--floor", "0", "--device", "LG", "--max-sigma-m", "inf", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     assert "sigma at most inf m" in done.stdout
     assert "page:" not in done.stdout
@@ -52,9 +52,9 @@ def test_wrong_usage_is_one_line_and_exit_code_2(survey: Path, tmp_path: Path) -
     (tmp_path / "file").write_text("")
     assert "a file, not a folder" in the_error(vislam2tag("check", survey, "--out", tmp_path / "file"))
     for value in ("nan", "0", "-1"):
-        done = vislam2tag("check", survey, "--max-sigma", value)
+        done = vislam2tag("check", survey, "--max-sigma-m", value)
         assert done.returncode == 2
-        assert "Invalid value for '--max-sigma'" in done.stderr
+        assert done.stderr.startswith(f"error: --max-sigma-m {value}")
 
 
 def test_help_has_examples() -> None:

@@ -57,12 +57,23 @@ def test_a_survey_becomes_a_data_set(survey: Path, labels: Path, tmp_path: Path)
     assert bytes_of(tmp_path / "again") == bytes_of(tmp_path / "set")
 
 
+def test_a_file_of_settings_says_how_a_survey_is_processed_and_grouped(survey: Path, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("strategy = 'local'\n[dataset]\nble_window_s = 2.0\nmagnetic_window_s = 1.0\n")
+    config = ("--config", file, "--magnetic-window", "2s")
+    done = vislam2tag("dataset", survey, "--out", tmp_path / "set", "--jobs", "1", *config)
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "set/dataset.json").read_text())["sources"][0]["settings"]
+    assert told["process"]["strategy"] == "local"
+    assert (told["dataset"]["ble_window_s"], told["dataset"]["magnetic_window_s"]) == (2.0, 2.0)
+
+
 def test_options_reach_the_data_set(labels: Path, tmp_path: Path) -> None:
     (tmp_path / "key").write_text("a secret of at least sixteen bytes")
     (tmp_path / "about.toml").write_text('title = "Our building"\nlicence = "CC-BY-4.0"\n')
     done = vislam2tag(
         *("dataset", labels, "--out", tmp_path / "set", "--name", "lab", "--window", "500ms", "--ble-window", "2s"),
-        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma", "0.05", "--building", "main", "--no-ssid"),
+        *("--magnetic-window", "1s", "--imu-window", "2s", "--max-sigma-m", "0.05", "--building", "main", "--no-ssid"),
         *("--hash-bssid", tmp_path / "key", "--describe", tmp_path / "about.toml", "--radios", "--jobs", "1"),
     )
     assert done.returncode == 0, done.stderr
@@ -90,7 +101,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
         ((tmp_path / "missing",), "no such folder"),
         ((labels, labels), "give each walk once"),
-        ((labels, "--people", "2"), "--people 2: tell --hours"),
+        ((labels, "--people", "2"), "--people 2: give --hours"),
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),

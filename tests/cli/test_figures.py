@@ -32,8 +32,8 @@ def test_figures_are_drawn_and_coverage_is_shown(folder: Path, tmp_path: Path) -
     ("arguments", "told"),
     [
         (("--start", "1;2"), "--start 1;2: give FLOOR:X,Y"),
-        (("--cell", "0"), "--cell 0.0: Input should be greater than 0"),
-        (("--radius", "nan"), "--radius nan: Input should be"),
+        (("--cell-m", "0"), "--cell-m 0.0: Input should be greater than 0"),
+        (("--radius-m", "nan"), "--radius-m nan: Input should be"),
     ],
 )
 def test_wrong_values_are_one_line(folder: Path, tmp_path: Path, arguments: tuple[str, ...], told: str) -> None:

@@ -35,8 +35,8 @@ def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--spacing", "0"), "--spacing 0.0"),
-        (("--view", "0", "50"), "--view 0 50: angles of view lie between 10 and 170 degrees"),
+        (("--spacing-m", "0"), "--spacing-m 0.0"),
+        (("--view-deg", "0", "50"), "--view-deg 0 50: angles of view lie between 10 and 170 degrees"),
         (("--sheet", "B5"), "'B5' is no size of paper"),
         (("--floor", "9"), "--floor 9: the site has no such floor"),
         (("--forbid", "/none.csv"), "/none.csv: cannot be opened"),

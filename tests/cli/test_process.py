@@ -14,6 +14,7 @@ import pytest
 import vislam2tag as package
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
+from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.pipeline.run.store import claim
 from vislam2tag.settings import Settings
 
@@ -42,6 +43,20 @@ def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tm
     other = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--strategy", "local")
     assert "give --replace to replace them by labels of local" in the_error(vislam2tag(*other))
     assert vislam2tag(*other, "--replace").returncode == 0
+
+
+def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text("strategy = 'local'\n[labels]\nmax_sigma_m = 0.3\nmax_gap_s = 2.0\n[plan]\nspacing_m = 9.0\n")
+    arguments = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--config", file)
+    assert vislam2tag(*arguments, "--max-sigma-m", "0.4").returncode == 0
+    told = json.loads((tmp_path / "out" / "run.json").read_bytes())["settings"]
+    assert told == Settings(strategy="local", labels=LabelSettings(max_sigma_m=0.4, max_gap_s=2.0)).of_labels()
+    file.write_text("[labels]\nmax_sigma = 0.3\n")
+    assert the_error(vislam2tag(*arguments)) == (
+        f"error: --config {file}: labels.max_sigma: no such setting; the nearest is labels.max_sigma_m "
+        "(docs/settings.md has all)"
+    )
 
 
 def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_path: Path) -> None:
@@ -73,8 +88,8 @@ def test_unknown_choices_are_2_and_name_what_there_is(survey: Path, tmp_path: Pa
     [
         ["--jobs", "0"],
         ["--max-gap-s", "nan"],
-        ["--max-sigma", "nan"],
-        ["--max-sigma", "0"],
+        ["--max-sigma-m", "nan"],
+        ["--max-sigma-m", "0"],
         ["--label-rule", "nearest"],
         ["--lout"],
     ],
@@ -156,7 +171,9 @@ def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) ->
 
 @pytest.mark.parametrize("limit", ["0.3", "inf"])
 def test_the_limit_of_uncertainty_is_recorded_as_json(survey: Path, tmp_path: Path, limit: str) -> None:
-    assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--max-sigma", limit).returncode == 0
+    assert (
+        vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--max-sigma-m", limit).returncode == 0
+    )
     for path in ("run.json", "summary.json"):
         json.loads((tmp_path / "out" / path).read_text(), parse_constant=pytest.fail)
     run = json.loads((tmp_path / "out/run.json").read_text())
@@ -186,7 +203,7 @@ def test_a_landmark_file_that_is_not_there_is_2(survey: Path, tmp_path: Path) ->
 
 
 def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_path: Path) -> None:
-    options = ["--strategy", "smoother", "--max-sigma", "0.001"]
+    options = ["--strategy", "smoother", "--max-sigma-m", "0.001"]
     done = vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1", *options)
     assert (done.returncode, done.stderr) == (0, "")
     frames = pl.read_parquet(tmp_path / "out/trajectory/*.parquet")

@@ -146,7 +146,7 @@ def test_the_same_session_again_and_one_damaged_on_the_way(tmp_path: Path) -> No
 
 def test_wrong_tokens_and_oversized_sessions_are_refused(tmp_path: Path) -> None:
     data = session_zip()
-    with receiving(tmp_path, "--max-size", "1") as computer:
+    with receiving(tmp_path, "--max-size-mb", "1") as computer:
         address, name = computer.address(digest(data)), digest(data)
         assert httpx.get(address, headers=signed("X" * 16, "GET", name)).status_code == 401
         headers = signed(computer.token, "PATCH", name, b"", 0, 1_000_001)

@@ -140,7 +140,10 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
         ((*one, *station, "--control", tmp_path / "one.csv"), "station S1 shares only point A with the building"),
         ((*one, *station, "--control", tmp_path / "gone.csv"), "gone.csv: cannot be opened"),
         ((*one, *station, "--known", "all", "--columns", "point,E"), "--columns point,E: N must be there"),
-        ((*one, *station, "--known", "all", "--shot-sigma", "0"), "--shot-sigma 0.0: Input should be greater than 0"),
+        (
+            (*one, *station, "--known", "all", "--shot-sigma-m", "0"),
+            "--shot-sigma-m 0.0: Input should be greater than 0",
+        ),
         ((*one, *station, "--known", "all", "--out", site / "floor_1"), "lies among the site's own files"),
         ((*one, *station, "--known", "all", "--scale", "some"), "--scale some: must be fixed or free"),
         (station, "--floor: the site has several (1, 4)"),

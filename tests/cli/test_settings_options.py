@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+from vislam2tag.cli.app import app
 from vislam2tag.cli.settings_options import option_of, settings_of, settings_page
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
@@ -36,3 +42,45 @@ def test_a_wrong_value_names_its_option_as_it_was_typed() -> None:
         with pytest.raises(UsageError) as raised:
             settings_of(None, {name: value})
         assert str(raised.value).startswith(f"{option_of(name)} {value}: Input should be ")
+
+
+NUMBERS = st.floats(max_value=0.0, allow_infinity=False) | st.just(math.nan)
+PROCESS = ("labels.max_gap_s", "mapping.visit_radius_m", "labels.max_sigma_m", "mapping.max_step_m")
+
+
+@given(name=st.sampled_from(PROCESS), value=NUMBERS)
+def test_process_blames_the_option_that_was_typed(name: str, value: float) -> None:
+    typed = name.rpartition(".")[2].replace("_", "-")
+    done = CliRunner().invoke(app, ["process", "nowhere", "--out", "nowhere", f"--{typed}={value}"])
+    assert isinstance(done.exception, UsageError)
+    assert str(done.exception).startswith(f"--{typed} {value}: Input should be ")
+
+
+def test_every_number_of_process_is_tried() -> None:
+    shown = CliRunner().invoke(app, ["process", "--help"], terminal_width=120).stdout
+    assert sorted(re.findall(r"--([\w-]+) <float>", shown)) == sorted(
+        option_of(name).removeprefix("--") for name in PROCESS
+    )
+
+
+@pytest.mark.parametrize(
+    ("command", "old", "new"),
+    [
+        ("process", "--max-sigma", "--max-sigma-m"),
+        ("split", "--block-size", "--block-m"),
+        ("split", "--guard", "--guard-m"),
+        ("figures", "--cell", "--cell-m"),
+        ("plan", "--spacing", "--spacing-m"),
+        ("plan", "--time-limit", "--time-limit-s"),
+        ("plan", "--speed", "--speed-m-s"),
+        ("plan", "--view", "--view-deg"),
+        ("register", "--shot-sigma", "--shot-sigma-m"),
+        ("sheets", "--width", "--width-m"),
+        ("receive", "--max-size", "--max-size-mb"),
+    ],
+)
+def test_the_spelling_of_before_is_refused_with_the_new_one(command: str, old: str, new: str) -> None:
+    done = CliRunner().invoke(app, [command, "somewhere", old, "1"])
+    assert done.exit_code == 2
+    assert f"No such option: {old}" in done.output
+    assert new in done.output

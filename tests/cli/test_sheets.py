@@ -45,7 +45,7 @@ def test_own_images_keep_their_width(tmp_path: Path) -> None:
     own.mkdir()
     for name in ("1", "2"):
         Image.fromarray(dead_leaves_picture(3, name)).save(own / f"{name}.png", optimize=True)
-    done = vislam2tag("sheets", "--images", own, "--width", "0.1", "--out", tmp_path / "out")
+    done = vislam2tag("sheets", "--images", own, "--width-m", "0.1", "--out", tmp_path / "out")
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n1,1.png,0.1\n2,2.png,0.1\n"
     assert (tmp_path / "out/images/1.png").read_bytes() == (own / "1.png").read_bytes()
@@ -80,5 +80,5 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, phot
 def test_help_has_examples() -> None:
     done = vislam2tag("sheets", "--help")
     assert done.returncode == 0
-    for part in ("vislam2tag sheets survey --out sheets", "--images photos --width 0.2", "--paper", "--seed"):
+    for part in ("vislam2tag sheets survey --out sheets", "--images photos --width-m 0.2", "--paper", "--seed"):
         assert part in done.stdout

@@ -21,7 +21,7 @@ from vislam2tag.survey.plans.model import Use
 def test_a_site_is_begun_shown_and_written(tmp_path: Path) -> None:
     site = tmp_path / "site"
     plan = drawn_floor.pdf(tmp_path)
-    size = ("--width", "20", "--height", "10")
+    size = ("--width-m", "20", "--height-m", "10")
     done = vislam2tag(
         "site", "init", site, "--plan", plan, "--page", "2", "--floor", "0", *size, "--lower-left", "5,-2"
     )
@@ -126,18 +126,18 @@ def test_landmarks_are_rebased_by_those_in_common(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "tells no scale; give --width and --height, two --point, --distance or --unit"),
-        (("--width", "20"), "--width and --height: give both"),
+        ((), "tells no scale; give --width-m and --height-m, two --point, --distance or --unit-m"),
+        (("--width-m", "20"), "--width-m and --height-m: give both"),
         (("--point", "1,2=3,4"), "--point: given 1 times; two known points are needed"),
         (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: give PX,PY=X,Y"),
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "two identical points, which tell no scale"),
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
         (("--distance", "0,0,5"), "--distance 0,0,5: give X,Y,X,Y,METRES"),
-        (("--unit", "0.05", "--lower-left", "1,1"), "--lower-left: goes with"),
-        (("--width", "20", "--height", "10", "--unit", "1"), "extent and unit_m are given; keep one of them"),
-        (("--width", "20", "--height", "10", "--georeference", "here"), "--georeference here: give EPSG:CODE"),
-        (("--width", "20", "--height", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
-        (("--width", "20", "--height", "10", "--others", "roof"), "others: "),
+        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: goes with"),
+        (("--width-m", "20", "--height-m", "10", "--unit-m", "1"), "extent and unit_m are given; keep one of them"),
+        (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: give EPSG:CODE"),
+        (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
+        (("--width-m", "20", "--height-m", "10", "--others", "roof"), "others: "),
     ],
 )
 def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], message: str) -> None:
@@ -148,7 +148,7 @@ def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], messag
 
 def test_plans_that_cannot_be(tmp_path: Path) -> None:
     Image.new("RGB", (60, 40), "black").save(tmp_path / "black.png")
-    size = ("--width", "20", "--height", "10")
+    size = ("--width-m", "20", "--height-m", "10")
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", tmp_path / "black.png", *size)
     assert "shows nothing: all its pixels have one colour; replace it" in the_error(done)
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", tmp_path / "gone.png", *size)

@@ -36,7 +36,7 @@ def test_splits_are_listed_with_their_leakage(folder: Path) -> None:
 
 
 def test_a_split_is_added(folder: Path) -> None:
-    arguments = ("--by", "block", "--block-size", "8", "--guard", "2.5", "--seed", "1", "--name", "mine")
+    arguments = ("--by", "block", "--block-m", "8", "--guard-m", "2.5", "--seed", "1", "--name", "mine")
     done = vislam2tag("split", folder, *arguments)
     assert done.returncode == 0, done.stderr
     assert "mine: half of the test fingerprints" in done.stdout
@@ -75,12 +75,12 @@ def test_kinds_that_the_data_cannot_give(tmp_path: Path) -> None:
     [
         (("--seed", "1"), "--seed: belongs to a new split"),
         (("--name", "x"), "--name: names a new split"),
-        (("--by", "random", "--guard", "1"), "--guard: a split by random takes no such option"),
-        (("--by", "block", "--block-size", "0"), "--block-size 0.0: Input should be greater than 0"),
-        (("--by", "block", "--guard", "nan"), "--guard nan:"),
+        (("--by", "random", "--guard-m", "1"), "--guard-m: a split by random takes no such option"),
+        (("--by", "block", "--block-m", "0"), "--block-m 0.0: Input should be greater than 0"),
+        (("--by", "block", "--guard-m", "nan"), "--guard-m nan:"),
         (("--by", "random", "--share", "1"), "--share 1.0: Input should be less than 1"),
         (("--by", "trajectory", "--folds", "1"), "--folds 1: Input should be greater than or equal to 2"),
-        (("--by", "block", "--block-size", "1000"), "too few blocks of 1000 m"),
+        (("--by", "block", "--block-m", "1000"), "too few blocks of 1000 m"),
         (("--by", "random", "--name", "a/b"), "--name a/b: use letters"),
     ],
 )
@@ -99,4 +99,4 @@ def test_no_data_set_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
 def test_help_has_examples() -> None:
     done = vislam2tag("split", "--help")
     assert done.returncode == 0
-    assert "--by block --block-size 8" in done.stdout
+    assert "--by block --block-m 8" in done.stdout

@@ -13,7 +13,7 @@ from vislam2tag.common.extras import import_extra
 def test_what_lacks_is_named_and_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("torch", "torch.nn"):
         monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(UsageError, match=r"torch is not installed.*pip install 'vislam2tag\[models\]'"):
+    with pytest.raises(UsageError, match=r"this needs torch: pip install 'vislam2tag\[models\]'"):
         import_extra("torch.nn")
 
 

@@ -14,7 +14,7 @@ LOADER = "org.vislam2tag.tools.LandmarksMain"
 
 
 def test_the_app_takes_every_sheet_and_names_a_plain_one(core: Path, tmp_path: Path) -> None:
-    command = ["sheets", "--ids", "1-3,lobby", "--width", "0.175", "--out", str(tmp_path / "sheets")]
+    command = ["sheets", "--ids", "1-3,lobby", "--width-m", "0.175", "--out", str(tmp_path / "sheets")]
     subprocess.run([sys.executable, "-m", "vislam2tag", *command], capture_output=True, timeout=120, check=True)
     images = tmp_path / "sheets" / "images"
     assert loaded(core, images) == (

@@ -9,28 +9,27 @@ from hypothesis import strategies as st
 
 from vislam2tag.common.bootstrap import FEWEST_WALKS, ROUNDS, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.measuring import measured, retention, sure_points
-from vislam2tag.evaluation.metrics import FIGURES, summarise
+from vislam2tag.evaluation.metrics import FIGURES, retention, strategy_errors, summarise, sure_points
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
-from vislam2tag.evaluation.pooling import table_rows
-from vislam2tag.evaluation.record import Measured, Row, SessionEvaluation
+from vislam2tag.evaluation.pooling import error_curve, table_rows
+from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors
 
 
-def walk(errors: FloatArray, strategy: str = "local") -> Measured:
+def walk(errors: FloatArray, strategy: str = "local") -> StrategyErrors:
     """A walk along x whose labels lie so far to the left; NaN: not labelled."""
     count = len(errors)
     label = np.column_stack((np.where(np.isnan(errors), np.nan, 0.0), errors))
     zeros = np.zeros(count)
     points = PointErrors(TruthKind.DENSE, np.arange(count), np.zeros((count, 2)), label, zeros, zeros)
-    return measured(points, "", strategy)
+    return strategy_errors(points, "", strategy)
 
 
-def session(slug: str, *walks: Measured, **details: Any) -> SessionEvaluation:
+def session(slug: str, *walks: StrategyErrors, **details: Any) -> SessionEvaluation:
     names: dict[str, Any] = {"floor": 1, "device": "LG", "session": slug, "faulty": False}
     return SessionEvaluation(slug=slug, measured=list(walks), **(names | details))
 
 
-def row_of(rows: list[Row], **wanted: str) -> Row:
+def row_of(rows: list[ErrorRow], **wanted: str) -> ErrorRow:
     wanted = {"group": "all", "selection": "all walks", "over": "walks"} | wanted
     [found] = [row for row in rows if all(getattr(row, name) == value for name, value in wanted.items())]
     return found
@@ -157,3 +156,28 @@ def test_drawing_walks() -> None:
     assert multiplicities(np.array([[2, 0, 2]])).tolist() == [[1, 0, 2]]
     assert interval(np.full(3, np.nan)) is None
     assert interval(np.linspace(0, 1, 1001)) == pytest.approx((0.025, 0.975))
+
+
+def test_the_curve_ends_at_the_share_labelled() -> None:
+    curve = error_curve([walk(np.array([0.1, 0.2, np.nan, np.nan])), walk(np.array([3.0, 0.3]))])
+    assert curve is not None
+    assert curve.share[-1] == pytest.approx(4 / 6)
+    assert curve.share[0] == 0
+    assert np.interp(1.0, curve.error_m, curve.share) == pytest.approx(3 / 6)
+    assert curve.low is None
+
+
+def test_the_band_holds_the_curve() -> None:
+    rng = np.random.default_rng(2)
+    curve = error_curve([walk(rng.gamma(2.0, scale, 50)) for scale in rng.uniform(0.1, 1.0, 12)])
+    assert curve is not None
+    assert curve.low is not None
+    assert curve.high is not None
+    assert (curve.low <= curve.share + 1e-12).all()
+    assert (curve.share <= curve.high + 1e-12).all()
+    assert (curve.high - curve.low).max() > 0.1
+    assert (np.diff(curve.low) >= -1e-12).all()
+
+
+def test_without_any_label_there_is_no_curve() -> None:
+    assert error_curve([walk(np.array([np.nan]))]) is None

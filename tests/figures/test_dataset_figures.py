@@ -11,7 +11,7 @@ from vislam2tag.dataset.statistics.record import (
     FloorLabels,
     LabelCounts,
     SessionStatistics,
-    SigmaStatistics,
+    SigmaDistribution,
     TechnologyStatistics,
 )
 from vislam2tag.figures.dataset_figures import (
@@ -75,7 +75,7 @@ def test_rssi_names_offsets_and_says_where_none_is_known() -> None:
 
 
 def test_sigma_ends_at_all_fingerprints() -> None:
-    (axes,) = sigma_distribution(SigmaStatistics(fingerprints=4, median_m=0.1, p95_m=0.3, counts={50: 3, 66: 1})).axes
+    (axes,) = sigma_distribution(SigmaDistribution(fingerprints=4, median_m=0.1, p95_m=0.3, counts={50: 3, 66: 1})).axes
     curve = axes.lines[0]
     assert list(curve.get_ydata()) == [0, 0.75, 1.0]  # type: ignore[arg-type]
 

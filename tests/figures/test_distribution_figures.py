@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.evaluation.error_curves import ErrorCurve
+from vislam2tag.evaluation.pooling import ErrorCurve
 from vislam2tag.evaluation.reliability import CoverageCurve
 from vislam2tag.figures.error_figures import coverage_accuracy, error_distributions
 

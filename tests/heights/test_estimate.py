@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import PressureLog, Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import estimate_heights, vertical_span_m
+from vislam2tag.heights.settings import HeightSettings
 
 STOREY_M = 4.0
 HUNG_M = {"a": 1.5, "b": 1.3, "c": 1.6, "d": 1.2}
@@ -220,3 +221,13 @@ def test_span_is_the_climb_without_the_jumps() -> None:
     jumps = STAIRS + np.where((np.arange(N) > 300) & (np.arange(N) < 400), 30.0, 0.0)
     camera, log, _ = walk_of(STAIRS, jumps)
     assert vertical_span_m(camera, log) == pytest.approx(STOREY_M, abs=0.1)
+
+
+def test_a_phone_may_be_carried_higher_where_nothing_tells_its_height() -> None:
+    camera, log, landmarks = walk_of(STAIRS, STAIRS)
+    unmeasured = replace(landmarks, z_m=np.full(4, np.nan))
+    usual, high = (
+        estimate_heights(camera, log, unmeasured, settings) for settings in (None, HeightSettings(carried_m=1.8))
+    )
+    np.testing.assert_allclose(high.z_m - usual.z_m, 0.4, atol=0.02)
+    np.testing.assert_array_equal(high.floor, usual.floor)

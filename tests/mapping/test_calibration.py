@@ -15,10 +15,11 @@ from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 from vislam2tag.simulation.walking.sampling import position_at
-from vislam2tag.simulation.world import simulated_floor, walk_and_track
 
 SURVEY_SIGMA_M = 0.02
+FAULTY = ("mild", "default", "severe")
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,8 @@ class Compared:
 
 @cache
 def compared(severity: str) -> tuple[Compared, ...]:
-    """Eight walks of two minutes, 20 frames a second, their survey a little off."""
-    scenario = regular_survey(31, severity, (0, 1), ("LG", "OnePlus"), 2, 120.0)
+    """Sixteen walks of two minutes, 20 frames a second, their survey a little off."""
+    scenario = regular_survey(31, severity, (0, 1), ("LG", "OnePlus"), 4, 120.0)
     rng = np.random.default_rng(31)
     walks = []
     for planned in scenario.sessions:
@@ -76,35 +77,25 @@ def mean_errors(severity: str, other: str) -> tuple[float, float]:
         both = np.isfinite(ours) & np.isfinite(theirs)
         if both.any():
             pairs.append((ours[both].mean(), theirs[both].mean()))
-    assert len(pairs) > 4
+    assert len(pairs) > 8
     ours_m, theirs_m = np.mean(pairs, axis=0).tolist()
     return ours_m, theirs_m
 
 
-@pytest.mark.parametrize("severity", ["mild", "default", "severe"])
+@pytest.mark.parametrize("severity", FAULTY)
 def test_where_both_label_the_smoother_is_better_than_the_papers_best(severity: str) -> None:
     ours, theirs = mean_errors(severity, "local-corrected")
-    assert ours < 0.95 * theirs
+    assert ours < 0.85 * theirs
     ours, theirs = mean_errors(severity, "local")
-    assert ours < 0.95 * theirs
+    assert ours < 0.3 * theirs
 
 
-@pytest.mark.parametrize("severity", ["mild", "default", "severe"])
-def test_pooled_errors_lie_inside_the_stated_regions_about_as_often_as_stated(severity: str) -> None:
-    walks = compared(severity)
+def test_stated_regions_are_not_too_small_and_hardly_too_great() -> None:
+    walks = [walk for severity in FAULTY for walk in compared(severity)]
     probability = np.concatenate([region_probability(one.errors_m["smoother"], one.covariance_m2) for one in walks])
     assert np.isfinite(probability).all()
-    assert np.mean(probability < 0.95) > 0.8
-
-
-def test_over_all_severities_errors_lie_inside_the_68_percent_regions_about_as_often_as_stated() -> None:
-    """Errors of one walk are alike: of the eight of one severity the share alone says little."""
-    shares = [
-        np.mean(region_probability(walk.errors_m["smoother"], walk.covariance_m2) < 0.68)
-        for severity in ("mild", "default", "severe")
-        for walk in compared(severity)
-    ]
-    assert 0.55 < np.mean(shares) < 0.86
+    assert 0.68 < np.mean(probability < 0.68) < 0.88
+    assert 0.92 < np.mean(probability < 0.95) < 0.99
 
 
 def test_what_is_less_sure_is_less_accurate() -> None:

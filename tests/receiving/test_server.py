@@ -15,7 +15,7 @@ from tests.receiving.signing import signed
 from tests.receiving.zips import SESSION, digest, session_zip
 from vislam2tag.receiving.filing import Filed
 from vislam2tag.receiving.page import PAGE
-from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, TOLD_A_MINUTE, Listener, Receiver
+from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, REPORTED_A_MINUTE, Listener, Receiver
 from vislam2tag.receiving.signature import answer_mac
 from vislam2tag.receiving.token import WRONG_ALLOWED, Guard
 from vislam2tag.receiving.uploads import Uploads
@@ -215,7 +215,7 @@ def test_more_than_the_length_is_refused(phone: Phone) -> None:
 def test_what_is_too_large_is_refused_before_it_comes(phone: Phone) -> None:
     answer = phone.bring(b"x", 0, PLENTY + 1)
     assert answer.status_code == 413
-    assert "--max-size" in answer.json()["message"]
+    assert "--max-size-mb" in answer.json()["message"]
     assert phone.state()["state"] == "none"
 
 
@@ -284,11 +284,11 @@ def test_a_full_disk_is_told(phone: Phone, number: int, told: str, monkeypatch: 
 def test_of_strangers_the_log_tells_some_and_how_many_more(phone: Phone) -> None:
     for _ in range(50):
         phone.ask("GET", f"/v2/uploads/{NAME}")
-    assert len(phone.told) == TOLD_A_MINUTE
+    assert len(phone.told) == REPORTED_A_MINUTE
     phone.now_s += 61
     phone.ask("GET", f"/v2/uploads/{NAME}")
-    assert phone.told[TOLD_A_MINUTE] == f"{50 - TOLD_A_MINUTE} more requests without the token in a minute"
-    assert len(phone.told) == TOLD_A_MINUTE + 2
+    assert phone.told[REPORTED_A_MINUTE] == f"{50 - REPORTED_A_MINUTE} more requests without the token in a minute"
+    assert len(phone.told) == REPORTED_A_MINUTE + 2
 
 
 def test_the_page_needs_no_token_and_tells_none(phone: Phone) -> None:

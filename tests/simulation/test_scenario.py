@@ -8,7 +8,7 @@ import pytest
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
 from vislam2tag.simulation.settings import severity_level
-from vislam2tag.simulation.world import simulated_floor, walk_and_track
+from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 
 
 def test_papers_evaluation() -> None:

@@ -11,6 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.extras import what_lacks
 
 COMMANDS = {
     "Prepare": {
@@ -101,8 +102,15 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: bool = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Print the version."),
+    verbose: bool = typer.Option(
+        False, "--verbose", "-v", help="Show what is logged: tracebacks of what nobody expected."
+    ),
 ) -> None:
     del version
+    if verbose:
+        import logging
+
+        logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", force=True)
 
 
 def main() -> None:
@@ -112,6 +120,27 @@ def main() -> None:
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         sys.exit(130)
+    except ModuleNotFoundError as error:
+        if (lacks := what_lacks(error)) is None:
+            raise
+        typer.echo(f"error: this {lacks}", err=True)
+        sys.exit(2)
     except Vislam2tagError as error:
         typer.echo(f"error: {error}", err=True)
         sys.exit(2)
+    except Exception as error:  # its traceback is logged, or shown here
+        _tell_unexpected(error)
+        sys.exit(1)
+
+
+def _tell_unexpected(error: Exception) -> None:
+    """Tell of an exception that nobody expected in one line, below its traceback where no file holds that."""
+    import traceback
+
+    from vislam2tag.pipeline.run.failures import log_of
+
+    file = log_of(error)
+    if file is None:
+        traceback.print_exception(error)
+    kept = "the traceback above" if file is None else file
+    typer.echo(f"error: unexpected {type(error).__name__}: {error}; please report this with {kept}", err=True)

@@ -18,17 +18,16 @@ from vislam2tag.cli.options import (
     selection_of,
 )
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.pipeline.run.selection import Selection
     from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
+    from vislam2tag.settings import Settings
 
-DEFAULTS = Settings()
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
 
@@ -45,7 +44,7 @@ not a survey, or the folder cannot be written, 130 interrupted.
 Examples:
   vislam2tag check survey
   vislam2tag check survey --out checked --floor 1
-  vislam2tag check survey --landmarks completed.csv --max-sigma inf
+  vislam2tag check survey --landmarks completed.csv --max-sigma-m inf
 """
 
 
@@ -61,19 +60,12 @@ def _check(
     floor: Floors = None,
     device: Devices = None,
     jobs: Jobs = ALL_CORES,
-    max_sigma: Annotated[
-        float,
-        typer.Option(
-            metavar="METRES",
-            min=0.0001,
-            help="The accuracy is that of the frames at least as sure as this (one standard deviation per axis), as "
-            "process labels them; inf: of all.",
-        ),
-    ] = DEFAULTS.labels.max_sigma_m,
+    config: ConfigFile = None,
+    max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
 ) -> None:
     from vislam2tag.pipeline.labels.check import PAGE_FILE
 
-    settings = Settings(strategy="smoother", labels=LabelSettings(max_sigma_m=max_sigma))
+    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m})
     selection = selection_of(floor, device)
     try:
         found = _with_progress(survey, settings, out, landmarks, selection, jobs)

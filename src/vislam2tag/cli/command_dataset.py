@@ -18,18 +18,17 @@ from vislam2tag.cli.options import (
     NoSsid,
     Replace,
     privacy_of,
-    wrong_values_told,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.settings import DatasetSettings, ImuWindowSettings
 
 if TYPE_CHECKING:
     from vislam2tag.dataset.model import Dataset
+    from vislam2tag.dataset.settings import DatasetSettings
     from vislam2tag.dataset.statistics.record import FieldWork
     from vislam2tag.pipeline.datasets.build import BuildOptions
 
-DEFAULTS = DatasetSettings()
 HELP = """
 Build a data set: fingerprints, readings, access points, walks, splits, statistics and a card that describes it.
 
@@ -43,7 +42,7 @@ usage, a source cannot be used, or DS cannot be written, 130 interrupted.
 Examples:
   vislam2tag dataset survey --out fingerprints
   vislam2tag dataset labels --out fingerprints --survey survey \\
-      --max-sigma 0.3
+      --max-sigma-m 0.3
   vislam2tag dataset labels --out short --window 1s
   vislam2tag dataset main-building annex --building main --building annex \\
       --out campus
@@ -78,15 +77,21 @@ def _dataset(
         typer.Option(metavar="DURATION", help="Group Wi-Fi readings by windows of time, such as 1s, not by scan."),
     ] = None,
     ble_window: Annotated[
-        str, typer.Option(metavar="DURATION", help="Group BLE readings by windows of this length.")
-    ] = f"{DEFAULTS.ble_window_s:g}s",
+        str | None,
+        typer.Option(metavar="DURATION", help="Group BLE readings by windows of this length.  [default: 1s]"),
+    ] = None,
     magnetic_window: Annotated[
-        str, typer.Option(metavar="DURATION", help="Average magnetic readings over windows of this length.")
-    ] = f"{DEFAULTS.magnetic_window_s:g}s",
+        str | None,
+        typer.Option(
+            metavar="DURATION", help="Average magnetic readings over windows of this length.  [default: 500ms]"
+        ),
+    ] = None,
     imu_window: Annotated[
-        str, typer.Option(metavar="DURATION", help="Cut inertial readings into windows of this length.")
-    ] = f"{DEFAULTS.imu.length_s:g}s",
-    max_sigma: Annotated[
+        str | None,
+        typer.Option(metavar="DURATION", help="Cut inertial readings into windows of this length.  [default: 1s]"),
+    ] = None,
+    config: ConfigFile = None,
+    max_sigma_m: Annotated[
         float | None,
         typer.Option(
             metavar="METRES",
@@ -127,19 +132,24 @@ def _dataset(
     from vislam2tag.pipeline.datasets.build import BuildOptions
     from vislam2tag.pipeline.datasets.session import FAILED
 
-    with wrong_values_told():
-        settings = DatasetSettings(
-            wifi_window_s=None if window is None else seconds_of(window, "--window"),
-            ble_window_s=seconds_of(ble_window, "--ble-window"),
-            magnetic_window_s=seconds_of(magnetic_window, "--magnetic-window"),
-            imu=_imu_settings(seconds_of(imu_window, "--imu-window")),
-        )
+    imu_s = _given_seconds(imu_window, "--imu-window")
+    settings = settings_of(
+        config,
+        {
+            "dataset.wifi_window_s": _given_seconds(window, "--window"),
+            "dataset.ble_window_s": _given_seconds(ble_window, "--ble-window"),
+            "dataset.magnetic_window_s": _given_seconds(magnetic_window, "--magnetic-window"),
+            "dataset.imu.length_s": imu_s,
+            "dataset.imu.step_s": imu_s,  # one window after the other
+        },
+    )
     options = BuildOptions(
         name=name,
         buildings=tuple(building or ()),
         surveys=tuple(survey or ()),
         labels=labels,
-        max_sigma_m=max_sigma,
+        labelling=settings,
+        max_sigma_m=max_sigma_m,
         merge_radios=radios,
         privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
         description=None if describe is None else read_description(describe),
@@ -147,7 +157,7 @@ def _dataset(
         replace=replace,
     )
     try:
-        dataset = _built(sources, out, settings, options, jobs)
+        dataset = _built(sources, out, settings.dataset, options, jobs)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -160,13 +170,12 @@ def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
     from vislam2tag.dataset.statistics.record import FieldWork
 
     if hours is None and people is not None:
-        raise UsageError(f"--people {people}: tell --hours, too, for what the survey cost")
+        raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")
     return None if hours is None else FieldWork(people=people or 1, hours=hours)
 
 
-def _imu_settings(length_s: float) -> ImuWindowSettings:
-    """Windows one after the other."""
-    return ImuWindowSettings(length_s=length_s, step_s=length_s)
+def _given_seconds(text: str | None, option: str) -> float | None:
+    return None if text is None else seconds_of(text, option)
 
 
 def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: BuildOptions, jobs: int) -> Dataset:

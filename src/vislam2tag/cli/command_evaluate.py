@@ -15,23 +15,18 @@ from vislam2tag.cli.options import (
     Floors,
     Jobs,
     LandmarkFile,
-    MaxStep,
     SurveyFolder,
     selection_of,
-    wrong_values_told,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.common.plugins import STRATEGIES
-from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.evaluation.record import Figure, Row, SessionEvaluation, SurveyEvaluation
+    from vislam2tag.evaluation.record import ErrorRow, Figure, SessionEvaluation, SurveyEvaluation
 
-DEFAULTS = Settings()
 _PIPE_WIDTH = 160
 """Columns of the tables where the output is no terminal."""
 HELP = """
@@ -50,7 +45,7 @@ Examples:
   vislam2tag evaluate survey --out evaluated
   vislam2tag evaluate survey --out evaluated --strategy smoother \\
       --strategy local --floor 1
-  vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma inf
+  vislam2tag evaluate survey --out evaluated --truth mocap --max-sigma-m inf
 """
 
 
@@ -80,20 +75,13 @@ def _evaluate(
     floor: Floors = None,
     device: Devices = None,
     jobs: Jobs = ALL_CORES,
-    max_sigma: Annotated[
-        float,
-        typer.Option(
-            metavar="METRES",
-            min=0.0001,
-            help="A label less sure than this (one standard deviation per axis) counts as none; inf: all count.",
-        ),
-    ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: MaxStep = DEFAULTS.mapping.max_step_m,
+    config: ConfigFile = None,
+    max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
+    max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
 ) -> None:
     from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
 
-    with wrong_values_told():
-        settings = Settings(labels=LabelSettings(max_sigma_m=max_sigma), mapping=MappingSettings(max_step_m=max_step_m))
+    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m})
     try:
         with session_bar("walks") as bar:
             found = evaluate(
@@ -121,7 +109,7 @@ def _evaluate(
 def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
     bar.advance(total, session.error)
     for reason in session.missing:
-        bar.tell("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
+        bar.print_line("no truth", "yellow", f"floor {session.floor} / {session.device} / {session.session}: {reason}")
 
 
 def _print(found: SurveyEvaluation) -> None:
@@ -141,7 +129,7 @@ def _print(found: SurveyEvaluation) -> None:
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
 
 
-def _error_table(title: str, rows: list[Row]) -> Table:
+def _error_table(title: str, rows: list[ErrorRow]) -> Table:
     from rich import box
     from rich.markup import escape
     from rich.table import Table

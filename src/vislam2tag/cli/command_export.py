@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, HashBssid, IncludeNomap, Jobs, NoSsid, privacy_of
+from vislam2tag.cli.options import (
+    ALL_CORES,
+    INTERRUPTED,
+    HashBssid,
+    IncludeNomap,
+    Jobs,
+    NoSsid,
+    format_help,
+    privacy_of,
+)
 from vislam2tag.cli.progress import SessionBar, session_bar
 
 if TYPE_CHECKING:
@@ -56,7 +65,7 @@ def register(app: typer.Typer) -> None:
 
 def _export(
     source: Annotated[Path, typer.Argument(help="Data set, or output folder of process.")],
-    format_name: Annotated[str, typer.Option("--format", help="One of those above.")],
+    format_name: Annotated[str, typer.Option("--format", help=format_help())],
     out: Annotated[Path, typer.Option(help="Folder to write: new, empty or from an earlier export.")],
     split: Annotated[
         str | None,

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import wrong_values_told
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.settings import CoverageSettings
 
 if TYPE_CHECKING:
     from vislam2tag.dataset.coverage.record import CoverageRecord
     from vislam2tag.dataset.model import Storey
 
-DEFAULTS = CoverageSettings()
 HELP = """
 Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
 
@@ -30,7 +28,7 @@ Exit code: 0 all right, 2 wrong usage, no data set, or OUT cannot be written, 13
 \b
 Examples:
   vislam2tag figures fingerprints --out figures
-  vislam2tag figures fingerprints --out figures --cell 1 --radius 1.5 \\
+  vislam2tag figures fingerprints --out figures --cell-m 1 --radius-m 1.5 \\
       --start 1:12.5,3 --start annex/0:4,4
 """
 _START = re.compile(r"(?:(.*)/)?(-?\d+):(-?\d+(?:\.\d+)?),(-?\d+(?:\.\d+)?)")
@@ -55,10 +53,9 @@ def start_of(text: str) -> tuple[Storey, tuple[float, float]]:
 def _figures(
     dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
-    cell: Annotated[float, typer.Option(metavar="METRES", help="Side of a cell.")] = DEFAULTS.cell_m,
-    radius: Annotated[
-        float, typer.Option(metavar="METRES", help="A cell is covered by a fingerprint this near to its centre.")
-    ] = DEFAULTS.radius_m,
+    cell_m: Annotated[float | None, setting("coverage.cell_m")] = None,
+    radius_m: Annotated[float | None, setting("coverage.radius_m")] = None,
+    config: ConfigFile = None,
     start: Annotated[
         list[str] | None,
         typer.Option(
@@ -71,8 +68,7 @@ def _figures(
     from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 
     starts = dict(start_of(text) for text in start or ())
-    with wrong_values_told():
-        settings = CoverageSettings(cell_m=cell, radius_m=radius)
+    settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
     console = Console(stderr=True)
     with console.status("counting") as status:
         made = make_dataset_figures(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, privacy_of
+from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, format_help, privacy_of
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
@@ -20,7 +20,7 @@ HELP = """
 Import a data set that others published, or logs of other programs, into ours.
 
 \b
-Formats, told apart by names and first lines unless --format says which:
+Formats, recognised by names and first lines unless --format says which:
   comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                  APs.csv
   getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
@@ -67,9 +67,7 @@ def register(app: typer.Typer) -> None:
 def _import(
     path: Annotated[Path, typer.Argument(help="File, folder or archive (.zip, .tar.xz, ...) of another format.")],
     out: Annotated[Path, typer.Option(help="Folder for the data set: new, empty or an earlier data set.")],
-    format_name: Annotated[
-        str | None, typer.Option("--format", help="One of those above; else found by content.")
-    ] = None,
+    format_name: Annotated[str | None, typer.Option("--format", help=format_help("; else found by content"))] = None,
     name: Annotated[str | None, typer.Option(help="Name of the data set; else the format's own.")] = None,
     origin: Annotated[
         str | None,

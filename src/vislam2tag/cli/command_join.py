@@ -28,7 +28,7 @@ Exit code: 0 joined, 2 wrong usage, the sets cannot be joined, or DS cannot be w
 \b
 Examples:
   vislam2tag join fingerprints-2022 fingerprints-2023 --out fingerprints
-  vislam2tag join fingerprints check-walk --out fingerprints-now --cell 6
+  vislam2tag join fingerprints check-walk --out fingerprints-now --cell-m 6
 """
 
 
@@ -41,7 +41,7 @@ def _join(
     base: Annotated[Path, typer.Argument(help="The data set.")],
     later: Annotated[Path, typer.Argument(help="The data set of a later survey of the same building.")],
     out: Annotated[Path, typer.Option(help="Folder for the joined data set: new, empty or an earlier data set.")],
-    cell: Annotated[
+    cell_m: Annotated[
         float, typer.Option(min=0.5, help="Side of the square that counts as one place, metres.")
     ] = CHANGE_CELL_M,
     replace: Replace = False,
@@ -52,7 +52,7 @@ def _join(
 
     try:
         with Console(stderr=True).status("joining"):
-            record = join(base, later, out, cell, replace=replace)
+            record = join(base, later, out, cell_m, replace=replace)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None

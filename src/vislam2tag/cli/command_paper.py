@@ -18,7 +18,7 @@ Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from 
 
 DATA holds the published surveys in their layout (evaluation_data, giaIndoorLoc_raw), or is one of them. Made are
 Tables I to III (CSV, LaTeX, Markdown), Figures 1 to 9 (SVG, PDF), some that the paper does not have, walks.csv
-with every walk's errors, and index.html with everything. What DATA lacks is told there. With --models the paper's
+with every walk's errors, and index.html with everything. What DATA lacks is named there. With --models the paper's
 networks are trained on the walks that collect, and Table IV is made (needs PyTorch; takes far longer than all else).
 
 Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, Floors, wrong_values_told
+from vislam2tag.cli.options import INTERRUPTED, Floors
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.planning.settings import CameraSettings, PlanSettings
 from vislam2tag.survey.sheet_size import sheet_size
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from vislam2tag.planning.records import FloorPlanRecord, PlanSummary
 
-DEFAULTS = PlanSettings()
 HELP = """
 Plan where landmarks stand: as few as can be, so that every walk passes one after each critical turn and never goes
 farther than a set distance without one.
@@ -30,13 +29,13 @@ passer-by faces, off doors and corners, on sheets large enough to be recognised 
 each floor's plan with the tour to walk, a map of the label sigma to expect with what further landmarks would gain (PNG
 and PDF), plan.json and index.html. docs/planning.md tells how.
 
-Exit code: 0 all right, 1 some demand cannot be met and it is told where, 2 wrong usage, no site, a floor that cannot be
+Exit code: 0 all right, 1 some demand cannot be met (a line says which), 2 wrong usage, no site, a floor that cannot be
 planned, or P cannot be written, 130 interrupted.
 
 \b
 Examples:
   vislam2tag plan site --out plan
-  vislam2tag plan site --floor 3 --spacing 12 --sheet A4 --out plan
+  vislam2tag plan site --floor 3 --spacing-m 12 --sheet A4 --out plan
   vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
 """
 
@@ -50,9 +49,7 @@ def _plan(
     site: Annotated[Path, typer.Argument(help="Site or survey folder (with site.toml or floor_K below).")],
     out: Annotated[Path, typer.Option(metavar="P", help="Folder to write: new, empty or with plans.")],
     floor: Floors = None,
-    spacing: Annotated[
-        float, typer.Option(metavar="M", help="No walk goes farther than this without a landmark, metres.")
-    ] = DEFAULTS.spacing_m,
+    spacing_m: Annotated[float | None, setting("plan.spacing_m")] = None,
     sheet: Annotated[
         list[str] | None,
         typer.Option(metavar="SIZE", help="Size of paper to choose from; repeatable. [default: A4, A3]"),
@@ -71,19 +68,17 @@ def _plan(
             help="Leave the landmarks that the site has out of account; --write then adds to them all the same.",
         ),
     ] = False,
-    rooms: Annotated[bool, typer.Option("--rooms", help="Rooms are ways like others, with landmarks.")] = False,
-    view: Annotated[
-        tuple[float, float], typer.Option(metavar="LONG SHORT", help="The camera's angles of view, degrees.")
-    ] = (67.0, 53.0),
-    nearest: Annotated[
-        float, typer.Option(metavar="M", help="Nobody holds the phone nearer to a wall in passing, metres.")
-    ] = DEFAULTS.camera.nearest_m,
-    speed: Annotated[float, typer.Option(metavar="M/S", help="Walking speed of the tour.")] = DEFAULTS.speed_m_s,
-    further: Annotated[int, typer.Option(help="So many further landmarks are proposed.")] = DEFAULTS.further,
+    rooms: Annotated[bool | None, setting("plan.rooms")] = None,
+    view_deg: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="LONG SHORT", help="The camera's angles of view, degrees.  [default: 67 53]"),
+    ] = None,
+    nearest_m: Annotated[float | None, setting("plan.camera.nearest_m")] = None,
+    speed_m_s: Annotated[float | None, setting("plan.speed_m_s")] = None,
+    further: Annotated[int | None, setting("plan.further")] = None,
     first_id: Annotated[int, typer.Option(min=0, help="New landmarks are numbered from this on.")] = 1,
-    time_limit: Annotated[
-        float, typer.Option(metavar="S", help="Search for the fewest at most so long a floor, seconds.")
-    ] = DEFAULTS.time_limit_s,
+    time_limit_s: Annotated[float | None, setting("plan.time_limit_s")] = None,
+    config: ConfigFile = None,
     write: Annotated[
         bool, typer.Option("--write", help="Also add the new landmarks to the site's marker_dict.csv files.")
     ] = False,
@@ -91,21 +86,21 @@ def _plan(
     from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
     from vislam2tag.planning.floor import STEPS
 
-    if not all(10 <= angle <= 170 for angle in view):
-        raise UsageError(f"--view {view[0]:g} {view[1]:g}: angles of view lie between 10 and 170 degrees")
-    with wrong_values_told():
-        camera = CameraSettings(
-            field_of_view_rad=(round(math.radians(view[0]), 4), round(math.radians(view[1]), 4)), nearest_m=nearest
-        )
-        settings = PlanSettings(
-            spacing_m=spacing,
-            sheets=tuple(sheet_size(name).name for name in sheet or DEFAULTS.sheets),
-            rooms=rooms,
-            camera=camera,
-            speed_m_s=speed,
-            further=further,
-            time_limit_s=time_limit,
-        )
+    if view_deg is not None and not all(10 <= angle <= 170 for angle in view_deg):
+        raise UsageError(f"--view-deg {view_deg[0]:g} {view_deg[1]:g}: angles of view lie between 10 and 170 degrees")
+    settings = settings_of(
+        config,
+        {
+            "plan.spacing_m": spacing_m,
+            "plan.sheets": None if sheet is None else tuple(sheet_size(name).name for name in sheet),
+            "plan.rooms": rooms,
+            "plan.camera.field_of_view_rad": view_deg and tuple(round(math.radians(angle), 4) for angle in view_deg),
+            "plan.camera.nearest_m": nearest_m,
+            "plan.speed_m_s": speed_m_s,
+            "plan.further": further,
+            "plan.time_limit_s": time_limit_s,
+        },
+    ).plan
     request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write)
     try:
         with session_bar("steps") as bar:
@@ -164,5 +159,5 @@ def _notes(floor: FloorPlanRecord) -> list[str]:
     if floor.on_a_line:
         notes.append(f"next to one line with their neighbours: landmark {', '.join(floor.on_a_line)}")
     if floor.cut_short:
-        notes.append("the time limit ended the search; --time-limit takes longer")
+        notes.append("the time limit ended the search; --time-limit-s takes longer")
     return notes

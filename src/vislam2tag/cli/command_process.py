@@ -14,17 +14,14 @@ from vislam2tag.cli.options import (
     Floors,
     Jobs,
     LandmarkFile,
-    MaxStep,
     Replace,
     SurveyFolder,
     selection_of,
-    wrong_values_told,
 )
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.common.plugins import STRATEGIES
-from vislam2tag.labeling.settings import LabelRule, LabelSettings
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
-from vislam2tag.smoother.settings import SmootherSettings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,7 +29,7 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.results import Summary
     from vislam2tag.pipeline.labels.session import Outcome
 
-DEFAULTS = Settings()
+DEFAULT_STRATEGY = Settings().strategy
 HELP = """
 Map every session of a survey and label every reading.
 
@@ -48,7 +45,7 @@ Examples:
   vislam2tag process survey --out labels
   vislam2tag process survey --out labels --floor 1 --floor 4 --device LG \\
       --strategy local
-  vislam2tag process survey --out labels --max-sigma 0.3 \\
+  vislam2tag process survey --out labels --max-sigma-m 0.3 \\
       --landmarks completed.csv
   vislam2tag process survey --out paper --label-rule next-frame \\
       --max-step-m 2
@@ -65,47 +62,37 @@ def _process(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
     landmarks: LandmarkFile = None,
     strategy: Annotated[
-        str, typer.Option(help=f"Mapping strategy: {', '.join(STRATEGIES.names())}.")
-    ] = DEFAULTS.strategy,
+        str | None,
+        typer.Option(help=f"Mapping strategy: {', '.join(STRATEGIES.names())}.  [default: {DEFAULT_STRATEGY}]"),
+    ] = None,
     floor: Floors = None,
     device: Devices = None,
     replace: Replace = False,
     jobs: Jobs = ALL_CORES,
-    label_rule: Annotated[LabelRule, typer.Option(help="How a reading gets its position.")] = DEFAULTS.labels.rule,
-    max_gap_s: Annotated[
-        float, typer.Option(min=0.001, help="No interpolation between frames farther apart than this, seconds.")
-    ] = DEFAULTS.labels.max_gap_s,
-    visit_radius_m: Annotated[
-        float, typer.Option(min=0.01, help="A landmark is visited within this 3-D distance, metres.")
-    ] = DEFAULTS.mapping.visit_radius_m,
-    max_sigma: Annotated[
-        float,
-        typer.Option(
-            metavar="METRES",
-            min=0.0001,
-            help="Frames and readings less sure than this (one standard deviation per axis) are marked uncertain and "
-            "keep their position; inf: none.",
-        ),
-    ] = DEFAULTS.labels.max_sigma_m,
-    max_step_m: MaxStep = DEFAULTS.mapping.max_step_m,
-    allow_for_pose_lag: Annotated[
-        bool, typer.Option(help="Set the smoother's poses back by as much as the gyroscope says they are stamped late.")
-    ] = DEFAULTS.mapping.smoother.allow_for_pose_lag,
+    config: ConfigFile = None,
+    label_rule: Annotated[LabelRule | None, setting("labels.rule")] = None,
+    max_gap_s: Annotated[float | None, setting("labels.max_gap_s")] = None,
+    visit_radius_m: Annotated[float | None, setting("mapping.visit_radius_m")] = None,
+    max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
+    max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
+    allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
     from rich.console import Console
 
     from vislam2tag.pipeline.labels.process import process
 
-    with wrong_values_told():
-        settings = Settings(
-            strategy=strategy,
-            mapping=MappingSettings(
-                visit_radius_m=visit_radius_m,
-                max_step_m=max_step_m,
-                smoother=SmootherSettings(allow_for_pose_lag=allow_for_pose_lag),
-            ),
-            labels=LabelSettings(rule=label_rule, max_gap_s=max_gap_s, max_sigma_m=max_sigma),
-        )
+    settings = settings_of(
+        config,
+        {
+            "strategy": strategy,
+            "labels.rule": label_rule,
+            "labels.max_gap_s": max_gap_s,
+            "mapping.visit_radius_m": visit_radius_m,
+            "labels.max_sigma_m": max_sigma_m,
+            "mapping.max_step_m": max_step_m,
+            "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
+        },
+    )
     selection = selection_of(floor, device)
     progress = SessionProgress(Console(stderr=True))
     try:

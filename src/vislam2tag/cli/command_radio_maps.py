@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, wrong_values_told
+from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.dataset.settings import RadioMapSettings
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex
 
-DEFAULTS = RadioMapSettings()
 HELP = """
 Draw radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard.
 
@@ -58,18 +57,28 @@ def _radio_maps(
     ap: Annotated[
         list[str] | None, typer.Option("--ap", metavar="BSSID", help="Only this access point; repeatable.")
     ] = None,
-    cell: Annotated[str, typer.Option(metavar="LENGTH", help="Side of a cell, such as 1m or 50cm.")] = "1m",
+    cell: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Side of a cell, such as 1m or 50cm.  [default: 1m]")
+    ] = None,
     reach: Annotated[
-        str, typer.Option(metavar="LENGTH", help="Cells farther than this from every fingerprint stay empty.")
-    ] = "3m",
-    most: Annotated[
-        int, typer.Option(min=1, help="Access points a floor and technology, the most heard.")
-    ] = DEFAULTS.most,
+        str | None,
+        typer.Option(
+            metavar="LENGTH", help="Cells farther than this from every fingerprint stay empty.  [default: 3m]"
+        ),
+    ] = None,
+    most: Annotated[int | None, setting("radio_maps.most")] = None,
+    config: ConfigFile = None,
 ) -> None:
     from vislam2tag.pipeline.datasets.radio_maps import PAGE_FILE, write_radio_maps
 
-    with wrong_values_told():
-        settings = RadioMapSettings(cell_m=metres_of(cell, "--cell"), reach_m=metres_of(reach, "--reach"), most=most)
+    settings = settings_of(
+        config,
+        {
+            "radio_maps.cell_m": None if cell is None else metres_of(cell, "--cell"),
+            "radio_maps.reach_m": None if reach is None else metres_of(reach, "--reach"),
+            "radio_maps.most": most,
+        },
+    ).radio_maps
     try:
         with session_bar("access points") as bar:
             found = write_radio_maps(
@@ -79,8 +88,8 @@ def _radio_maps(
         typer.echo(f"interrupted: {out} holds no new radio maps", err=True)
         raise typer.Exit(INTERRUPTED) from None
     table_console().print(_table(found))
-    if not ap and any(len(floor.access_points) == most for floor in found.floors):
-        typer.echo(f"only the {most} most heard access points of a floor are mapped; --most takes more")
+    if not ap and any(len(floor.access_points) == settings.most for floor in found.floors):
+        typer.echo(f"only the {settings.most} most heard access points of a floor are mapped; --most takes more")
     typer.echo(f"page: {out / PAGE_FILE}")
 
 

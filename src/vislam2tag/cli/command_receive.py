@@ -34,12 +34,12 @@ address cannot be listened on.
 \b
 Examples:
   vislam2tag receive survey
-  vislam2tag receive survey --port 9000 --max-size 4000
+  vislam2tag receive survey --port 9000 --max-size-mb 4000
   vislam2tag receive survey 2021-12-20T132523.zip
 """
 
 UNPACKED = 8
-"""A zip may unpack to this many times ``--max-size``."""
+"""A zip may unpack to this many times ``--max-size-mb``."""
 MEGABYTE = 1_000_000
 
 
@@ -53,17 +53,17 @@ def _receive(
     zips: Annotated[list[Path] | None, typer.Argument(metavar="[ZIP]...", help="Zips of sessions to file.")] = None,
     host: Annotated[str, typer.Option(help="Address to listen on; 127.0.0.1: this computer alone.")] = EVERYWHERE[0],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8765,
-    max_size: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
+    max_size_mb: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
 ) -> None:
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
     if zips:
         from vislam2tag.receiving.uploads import Uploads
 
-        with Uploads(survey, max_size * MEGABYTE, UNPACKED * max_size * MEGABYTE):
-            refused = [path for path in zips if not _filed(survey, path, max_size * MEGABYTE)]
+        with Uploads(survey, max_size_mb * MEGABYTE, UNPACKED * max_size_mb * MEGABYTE):
+            refused = [path for path in zips if not _filed(survey, path, max_size_mb * MEGABYTE)]
         raise typer.Exit(1 if refused else 0)
-    _serve(survey, host, port, max_size * MEGABYTE)
+    _serve(survey, host, port, max_size_mb * MEGABYTE)
 
 
 def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
@@ -73,7 +73,7 @@ def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
 
     try:
         if path.stat().st_size > max_bytes:
-            raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size if that is right")
+            raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size-mb if that is right")
         filed = file_zip(survey, path, UNPACKED * max_bytes)
     except RefusedZipError as error:
         typer.echo(f"refused {path}: {error}", err=True)
@@ -141,8 +141,8 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
         token, screen = new_token(), _Screen(bars)
         _welcome(console, url_for(host, opened.getsockname()[1], token), token)
         for waiting in uploads.waiting():
-            told = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
-            console.out(told, highlight=False)
+            line = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
+            console.out(line, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
         serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
     count = screen.filed_count

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import wrong_values_told
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
-from vislam2tag.registration.settings import RegistrationSettings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from vislam2tag.registration.record import RegisteredPoint, Registration
     from vislam2tag.survey.model import Floor, Site
 
-DEFAULTS = RegistrationSettings()
 WORST = 10
 """Residuals shown; the files have all."""
 HELP = """
@@ -86,13 +84,10 @@ def _register(
     click: Annotated[
         Path | None, typer.Option(metavar="PAGE.html", help="Write the page to click landmarks on; nothing else.")
     ] = None,
-    shot_sigma: Annotated[float, typer.Option(metavar="METRES", help="Of one shot, per axis.")] = (
-        DEFAULTS.shot_sigma_m
-    ),
-    tape_sigma: Annotated[float, typer.Option(metavar="METRES", help="Of one distance.")] = DEFAULTS.tape_sigma_m,
-    plan_sigma: Annotated[float, typer.Option(metavar="METRES", help="Of the plan against the building.")] = (
-        DEFAULTS.plan_sigma_m
-    ),
+    shot_sigma_m: Annotated[float | None, setting("registration.shot_sigma_m")] = None,
+    tape_sigma_m: Annotated[float | None, setting("registration.tape_sigma_m")] = None,
+    plan_sigma_m: Annotated[float | None, setting("registration.plan_sigma_m")] = None,
+    config: ConfigFile = None,
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write files, record and figure there.")] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the positions into the site's own files.")] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Let --write replace other positions.")] = False,
@@ -105,8 +100,8 @@ def _register(
     if click is not None:
         _write_page(click, whole, chosen)
         return
-    with wrong_values_told():
-        settings = RegistrationSettings(shot_sigma_m=shot_sigma, tape_sigma_m=tape_sigma, plan_sigma_m=plan_sigma)
+    sigmas = {"shot_sigma_m": shot_sigma_m, "tape_sigma_m": tape_sigma_m, "plan_sigma_m": plan_sigma_m}
+    settings = settings_of(config, {f"registration.{key}": value for key, value in sigmas.items()}).registration
     if scale not in ("fixed", "free"):
         raise UsageError(f"--scale {scale}: must be fixed or free")
     if out is not None:
@@ -124,7 +119,7 @@ def _register(
         free_scale=scale == "free",
     )
     found = registering.register(whole, chosen, sources, settings)
-    _print(found)
+    _print(found, settings.shot_sigma_m)
     written = registering.write_into_site(site, chosen, found, replace=replace) if write else []
     written += [] if out is None else registering.write_folder(out, site, chosen, found)
     for path in written:
@@ -144,7 +139,7 @@ def _write_page(page: Path, site: Site, floor: Floor) -> None:
     typer.echo(f"page: {page}: open it, click the landmarks, save, then: --clicks clicks_floor_{floor.number}.csv")
 
 
-def _print(found: Registration) -> None:
+def _print(found: Registration, shot_sigma_m: float) -> None:
     from rich.markup import escape
 
     console = table_console()
@@ -153,7 +148,7 @@ def _print(found: Registration) -> None:
     if found.residuals or found.tape_residuals:
         console.print(_residual_table(found))
     for repeat in found.repeats:
-        if repeat.spread_m > 3 * DEFAULTS.shot_sigma_m:
+        if repeat.spread_m > 3 * shot_sigma_m:
             text = (
                 f"{repeat.point}: {repeat.shots} shots from {repeat.station} spread by {1000 * repeat.spread_m:.0f} mm"
             )

@@ -36,7 +36,7 @@ Examples:
   vislam2tag sheets survey --out sheets
   vislam2tag sheets plan/landmarks.csv --out sheets --paper A3
   vislam2tag sheets --ids 1-40,lobby --seed 7 --out sheets
-  vislam2tag sheets --images photos --width 0.2 --out sheets
+  vislam2tag sheets --images photos --width-m 0.2 --out sheets
 """
 
 
@@ -52,7 +52,7 @@ def _sheets(
         str | None, typer.Option(metavar="LIST", help="Only these landmarks, or all of them without SITE: 1-40,lobby.")
     ] = None,
     paper: Annotated[str, typer.Option(help=f"Where SITE names no sheet; one of: {', '.join(SHEET_SIZES)}.")] = "A4",
-    width: Annotated[
+    width_m: Annotated[
         float | None,
         typer.Option(
             metavar="METRES",
@@ -72,7 +72,7 @@ def _sheets(
     from vislam2tag.sheets.recognition import ENOUGH_INLIERS
     from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
-    options = SheetOptions(source=site, ids=ids, images=images, paper=paper, width_m=width, seed=seed)
+    options = SheetOptions(source=site, ids=ids, images=images, paper=paper, width_m=width_m, seed=seed)
     try:
         with session_bar("images and pages") as bar:
             found = make_sheets(options, out, lambda total: bar.advance(total, error=None))

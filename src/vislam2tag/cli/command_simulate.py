@@ -99,9 +99,7 @@ def _simulate(
         typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
     ] = None,
 ) -> None:
-    from vislam2tag.simulation.building.site_building import site_building
-    from vislam2tag.simulation.building.site_survey import site_floors
-    from vislam2tag.simulation.scenario import paper_evaluation, regular_survey, site_survey
+    from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
     from vislam2tag.simulation.sensors.devices import device_names
     from vislam2tag.simulation.survey import WritingOptions
     from vislam2tag.simulation.writing.traps import check_traps
@@ -120,6 +118,10 @@ def _simulate(
     if mask is not None and len(floor or ()) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
     if site is not None:
+        from vislam2tag.simulation.building.site_building import site_building
+        from vislam2tag.simulation.building.site_survey import site_floors
+        from vislam2tag.simulation.scenario import site_survey
+
         masks = {} if mask is None else dict.fromkeys(floor or (), mask)
         building = site_building(site_floors(site, floor or (), landmark_file, masks), seed)
         walks = site_survey(building, site, seed, severity.value, device_names(devices), sessions, minutes * 60)

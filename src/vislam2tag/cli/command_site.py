@@ -26,7 +26,7 @@ INIT_HELP = f"""
 Begin a site, or add a floor to it: writes SITE/site.toml.
 
 PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0; it
-is copied into SITE. Its scale: the size of what it shows (--width, --height), two known points (--point, twice), a
+is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point, twice), a
 known distance, or metres a unit. DXF files with units, and GeoJSON and IMDF on a site with a georeference, need none.
 Without --plan a survey in the published layout is described.
 
@@ -35,7 +35,7 @@ Without --plan a survey in the published layout is described.
 \b
 Examples:
   vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
-      --width 62.5 --height 31
+      --width-m 62.5 --height-m 31
   vislam2tag site init survey --plan first.png --floor 1 \\
       --point 120,840=0,0 --point 1950,850=45.6,0
   vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
@@ -69,7 +69,7 @@ Carry labels, fingerprints or landmarks over to a new plan, origin or resurvey. 
 
 SOURCE is an output folder of process, a data set, a site, or a file with landmarks of several floors. The change of
 each floor, a similarity and a rise, is given by --by, or estimated from the landmarks that the sites --from and --to
-share; residuals are told. Positions, covariances, headings and heights change with it, and OUT records the change.
+share; residuals are printed. Positions, covariances, headings and heights change with it, and OUT records the change.
 
 {_CODES}
 
@@ -100,12 +100,12 @@ def _init(
     plan: Annotated[Path | None, typer.Option(help="The floor's plan.")] = None,
     floor: Annotated[int | None, typer.Option(help="The floor's number; 1 if not given.")] = None,
     name: Annotated[str, typer.Option(help="The floor's name.")] = "",
-    elevation: Annotated[float | None, typer.Option(metavar="METRES", help="Of the floor above the zero.")] = None,
+    elevation_m: Annotated[float | None, typer.Option(metavar="METRES", help="Of the floor above the zero.")] = None,
     building: Annotated[str, typer.Option(help="Name of the building.")] = "",
-    width: Annotated[
+    width_m: Annotated[
         float | None, typer.Option(metavar="METRES", help="What the plan shows from left to right.")
     ] = None,
-    height: Annotated[
+    height_m: Annotated[
         float | None, typer.Option(metavar="METRES", help="What the plan shows from bottom to top.")
     ] = None,
     lower_left: Annotated[
@@ -118,7 +118,7 @@ def _init(
     distance: Annotated[
         str | None, typer.Option(metavar="X,Y,X,Y,METRES", help="Two points of the plan and how far they are apart.")
     ] = None,
-    unit: Annotated[
+    unit_m: Annotated[
         float | None, typer.Option(metavar="METRES", help="A unit of the file, whose axes are the BCS's.")
     ] = None,
     page: Annotated[int | None, typer.Option(help="Page of a PDF; 1 if not given.")] = None,
@@ -159,18 +159,18 @@ def _init(
     else:
         source = plan_source(
             plan.name,
-            size=(width, height),
+            size=(width_m, height_m),
             lower_left=lower_left,
             points=point or (),
             distance=distance,
-            unit_m=unit,
+            unit_m=unit_m,
             page=page,
             level=level,
             layers=tuple(layer) if layer else None,
             others=others,
             epsg=epsg,
         )
-        part = FloorPart(number=1 if floor is None else floor, name=name, elevation_m=elevation, plan=source)
+        part = FloorPart(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
         new = NewFloor(plan, part)
     add_floor(site, new, building, earth)
     typer.echo(f"floor {new.part.number} added: {site / SITE_FILE}")

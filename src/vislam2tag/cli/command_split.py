@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import wrong_values_told
+from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.model import Dataset
     from vislam2tag.dataset.splitting.leakage import FoldLeakage, QuantileSummary, SplitLeakage
 
-DEFAULTS = SplitSettings()
 HELP = """
 Splits of a data set into what trains and what tests, and how far each leaks.
 
@@ -32,7 +31,7 @@ interrupted.
 \b
 Examples:
   vislam2tag split fingerprints
-  vislam2tag split fingerprints --by block --block-size 8 --guard 3 \\
+  vislam2tag split fingerprints --by block --block-m 8 --guard-m 3 \\
       --seed 1 --name blocks-8m
   vislam2tag split fingerprints --json > splits.json
 """
@@ -43,7 +42,6 @@ _TAKES: Mapping[SplitKind, tuple[str, ...]] = MappingProxyType(
         SplitKind.BLOCK: ("seed", "share", "block_m", "guard_m"),
     }
 )
-_OPTIONS = {"seed": "seed", "share": "share", "folds": "folds", "block_m": "block-size", "guard_m": "guard"}
 
 
 def register(app: typer.Typer) -> None:
@@ -55,24 +53,12 @@ def _split(
     dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set.")],
     by: Annotated[SplitKind | None, typer.Option(help="Make a split that holds this out, and save it.")] = None,
     name: Annotated[str | None, typer.Option(help="Name of the new split; else its kind.")] = None,
-    seed: Annotated[int | None, typer.Option(help=f"Another seed, another draw. [default: {DEFAULTS.seed}]")] = None,
-    share: Annotated[
-        float | None,
-        typer.Option(help=f"Part of the fingerprints or blocks that tests. [default: {DEFAULTS.share:g}]"),
-    ] = None,
-    folds: Annotated[
-        int | None, typer.Option(help=f"Folds that walks are dealt to. [default: {DEFAULTS.folds}]")
-    ] = None,
-    block_size: Annotated[
-        float | None, typer.Option(metavar="METRES", help=f"Side of a block. [default: {DEFAULTS.block_m:g}]")
-    ] = None,
-    guard: Annotated[
-        float | None,
-        typer.Option(
-            metavar="METRES",
-            help=f"What is nearer than this to a block that tests does not train. [default: {DEFAULTS.guard_m:g}]",
-        ),
-    ] = None,
+    seed: Annotated[int | None, setting("split.seed")] = None,
+    share: Annotated[float | None, setting("split.share")] = None,
+    folds: Annotated[int | None, setting("split.folds")] = None,
+    block_m: Annotated[float | None, setting("split.block_m")] = None,
+    guard_m: Annotated[float | None, setting("split.guard_m")] = None,
+    config: ConfigFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print splits and leakage as JSON.")] = False,
 ) -> None:
     from vislam2tag.dataset.folder import open_dataset
@@ -80,8 +66,8 @@ def _split(
     from vislam2tag.dataset.splitting.splits import make_split
     from vislam2tag.pipeline.datasets.finish import add_split
 
-    given = {"seed": seed, "share": share, "folds": folds, "block_m": block_size, "guard_m": guard}
-    settings = _settings(by, {key: value for key, value in given.items() if value is not None})
+    given = {"seed": seed, "share": share, "folds": folds, "block_m": block_m, "guard_m": guard_m}
+    settings = _settings(by, config, {f"split.{key}": value for key, value in given.items() if value is not None})
     opened = open_dataset(dataset)
     if by is None:
         if name is not None:
@@ -98,15 +84,14 @@ def _split(
         _print(found, opened if by is None else None)
 
 
-def _settings(by: SplitKind | None, given: Mapping[str, float]) -> SplitSettings:
+def _settings(by: SplitKind | None, config: Path | None, given: Mapping[str, float]) -> SplitSettings:
     """Return the settings of a new split; raises UsageError for an option that does not belong to it."""
-    for key in given:
+    for name in given:
         if by is None:
-            raise UsageError(f"--{_OPTIONS[key]}: belongs to a new split; say by --by what it holds out")
-        if key not in _TAKES.get(by, ()):
-            raise UsageError(f"--{_OPTIONS[key]}: a split by {by} takes no such option; leave it out")
-    with wrong_values_told():
-        return SplitSettings.model_validate(given)
+            raise UsageError(f"{option_of(name)}: belongs to a new split; say by --by what it holds out")
+        if name.rpartition(".")[2] not in _TAKES.get(by, ()):
+            raise UsageError(f"{option_of(name)}: a split by {by} takes no such option; leave it out")
+    return settings_of(config, given).split
 
 
 def _print(found: tuple[SplitLeakage, ...], listed: Dataset | None) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import table_console
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey
     from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
+    from vislam2tag.settings import Settings
 
 HELP = """
 Give landmarks without a position one, from all walks together.
@@ -48,6 +50,7 @@ def _survey_landmarks(
         list[int] | None, typer.Option(help="Only walks that start on this floor; repeatable. FILE holds all floors.")
     ] = None,
     jobs: Jobs = ALL_CORES,
+    config: ConfigFile = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
@@ -55,18 +58,19 @@ def _survey_landmarks(
     from vislam2tag.pipeline.labels.landmark_results import check_targets, landmark_survey, write_completed
 
     check_targets(survey, out, *([] if report is None else [report]))
-    result = landmark_survey(_with_progress(survey, tuple(floor or ()), jobs))
+    result = landmark_survey(_with_progress(survey, settings_of(config, {}), tuple(floor or ()), jobs))
     write_completed(result, out, report)
     _print(result, out)
     raise typer.Exit(0 if all(session.used for session in result.sessions) else 1)
 
 
-def _with_progress(survey: Path, floors: tuple[int, ...], jobs: int) -> JointSurvey:
+def _with_progress(survey: Path, settings: Settings, floors: tuple[int, ...], jobs: int) -> JointSurvey:
     from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks
 
     with session_bar("sessions") as bar:
         return survey_landmarks(
             survey,
+            settings,
             floors=floors,
             jobs=jobs,
             progress=lambda session, total: bar.advance(total, session.error),

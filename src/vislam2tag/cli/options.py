@@ -1,16 +1,14 @@
-"""What several commands share: their arguments, what wrong values are told as, the exit code of an interrupt."""
+"""What several commands share: their arguments, how wrong values are reported, the exit code of an interrupt."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from vislam2tag.common.errors import UsageError
+from vislam2tag.common.plugins import DATASET_FORMATS
 
 if TYPE_CHECKING:
     from vislam2tag.dataset.transmitters.privacy import Privacy
@@ -19,21 +17,6 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 """Exit code of a command ended by Ctrl-C, as shells have it."""
 ALL_CORES = os.cpu_count() or 1
-_OPTION_NAMES = {
-    "max_sigma_m": "max-sigma",
-    "block_m": "block-size",
-    "guard_m": "guard",
-    "cell_m": "cell",
-    "radius_m": "radius",
-    "spacing_m": "spacing",
-    "nearest_m": "nearest",
-    "speed_m_s": "speed",
-    "time_limit_s": "time-limit",
-    "shot_sigma_m": "shot-sigma",
-    "tape_sigma_m": "tape-sigma",
-    "plan_sigma_m": "plan-sigma",
-}
-"""Options that are not named like their setting."""
 
 SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]
 LandmarkFile: TypeAlias = Annotated[
@@ -49,9 +32,12 @@ Replace: TypeAlias = Annotated[
     bool, typer.Option("--replace", help="Replace what another command or another strategy left in OUT.")
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
-MaxStep: TypeAlias = Annotated[
-    float, typer.Option(min=0.01, help="local-corrected discards segments with a longer step, metres.")
-]
+
+
+def format_help(otherwise: str = "") -> str:
+    """Help of ``--format``: the formats of other packages are named, ours stand in the command's help."""
+    names = ", ".join(DATASET_FORMATS.installed)
+    return f"One of those above{f', or of other packages: {names}' if names else ''}{otherwise}."
 
 
 def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selection:
@@ -59,20 +45,6 @@ def selection_of(floors: list[int] | None, devices: list[str] | None) -> Selecti
     from vislam2tag.pipeline.run.selection import Selection
 
     return Selection(floors=tuple(floors or ()), devices=tuple(devices or ()))
-
-
-@contextmanager
-def wrong_values_told() -> Iterator[None]:
-    """Tell a value that the settings refuse by the name of its option."""
-    from pydantic import ValidationError
-
-    try:
-        yield
-    except ValidationError as error:
-        wrong = error.errors()[0]
-        field = str(wrong["loc"][-1])
-        option = _OPTION_NAMES.get(field, field.replace("_", "-"))
-        raise UsageError(f"--{option} {wrong['input']}: {wrong['msg']}") from error
 
 
 IncludeNomap: TypeAlias = Annotated[

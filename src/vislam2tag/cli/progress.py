@@ -22,9 +22,9 @@ class SessionBar:
         """Count one finished session of ``total``, and say why it failed if it did."""
         self._bar.update(self._task, advance=1, total=total)
         if error:
-            self.tell("failed", "red", error)
+            self.print_line("failed", "red", error)
 
-    def tell(self, what: str, colour: str, text: str) -> None:
+    def print_line(self, what: str, colour: str, text: str) -> None:
         """Print a line above the bar."""
         from rich.text import Text
 

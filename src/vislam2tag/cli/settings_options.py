@@ -32,10 +32,13 @@ def option_of(name: str) -> str:
 
 
 def setting(name: str) -> Any:
-    """Option of a command for a setting, to be left out where it is not given: described as the setting is."""
+    """Option of a command for a setting, described as the setting is; None where it is not given."""
     record, field = _owner(name)
     text = _texts(record)[name.rpartition(".")[2]].replace("`", "")
-    return typer.Option(option_of(name), help=text, show_default=_default(field).strip("`") or False)
+    flag = option_of(name)
+    names = f"{flag}/--no-{flag[2:]}" if field.annotation is bool else flag
+    default = getattr(field.default, "value", field.default)
+    return typer.Option(names, help=text if default is None else f"{text}  [default: {str(default).lower()}]")
 
 
 def settings_of(config: Path | None, given: Mapping[str, object]) -> Settings:

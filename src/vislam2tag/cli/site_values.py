@@ -37,7 +37,7 @@ def plan_source(
     corner = None if lower_left is None else _numbers("--lower-left", lower_left, 2, "X,Y in metres")
     width_m, height_m = size
     if (width_m is None) != (height_m is None):
-        raise UsageError("--width and --height: give both")
+        raise UsageError("--width-m and --height-m: give both")
     if width_m is not None:
         values["extent"] = {"width_m": width_m, "height_m": height_m} | _corner(corner)
     if points:
@@ -48,7 +48,7 @@ def plan_source(
     if unit_m is not None:
         values["unit_m"] = unit_m
     if corner is not None and width_m is None and distance is None:
-        raise UsageError("--lower-left: goes with --width and --height, or with --distance")
+        raise UsageError("--lower-left: goes with --width-m and --height-m, or with --distance")
     try:
         return PlanSource.model_validate(values)
     except ValidationError as error:

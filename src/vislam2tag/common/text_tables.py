@@ -1,4 +1,4 @@
-"""Rows as CSV text, the one way in which this program writes it."""
+"""Tables as text: CSV, Markdown and LaTeX, the one way in which this program writes them."""
 
 from __future__ import annotations
 
@@ -12,3 +12,37 @@ def csv_rows(rows: Iterable[Sequence[object]], newline: str = "\n") -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator=newline).writerows(rows)
     return text.getvalue()
+
+
+def markdown_table(title: str, head: Sequence[str], rows: Iterable[Sequence[str]], texts: int) -> str:
+    """Write a table with its title; the first ``texts`` columns are text, the others numbers."""
+    align = " | ".join(["---"] * texts + ["---:"] * (len(head) - texts))
+    lines = [f"**{title}**", "", _markdown_row(head), f"| {align} |", *map(_markdown_row, rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _markdown_row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def latex_table(
+    title: str, heads: Sequence[Sequence[str]], groups: Iterable[Iterable[Sequence[str]]], texts: int
+) -> str:
+    """Write a ``tabular`` (package booktabs) below its title as a comment; cells are LaTeX already.
+
+    ``heads`` are one line or several, the last with a cell for each column. A rule stands before each group of rows.
+    """
+    columns = "l" * texts + "r" * (len(heads[-1]) - texts)
+    lines = [f"% {title}", f"\\begin{{tabular}}{{{columns}}}", "\\toprule", *map(_latex_row, heads)]
+    for group in groups:
+        lines += ["\\midrule", *map(_latex_row, group)]
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+
+
+def _latex_row(cells: Sequence[str]) -> str:
+    return " & ".join(cells) + " \\\\"
+
+
+def latex_escaped(text: str) -> str:
+    """Write text so that LaTeX prints it as it stands."""
+    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

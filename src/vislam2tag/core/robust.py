@@ -7,6 +7,7 @@ again (iteratively re-weighted least squares; for Student's t it is expectation 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -17,6 +18,7 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import FloatArray
 
 _State = TypeVar("_State")
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,7 @@ class Iterated(Generic[_State]):
 
 
 def iterate(
+    what: str,
     start: _State,
     step: Callable[[_State, int], _State],
     moved: Callable[[_State, _State], float],
@@ -42,6 +45,7 @@ def iterate(
 
     ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
     converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, nobody asks.
+    Where it does not converge it says so in the log, by ``what`` is iterated.
     """
     state, size = start, float("inf")
     for number in range(1, most_rounds + 1):
@@ -49,6 +53,7 @@ def iterate(
         size = moved(before, state)
         if number >= least_rounds and size < tolerance:
             return Iterated(state, number, size, converged=True)
+    _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
     return Iterated(state, most_rounds, size, converged=False)
 
 

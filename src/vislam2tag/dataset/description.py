@@ -159,14 +159,14 @@ def with_description(info: DatasetInfo, description: Description) -> DatasetInfo
 
     Raises DatasetError where it describes a floor that the set does not have.
     """
-    said = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related", "floors"})
+    stated = description.model_dump(exclude_unset=True, exclude={"creators", "funding", "related", "floors"})
     lists = {
         "creators": tuple(Person(**person.model_dump()) for person in description.creators),
         "funding": tuple(Funding(**part.model_dump()) for part in description.funding),
         "related": tuple(Related(**part.model_dump()) for part in description.related),
         "floors": _georeferenced(info.floors, description.floors),
     }
-    return info.model_copy(update=said | {name: parts for name, parts in lists.items() if parts})
+    return info.model_copy(update=stated | {name: parts for name, parts in lists.items() if parts})
 
 
 def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]) -> tuple[FloorInfo, ...]:

@@ -15,7 +15,14 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.point_errors import STRIDE_S, PointErrors, TruthKind, heading_of, walking_velocity
-from vislam2tag.evaluation.record import Bin, DenseFigures, DenseRow, DriftSums, Relative, SessionEvaluation
+from vislam2tag.evaluation.record import (
+    DenseFigures,
+    DenseRow,
+    DriftSums,
+    ErrorBin,
+    RelativeErrorSums,
+    SessionEvaluation,
+)
 from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
 
 DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
@@ -111,23 +118,27 @@ def relative_errors(points: PointErrors, walked_m: FloatArray, distance_m: float
     return np.asarray(error[np.isfinite(error)])
 
 
-def _relative(points: PointErrors, walked_m: FloatArray, distance_m: float) -> Relative:
+def _relative(points: PointErrors, walked_m: FloatArray, distance_m: float) -> RelativeErrorSums:
+    """Sums of the relative errors; ``walked_m`` (t,)."""
     error = relative_errors(points, walked_m, distance_m)
-    return Relative(distance_m=distance_m, pairs=len(error), sum_m=float(error.sum()), sum_m2=float((error**2).sum()))
+    return RelativeErrorSums(
+        distance_m=distance_m, pairs=len(error), sum_m=float(error.sum()), sum_m2=float((error**2).sum())
+    )
 
 
-def _binned(values: FloatArray, error_m: FloatArray, edges: tuple[float, ...]) -> list[Bin]:
+def _binned(values: FloatArray, error_m: FloatArray, edges: tuple[float, ...]) -> list[ErrorBin]:
     """Count points by bin of their values (t,), NaN in none."""
     index = np.searchsorted(edges, values, side="right") - 1
     bins = []
     for number in range(len(edges) - 1):
         here = error_m[(index == number) & np.isfinite(values)]
         labelled = here[np.isfinite(here)]
-        bins.append(Bin(points=len(here), labelled=len(labelled), sum_m=float(labelled.sum())))
+        bins.append(ErrorBin(points=len(here), labelled=len(labelled), sum_m=float(labelled.sum())))
     return bins
 
 
 def _drift(since_m: FloatArray, error_m: FloatArray) -> DriftSums:
+    """Sums over the points where both distance (t,) and error (t,) are known, metres."""
     both = np.isfinite(since_m) & np.isfinite(error_m)
     d, e = since_m[both], error_m[both]
     return DriftSums(points=len(d), d=d.sum(), e=e.sum(), dd=(d * d).sum(), de=(d * e).sum())
@@ -199,7 +210,9 @@ def _relative_rows(strategy: str, figures: Sequence[DenseFigures]) -> list[Dense
     return rows
 
 
-def _bin_rows(strategy: str, what: str, edges: Sequence[float], sessions: Sequence[Sequence[Bin]]) -> list[DenseRow]:
+def _bin_rows(
+    strategy: str, what: str, edges: Sequence[float], sessions: Sequence[Sequence[ErrorBin]]
+) -> list[DenseRow]:
     """One row for each bin in which there are points."""
     rows = []
     for low, high, same in zip(edges, edges[1:], zip(*sessions, strict=True), strict=False):

@@ -83,6 +83,7 @@ class PointErrors:
 
     @property
     def _ahead(self) -> FloatArray:
+        """Unit vectors (n, 2) in the direction of walking."""
         return np.column_stack((np.cos(self.heading_rad), np.sin(self.heading_rad)))
 
     def select(self, wanted: BoolArray) -> PointErrors:

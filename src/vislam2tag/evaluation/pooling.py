@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.common import log_bins
-from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
+from vislam2tag.common.bootstrap import FEWEST_WALKS, LEVEL, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.evaluation.metrics import DIRECTED
-from vislam2tag.evaluation.record import Figure, Measured, Row, SessionEvaluation
+from vislam2tag.evaluation.record import ErrorRow, Figure, SessionEvaluation, StrategyErrors
 
 ALL = "all"
 ALL_WALKS, WITHOUT_FAULTS = "all walks", "without faults"
@@ -23,7 +23,7 @@ Statistics = dict[str, FloatArray]
 """By name of the figure, its value (rounds,) in each round."""
 
 
-def table_rows(sessions: Sequence[SessionEvaluation]) -> list[Row]:
+def table_rows(sessions: Sequence[SessionEvaluation]) -> list[ErrorRow]:
     """Make the rows of each truth, way and strategy: all walks, each floor, each device; with and without faults."""
     found = []
     for truth, way, strategy in dict.fromkeys((m.truth, m.way, m.strategy) for s in sessions for m in s.measured):
@@ -52,18 +52,18 @@ def _groups(sessions: Sequence[SessionEvaluation]) -> Iterator[tuple[str, list[S
 
 
 def _row(
-    mine: Sequence[Measured],
-    statistics: Callable[[Sequence[Measured], IntArray], Statistics],
+    mine: Sequence[StrategyErrors],
+    statistics: Callable[[Sequence[StrategyErrors], IntArray], Statistics],
     *,
     group: str,
     selection: str,
     over: str,
-) -> Row:
+) -> ErrorRow:
     once = statistics(mine, np.arange(len(mine))[None])
     labelled_walks = sum(one.labelled > 0 for one in mine)
     again = statistics(mine, draws(len(mine))) if labelled_walks >= FEWEST_WALKS else {}
     again.pop("max_m", None)  # drawn walks never exceed the greatest: the bootstrap says nothing of maxima
-    return Row(
+    return ErrorRow(
         truth=mine[0].truth,
         way=mine[0].way,
         strategy=mine[0].strategy,
@@ -77,6 +77,7 @@ def _row(
 
 
 def _figure(value: float, rounds: FloatArray | None) -> Figure:
+    """A figure with its interval by ``rounds`` (rounds,) of the bootstrap."""
     if not np.isfinite(value):
         return Figure(value=None)
     bounds = None if rounds is None else interval(rounds)
@@ -84,8 +85,10 @@ def _figure(value: float, rounds: FloatArray | None) -> Figure:
     return Figure(value=round(value, 4), low=low, high=high)
 
 
-def _over_walks(mine: Sequence[Measured], drawn: IntArray) -> Statistics:
-    """Statistics of the walks' mean errors; walks without any label count in the share only."""
+def _over_walks(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:
+    """Statistics of the mean errors of the walks ``drawn`` (rounds, w); those without any label count in the share
+    only.
+    """
     means = np.array([np.nan if one.mean_m is None else one.mean_m for one in mine])[drawn]
     shares = np.array([one.labelled / one.points if one.points else np.nan for one in mine])[drawn]
     labelled = np.isfinite(means)
@@ -103,7 +106,7 @@ def _over_walks(mine: Sequence[Measured], drawn: IntArray) -> Statistics:
         }
 
 
-def _mean_of(mine: Sequence[Measured], drawn: IntArray, name: str, weight: FloatArray) -> FloatArray:
+def _mean_of(mine: Sequence[StrategyErrors], drawn: IntArray, name: str, weight: FloatArray) -> FloatArray:
     """Weighted mean (rounds,) of a figure of the walks that have it; to be called where division by zero is NaN."""
     values = np.array([getattr(one, name) for one in mine], dtype=np.float64)
     known = np.where(np.isnan(values), 0.0, weight)
@@ -132,7 +135,7 @@ class _Counted:
     errors: IntArray
 
 
-def _counted(mine: Sequence[Measured]) -> _Counted:
+def _counted(mine: Sequence[StrategyErrors]) -> _Counted:
     errors = np.zeros((len(mine), log_bins.BINS), dtype=np.int64)
     for row, one in zip(errors, mine, strict=True):
         row[list(one.errors)] = list(one.errors.values())
@@ -146,8 +149,10 @@ def _counted(mine: Sequence[Measured]) -> _Counted:
     )
 
 
-def _over_points(mine: Sequence[Measured], drawn: IntArray) -> Statistics:
-    """Statistics of all points' errors; quantiles, from counts by length, are good to a few percent."""
+def _over_points(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:
+    """Statistics of all points' errors over walks ``drawn`` (rounds, w); quantiles, from counts by length, are good to
+    a few percent.
+    """
     walks, times = _counted(mine), multiplicities(drawn)
     labelled, errors = times @ walks.labelled, times @ walks.errors
     greatest = np.max(walks.max_m[drawn], axis=1)
@@ -171,3 +176,36 @@ def _counted_quantile(errors: IntArray, share: float) -> FloatArray:
     inside = errors[rows, place]
     into = (wanted - (upto[rows, place] - inside)) / inside
     return np.asarray(_EDGES_M[place] + (_EDGES_M[place + 1] - _EDGES_M[place]) * into)
+
+
+@dataclass(frozen=True)
+class ErrorCurve:
+    """Share (k,) of *all* true points whose label is at most ``error_m`` (k,) off: it ends at the share labelled.
+
+    ``low`` and ``high`` (k,) bound it in 95 of 100 such surveys; None of too few walks.
+    """
+
+    error_m: FloatArray
+    share: FloatArray
+    low: FloatArray | None
+    high: FloatArray | None
+
+
+def error_curve(walks: Sequence[StrategyErrors]) -> ErrorCurve | None:
+    """Add up the walks of one strategy against one truth; None where no point has a label."""
+    errors = np.zeros((len(walks), log_bins.BINS))
+    for row, one in zip(errors, walks, strict=True):
+        row[list(one.errors)] = list(one.errors.values())
+    used = np.flatnonzero(errors.any(axis=0))
+    if not len(used):
+        return None
+    bins = np.arange(max(used[0] - 1, 0), used[-1] + 1)
+    upto = np.cumsum(errors, axis=1)[:, bins]
+    points = np.array([one.points for one in walks], dtype=np.float64)
+    low, high = None, None
+    if len(walks) >= FEWEST_WALKS:
+        times = multiplicities(draws(len(walks)))
+        shares = (times @ upto) / (times @ points)[:, None]
+        low, high = np.quantile(shares, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
+    edges = np.array([log_bins.lower_edge_m(int(index) + 1) for index in bins])
+    return ErrorCurve(edges, upto.sum(axis=0) / points.sum(), low, high)

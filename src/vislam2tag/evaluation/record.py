@@ -7,7 +7,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.evaluation.point_errors import TruthKind
 
 
-class Bin(Record):
+class ErrorBin(Record):
     """True points that have something in common: their number, how many have a label, and the sum of the errors."""
 
     points: int
@@ -15,7 +15,7 @@ class Bin(Record):
     sum_m: float
 
 
-class Relative(Record):
+class RelativeErrorSums(Record):
     """Errors of the displacement over a distance walked: number of pairs, sum and sum of squares."""
 
     distance_m: float
@@ -37,15 +37,15 @@ class DriftSums(Record):
 class DenseFigures(Record):
     """What only a truth of the whole walk tells; all of it adds up over sessions."""
 
-    relative: list[Relative]
-    since_landmark: list[Bin]
+    relative: list[RelativeErrorSums]
+    since_landmark: list[ErrorBin]
     """By distance walked since the last landmark, :data:`~vislam2tag.evaluation.dense.SINCE_EDGES_M`."""
     drift: DriftSums
-    speed: list[Bin]
+    speed: list[ErrorBin]
     """Between first and last landmark, by speed, :data:`~vislam2tag.evaluation.dense.SPEED_EDGES_M_S`."""
 
 
-class Measured(Record):
+class StrategyErrors(Record):
     """One strategy in one session against one truth; metres, None where nothing is labelled."""
 
     truth: TruthKind
@@ -94,7 +94,7 @@ class SessionEvaluation(Record):
     """By strategy, the share that it labels of the frames that ``local`` labels."""
     estimates: dict[str, float | None] = {}
     """What was estimated of the truth: a lead, a clock, residuals of a frame; names end with the unit."""
-    measured: list[Measured] = []
+    measured: list[StrategyErrors] = []
 
 
 class Figure(Record):
@@ -109,7 +109,7 @@ class Figure(Record):
     high: float | None = None
 
 
-class Row(Record):
+class ErrorRow(Record):
     """One row of the table of errors: one strategy against one truth, over some walks."""
 
     truth: TruthKind
@@ -163,7 +163,7 @@ class SurveyEvaluation(Record):
     strategies: list[str]
     max_sigma_m: float | str
     """Labels with a greater sigma are not counted as such."""
-    rows: list[Row]
+    rows: list[ErrorRow]
     dense: list[DenseRow]
     drift: dict[str, float | None]
     """By strategy, by how much the error grows with each metre walked since the last landmark."""

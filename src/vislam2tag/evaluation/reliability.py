@@ -49,6 +49,7 @@ def reduce_errors(source: str, error_m: FloatArray, covariance_m2: FloatArray) -
 
 
 def _rows(length_m: FloatArray, sigma_m: FloatArray) -> list[SigmaRow]:
+    """Errors (n,) counted by the sigma (n,) stated, NaN where none is; metres."""
     known = np.isfinite(sigma_m)
     index = np.where(known, log_bins.bins_of(np.where(known, sigma_m, 0.0)), -1)
     return [

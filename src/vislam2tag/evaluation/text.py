@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
-from vislam2tag.evaluation.paper.table_text import latex_escaped
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.record import DenseRow, Figure, Row, SessionEvaluation
+from vislam2tag.evaluation.record import DenseRow, ErrorRow, Figure, SessionEvaluation
 
 _ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -27,14 +26,14 @@ HEADS = {
 """What the figures are called in tables for reading."""
 
 
-def rows_csv(rows: Sequence[Row]) -> str:
+def rows_csv(rows: Sequence[ErrorRow]) -> str:
     """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
     names = ("labelled", *FIGURES, *DIRECTED)
     head = (*_ROW_KEYS, *(f"{name}{end}" for name in names for end in ("", "_low", "_high")))
     return csv_rows((head, *((*(getattr(row, key) for key in _ROW_KEYS), *_bounds(row, names)) for row in rows)))
 
 
-def _bounds(row: Row, names: Sequence[str]) -> list[float | None]:
+def _bounds(row: ErrorRow, names: Sequence[str]) -> list[float | None]:
     figures: list[Figure] = [getattr(row, name) for name in names]
     return [value for figure in figures for value in (figure.value, figure.low, figure.high)]
 
@@ -62,7 +61,7 @@ def dense_csv(rows: Sequence[DenseRow]) -> str:
     return csv_rows((names, *(tuple(getattr(row, name) for name in names) for row in rows)))
 
 
-def latex_text(rows: Sequence[Row]) -> str:
+def latex_text(rows: Sequence[ErrorRow]) -> str:
     """A ``tabular`` (package booktabs) for each truth and way: over walks, with and without faults, metres."""
     shown = [row for row in rows if row.group == ALL and row.over == OVER_WALKS]
     return "\n".join(
@@ -77,22 +76,17 @@ def truth_name(truth: str, way: str) -> str:
     return f"{words} ({way})" if way else words
 
 
-def _tabular(title: str, rows: Sequence[Row]) -> str:
-    names = tuple(HEADS)
-    heads = " & ".join(head[0].upper() + head[1:] for head in HEADS.values())
-    lines = [
-        f"% {title}; metres, 95 % intervals in brackets",
-        f"\\begin{{tabular}}{{ll{'r' * (2 + len(names))}}}",
-        "\\toprule",
-        f"Trajectories & Strategy & Walks & Labelled & {heads} \\\\",
-    ]
-    for selection, group in groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection):
-        lines.append("\\midrule")
-        for row in group:
-            share = "-" if row.labelled.value is None else f"{100 * row.labelled.value:.0f}\\,\\%"
-            figures = " & ".join(_latex_figure(name, getattr(row, name)) for name in names)
-            lines.append(f"{selection} & {latex_escaped(row.strategy)} & {row.walks} & {share} & {figures} \\\\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+def _tabular(title: str, rows: Sequence[ErrorRow]) -> str:
+    heads = ("Trajectories", "Strategy", "Walks", "Labelled", *(head[0].upper() + head[1:] for head in HEADS.values()))
+    groups = groupby(sorted(rows, key=lambda row: row.selection), key=lambda row: row.selection)
+    caption = f"{title}; metres, 95 % intervals in brackets"
+    return latex_table(caption, (heads,), (map(_latex_row, group) for _, group in groups), texts=2)
+
+
+def _latex_row(row: ErrorRow) -> tuple[str, ...]:
+    share = "-" if row.labelled.value is None else rf"{100 * row.labelled.value:.0f}\,\%"
+    figures = (_latex_figure(name, getattr(row, name)) for name in HEADS)
+    return (row.selection, latex_escaped(row.strategy), str(row.walks), share, *figures)
 
 
 def _latex_figure(name: str, figure: Figure) -> str:

@@ -44,7 +44,9 @@ def tum_text_of_truth(truth: Truth) -> str:
 
 
 def _tum_lines(time_ns: IntArray, position: FloatArray, orientation: FloatArray) -> str:
-    """Whole nanoseconds are written digit by digit: as a floating-point number of seconds they would be rounded."""
+    """Lines of times (n,), positions (n, 3), quaternions (n, 4). Whole nanoseconds are written digit by digit: as a
+    floating-point number of seconds they would be rounded.
+    """
     values = np.column_stack((position, orientation))
     text = io.StringIO()
     for time, row in zip(time_ns.tolist(), values.tolist(), strict=True):
@@ -121,7 +123,9 @@ def _first_fields(path: Path) -> list[str]:
 
 
 def _numbers(path: Path, separator: str | None, columns: int, expected: str, *, exact: bool = True) -> FloatArray:
-    """Return the first ``columns`` numbers of each line; raises SessionError with the line that has others."""
+    """Return the first ``columns`` numbers of each line (n, columns); raises SessionError with the line that has
+    others.
+    """
     rows = []
     for number, line in _lines(path):
         fields = line.split(separator)
@@ -138,13 +142,14 @@ def _numbers(path: Path, separator: str | None, columns: int, expected: str, *, 
 
 
 def _nanoseconds(path: Path, seconds: FloatArray) -> IntArray:
+    """Times (n,) in ns of seconds (n,); raises SessionError where they cannot be seconds."""
     if np.abs(seconds).max() > LATEST_S:
         raise SessionError(f"{path}: its times are no seconds: they go beyond {LATEST_S:.0e}; are they nanoseconds?")
     return np.rint(seconds * 1e9).astype(np.int64)
 
 
 def _truth(path: Path, time_ns: IntArray, position_bcs: FloatArray) -> Truth:
-    """Make a truth of rising times; of equal times the first counts."""
+    """Make a truth of rising times (n,), ns, and positions (n, 2), metres; of equal times the first counts."""
     if (np.diff(time_ns) < 0).any():
         raise SessionError(f"{path}: its times go backwards; sort the lines by time")
     first = np.append(True, np.diff(time_ns) > 0)

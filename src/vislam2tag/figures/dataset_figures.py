@@ -18,7 +18,7 @@ from vislam2tag.dataset.statistics.record import (
     FloorLabels,
     LabelCounts,
     SessionStatistics,
-    SigmaStatistics,
+    SigmaDistribution,
     TechnologyStatistics,
 )
 from vislam2tag.figures.panels import legend_below, letter, log_metres, panel_grid
@@ -55,8 +55,8 @@ def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure
         _bar(left, (row, _THICK * len(devices) / max(3, rows)), labels, [(device, labels.labelled)], colours)
     left.set_yticks(range(len(devices)), devices)
     for row, floor in enumerate(technology.by_floor):
-        parts = [(device, labels.labelled) for device, labels in sorted(floor.by_device.items())]
-        shown = parts if len(colours) <= len(PALETTE) else [("", floor.labels.labelled)]
+        by_device = [(device, labels.labelled) for device, labels in sorted(floor.by_device.items())]
+        shown = by_device if len(colours) <= len(PALETTE) else [("", floor.labels.labelled)]
         _bar(right, (row, _THICK * len(technology.by_floor) / max(3, rows)), floor.labels, shown, colours)
     right.set_yticks(range(len(technology.by_floor)), [floor_name(floor) for floor in technology.by_floor])
     for axes, bars in ((left, devices), (right, technology.by_floor)):
@@ -68,15 +68,15 @@ def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure
 
 def _bar(
     axes: Axes,
-    place: tuple[int, float],
+    row_and_height: tuple[int, float],
     labels: LabelCounts,
-    parts: Sequence[tuple[str, int]],
+    labelled: Sequence[tuple[str, int]],
     colours: Mapping[str, str],
 ) -> None:
-    """Draw one bar (row and thickness): its labelled parts by device, the rest, and the labelled number at its end."""
-    row, height = place
+    """Draw one bar: the labelled fingerprints of each device, the rest, and the number of all labelled at its end."""
+    row, height = row_and_height
     start = 0
-    for device, count in parts:
+    for device, count in labelled:
         axes.barh(row, count, left=start, height=height, color=colours.get(device, BLUE), linewidth=0)
         start += count
     axes.barh(row, labels.fingerprints - start, left=start, height=height, color=QUIET, alpha=0.3, linewidth=0)
@@ -185,7 +185,7 @@ def _offsets(axes: Axes, rssi: Sequence[DeviceRssi]) -> None:
 
 
 @print_quality
-def sigma_distribution(sigma: SigmaStatistics) -> Figure:
+def sigma_distribution(sigma: SigmaDistribution) -> Figure:
     """Draw the share of fingerprints that are at least so sure."""
     figure, (axes,) = panel_grid(1, 1, COLUMN_IN, 0.55)
     index = np.array(list(sigma.counts))

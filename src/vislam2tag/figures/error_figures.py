@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
-from vislam2tag.evaluation.error_curves import ErrorCurve
 from vislam2tag.evaluation.point_errors import PointErrors
+from vislam2tag.evaluation.pooling import ErrorCurve
 from vislam2tag.evaluation.reliability import CoverageCurve
 from vislam2tag.figures.panels import (
     aspect_of,

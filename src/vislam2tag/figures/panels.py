@@ -84,13 +84,13 @@ def extent_around(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def aspect_of(extent: tuple[FloatArray, FloatArray]) -> float:
-    """Height over width."""
+    """Height over width of what lies between two corners, (2,) each."""
     width, height = extent[1] - extent[0]
     return float(height / width)
 
 
 def show(axes: Axes, extent: tuple[FloatArray, FloatArray]) -> None:
-    """Show this part of the floor and no more."""
+    """Show what lies between two corners, (2,) each, metres, and no more."""
     axes.set(xlim=(extent[0][0], extent[1][0]), ylim=(extent[0][1], extent[1][1]))
 
 

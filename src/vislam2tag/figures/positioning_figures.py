@@ -117,9 +117,9 @@ def _draw_errors(axes: Axes, predictions: pl.DataFrame, norm: LogNorm) -> None:
         axes.scatter(part["x"], part["y"], c=part["error_m"], norm=norm, cmap="viridis_r", zorder=5, **look)
         axes.collections[-1].set_rasterized(True)
         axes.scatter([], [], color=QUIET, label=what, **look)
-    deaf = predictions.filter(pl.col("error_m").is_null())
-    if deaf.height:
-        axes.plot(deaf["x"], deaf["y"], "+", color=DISCARDED, markersize=3, zorder=5, label="no answer")
+    unanswered = predictions.filter(pl.col("error_m").is_null())
+    if unanswered.height:
+        axes.plot(unanswered["x"], unanswered["y"], "+", color=DISCARDED, markersize=3, zorder=5, label="no answer")
 
 
 @print_quality

@@ -59,6 +59,7 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> It
         return np.asarray(spsolve((weighted @ matrix).tocsc(), weighted @ value))
 
     return iterate(
+        "the walk's height",
         start,
         step,
         lambda before, after: float(np.abs(after - before).max(initial=0.0)),

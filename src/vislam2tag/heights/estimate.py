@@ -17,19 +17,15 @@ from vislam2tag.core.visits import usable_rank
 from vislam2tag.heights.differences import Differences, solve_robustly
 from vislam2tag.heights.floors import floor_of_heights
 from vislam2tag.heights.rides import Tie, with_rides_by_landmarks, with_rides_by_pressure
+from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.heights.vertical import VerticalTrack, vertical_track
 
-CARRIED_M = 1.4
 CARRIED_SIGMA_M = 0.5
-"""Usual height above the floor of a phone in the hand, and of a landmark whose height nobody measured."""
+"""How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""
 START_SIGMA_M = 0.25
 """A session starts on its own floor, phone in hand."""
-CARRIED_RANGE_M = (0.9, 1.9)
-SURVEYED_SIGMA_M = 0.05
-"""Standard deviation of a landmark's surveyed height."""
-STOREY_M = 3.5
 STOREY_SIGMA_M = 1.0
-"""Height of a storey where elevations are unknown; used to tell floors apart, never to tell heights."""
+"""How well the usual height of a storey is known, where elevations are not."""
 SIGHTING_SIGMA_M = 0.1
 SIGHTING_REACH_M = 2.5
 OUT_OF_SIGHT_M = 6.0
@@ -65,13 +61,16 @@ class _Sightings:
     """Logged height of the landmark, in the continuous frame of the vertical track."""
 
 
-def estimate_heights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Heights:
+def estimate_heights(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, settings: HeightSettings | None = None
+) -> Heights:
     """Find the height and floor of each frame of a session; linear in the number of frames.
 
     Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m`` and ``camera.pressure``. A session starts on its
     own floor. Where several floors are possible and none has an elevation, floors are told by the landmarks' floors and
     the vertical change between them.
     """
+    settings = settings or HeightSettings()
     n, storeys = len(camera.time_ns), landmarks.storeys
     if storeys is None:
         return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
@@ -81,11 +80,11 @@ def estimate_heights(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
         return Heights(z, floor)
     track = _track(camera, log)
     seen = _sightings(camera, log, landmarks, track)
-    track, rise = _with_rides(track, seen, landmarks, storeys)
+    track, rise = _with_rides(track, seen, landmarks, storeys, settings)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
-    height, elevation, converged = _solve(track, seen, landmarks, storeys)
+    height, elevation, converged = _solve(track, seen, landmarks, storeys, settings)
     own = int(_index(storeys, np.array([storeys.own]))[0])
-    place = floor_of_heights(height, elevation, _carried(height, elevation), own)
+    place = floor_of_heights(height, elevation, _carried(height, elevation, settings), own)
     floor[track.frame] = storeys.number[place]
     z[track.frame] = np.where(np.isfinite(storeys.elevation_m[place]), height, np.nan)
     return Heights(z, _carried_on(floor, camera), converged)
@@ -109,11 +108,11 @@ def _track(camera: CameraTrack, log: LandmarkLog) -> VerticalTrack:
     return with_rides_by_pressure(track, camera.time_ns[track.frame], camera.pressure)
 
 
-def _carried(height: FloatArray, elevation: FloatArray) -> float:
+def _carried(height: FloatArray, elevation: FloatArray, settings: HeightSettings) -> float:
     """Usual height of the phone above the floor on this walk, metres."""
     above = height[:, None] - elevation
-    nearest = np.abs(above - CARRIED_M).argmin(axis=1)
-    return float(np.median(above[np.arange(len(above)), nearest]).clip(*CARRIED_RANGE_M))
+    nearest = np.abs(above - settings.carried_m).argmin(axis=1)
+    return float(np.median(above[np.arange(len(above)), nearest]).clip(*settings.carried_range_m))
 
 
 def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
@@ -176,11 +175,11 @@ def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: In
 
 
 def _with_rides(
-    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys
+    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys, settings: HeightSettings
 ) -> tuple[VerticalTrack, FloatArray]:
     """Add the rides that the tracker missed; also returns what they add (f,) to the track's height."""
     storey = _index(storeys, landmarks.floor[seen.landmark])
-    level = _usual_elevations(storeys)[storey] + _usual_height(landmarks)[seen.landmark]
+    level = _usual_elevations(storeys, settings)[storey] + _usual_height(landmarks, settings)[seen.landmark]
     changes = np.flatnonzero(np.diff(storey) != 0)
     ties = [
         Tie(
@@ -196,24 +195,24 @@ def _with_rides(
     return ridden, ridden.height_m - track.height_m
 
 
-def _usual_height(landmarks: Landmarks) -> FloatArray:
-    return np.where(np.isfinite(landmarks.z_m), landmarks.z_m, CARRIED_M)
+def _usual_height(landmarks: Landmarks, settings: HeightSettings) -> FloatArray:
+    return np.where(np.isfinite(landmarks.z_m), landmarks.z_m, settings.carried_m)
 
 
-def _usual_elevations(storeys: Storeys) -> FloatArray:
+def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
     """Elevation (s,) of each storey; those unknown are guessed from the nearest known one, the own floor's being 0."""
     known = np.isfinite(storeys.elevation_m)
     if not known.any():
-        return STOREY_M * (storeys.number - storeys.own).astype(np.float64)
+        return settings.storey_m * (storeys.number - storeys.own).astype(np.float64)
     nearest = np.abs(storeys.number[:, None] - storeys.number[known]).argmin(axis=1)
-    guess: FloatArray = storeys.elevation_m[known][nearest] + STOREY_M * (
+    guess: FloatArray = storeys.elevation_m[known][nearest] + settings.storey_m * (
         storeys.number - storeys.number[known][nearest]
     )
     return guess
 
 
 def _solve(
-    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys
+    track: VerticalTrack, seen: _Sightings, landmarks: Landmarks, storeys: Storeys, settings: HeightSettings
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Height (f,) of the camera and elevation (s,) of each storey, metres, and whether re-weighting converged.
 
@@ -223,19 +222,19 @@ def _solve(
     knots, at = np.unique(np.concatenate(([0], seen.rank)), return_inverse=True)
     used, which = np.unique(seen.landmark, return_inverse=True)
     k, m = len(knots), len(used)
-    elevation = _usual_elevations(storeys)
+    elevation = _usual_elevations(storeys, settings)
     own = _index(storeys, np.array([storeys.own]))
-    start = elevation[own] + CARRIED_M - track.height_m[0]
+    start = elevation[own] + settings.carried_m - track.height_m[0]
     measured = np.isfinite(landmarks.z_m[used])
     drift = np.sqrt(np.diff(track.variance_m2[knots]))
-    hung = np.where(measured, SURVEYED_SIGMA_M, CARRIED_SIGMA_M)
+    hung = np.where(measured, settings.surveyed_sigma_m, CARRIED_SIGMA_M)
     storey = _index(storeys, landmarks.floor[used])
     equations = [
         Differences(np.arange(1, k), np.arange(k - 1), np.zeros(k - 1), drift),
         Differences(k + which, at[1:], seen.height_m, np.full(len(which), SIGHTING_SIGMA_M)),
-        Differences(k + np.arange(m), k + m + storey, _usual_height(landmarks)[used], hung),
+        Differences(k + np.arange(m), k + m + storey, _usual_height(landmarks, settings)[used], hung),
         Differences(np.zeros(1, np.int64), k + m + own, start - elevation[own], np.array([START_SIGMA_M]), False),
-        *_elevation_equations(storeys, elevation, k + m),
+        *_elevation_equations(storeys, elevation, k + m, settings.storey_m),
     ]
     logged = np.array([np.median(seen.height_m[which == i]) for i in range(m)])
     found = solve_robustly(equations, np.concatenate((np.repeat(start, k), logged + start, elevation)))
@@ -243,7 +242,7 @@ def _solve(
     return track.height_m + offset, found.state[k + m :], found.converged
 
 
-def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int) -> list[Differences]:
+def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, storey_m: float) -> list[Differences]:
     """Known elevations are pinned; unknown ones follow the next floor's by the usual height of a storey."""
     known = np.isfinite(storeys.elevation_m)
     pinned = np.flatnonzero(known if known.any() else storeys.number == storeys.own)
@@ -252,5 +251,5 @@ def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int) ->
     storeys_up = np.diff(storeys.number)[lower]
     return [
         Differences(first + pinned, none, elevation[pinned], np.full(len(pinned), PINNED_M), False),
-        Differences(first + lower + 1, first + lower, STOREY_M * storeys_up, STOREY_SIGMA_M * storeys_up, False),
+        Differences(first + lower + 1, first + lower, storey_m * storeys_up, STOREY_SIGMA_M * storeys_up, False),
     ]

@@ -119,6 +119,7 @@ def join(maps: Sequence[LocalMap], known: KnownLandmarks) -> LandmarkMap:
 
     start = rough(tuple(maps), known)
     done = iterate(
+        "the joint landmark map",
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
         step,
         lambda before, after: float(np.abs(after.position - before.position).max(initial=0.0)),

@@ -114,12 +114,13 @@ def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0,
 
 
 def _line(graph: CorridorGraph, half: int) -> FloatArray:
+    """The polyline (k, 2) of an edge in the direction of a half."""
     line = graph.polylines[half // 2]
     return line[::-1] if half % 2 else line
 
 
 def _heading(line: FloatArray) -> float:
-    """Direction in which a line leaves its first corner, rad."""
+    """Direction in which a line (k, 2) leaves its first corner, rad."""
     at = arc_lengths(line)
     reach = min(LOOK_AHEAD_M, float(at[-1]))
     ahead = [float(np.interp(reach, at, line[:, axis])) - float(line[0, axis]) for axis in (0, 1)]
@@ -135,7 +136,9 @@ def _is_end(graph: CorridorGraph, out: list[int], turn_rad: float) -> bool:
 
 
 def _chains_of(graph: CorridorGraph, kept: list[int], opened: BoolArray, turn_rad: float) -> list[Chain]:
-    """Follow the ``kept`` edges from end to end; a ring without any end gets one."""
+    """Follow the ``kept`` edges from end to end, over nodes that are not ``opened`` (n,); a ring without any end gets
+    one.
+    """
     halves: list[list[int]] = [[] for _ in graph.nodes]
     for edge in kept:
         first, second = graph.edges[edge].tolist()

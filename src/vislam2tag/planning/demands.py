@@ -113,7 +113,9 @@ class CorridorWalks:
     def _along(
         self, half: int, beyond: float, gone: float, passed: tuple[int, ...], spacing_m: float, chosen: BoolArray | None
     ) -> tuple[tuple[int, ...], float, bool] | None:
-        """Go on along one half: stations passed, length so far and whether the window is full; None: landmark met."""
+        """Go on along one half past ``chosen`` (s,) stations: stations passed, length so far and whether the window is
+        full; None: landmark met.
+        """
         length = float(self.corridors.length_m[half // 2])
         for row, at in zip(*self._on[half], strict=True):
             if at <= beyond + SLACK_M:
@@ -175,7 +177,9 @@ def _distance(a: tuple[float, float], b: tuple[float, float]) -> float:
 def turn_rows(
     corridors: Corridors, stations: Stations, usable: BoolArray, short_m: float
 ) -> tuple[list[StationSet], list[Gap]]:
-    """A row for each corridor between two turns that are not close together; open areas have none inside."""
+    """A row of ``usable`` (s,) stations for each corridor between two turns that are not close together; open areas
+    have none inside.
+    """
     rows, gaps = [], []
     for corridor, length in enumerate(corridors.length_m.tolist()):
         if length < short_m or corridors.in_hall[corridor]:
@@ -192,7 +196,9 @@ def turn_rows(
 def hall_rows(
     corridors: Corridors, stations: Stations, usable: BoolArray, reach_m: float
 ) -> tuple[list[StationSet], list[Gap]]:
-    """A row for each place of an open area: the stations within ``reach_m`` of walking, or else the nearest ones."""
+    """A row for each place of an open area: the ``usable`` (s,) stations within ``reach_m`` of walking, or else the
+    nearest.
+    """
     halls = np.flatnonzero(corridors.is_open)
     rows: list[StationSet] = []
     gaps: list[Gap] = []
@@ -229,7 +235,9 @@ def walking_distances(corridors: Corridors, stations: Stations, from_ends: IntAr
 
 
 def _shortest_edges(entries: tuple[FloatArray, tuple[IntArray, IntArray]], size: int) -> csr_array:
-    """Graph with the shortest of parallel corridors: a sparse array would add them up."""
+    """Graph (size, size) with the shortest of parallel edges, by lengths (e,) and ends (e,), (e,): a sparse array would
+    add them up.
+    """
     length, (first, second) = entries
     low, high = np.minimum(first, second), np.maximum(first, second)
     order = np.lexsort((length, high, low))

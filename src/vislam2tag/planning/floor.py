@@ -220,6 +220,7 @@ def longest_free_m(corridors: Corridors, stations: Stations, chosen: BoolArray, 
 
 
 def _marked(index: IntArray, count: int) -> BoolArray:
+    """Mask (count,) of the indices (k,), negative ones left out."""
     mask = np.zeros(count, dtype=np.bool_)
     mask[index[index >= 0]] = True
     return mask
@@ -239,7 +240,7 @@ def _check_inside(space: WalkableSpace, constraints: FloorConstraints) -> None:
 
 
 def _stations_of(space: WalkableSpace, stations: Stations, fixed: FloatArray) -> IntArray:
-    """Nearest station in view of each fixed landmark, -1 where there is none near enough."""
+    """Nearest station (h,) in view of each fixed landmark (h, 2), -1 where there is none near enough."""
     found = np.full(len(fixed), -1, dtype=np.int64)
     for i, place in enumerate(fixed):
         away = np.linalg.norm(stations.point - place, axis=1)

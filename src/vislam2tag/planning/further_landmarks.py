@@ -64,13 +64,14 @@ def _errors_m(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float) 
 
 
 def _mean(errors: Sequence[FloatArray]) -> float:
+    """Mean of all errors, (n,) each, metres."""
     return float(np.concatenate([*errors, np.zeros(0)]).mean())
 
 
 def _first_order_gains(
     paths: Sequence[FloatArray], sheets: PassedLandmarks, survey_sigma_m: float
 ) -> dict[tuple[int, int], float]:
-    """By how much the mean expected error falls with a landmark in each cell, to first order."""
+    """By how much the mean expected error on walks, (n, 2) each, falls with a landmark in each cell, to first order."""
     total = GainMap()
     for number in sorted(set(np.linspace(0, len(paths) - 1, min(MOST_WALKS, len(paths))).astype(int).tolist())):
         path = paths[number]

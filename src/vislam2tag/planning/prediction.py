@@ -53,7 +53,7 @@ class PassedLandmarks:
     pass_m: FloatArray
 
     def with_one(self, position: FloatArray, foot: FloatArray, pass_m: float) -> PassedLandmarks:
-        """The same and one more."""
+        """The same and one more: ``position`` (2,), ``foot`` (2,)."""
         return PassedLandmarks(
             np.vstack((self.position, position[None])),
             np.vstack((self.foot, foot[None])),
@@ -77,7 +77,9 @@ class ExpectedLabels:
 def expected_along(
     path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: Noise = USUAL
 ) -> ExpectedLabels | None:
-    """Covariances of the labels of a walk; None where it passes no two landmarks apart, so that nothing is mapped."""
+    """Covariances (n, 2, 2) of the labels of a walk (n, 2); None where it passes no two landmarks apart, so that
+    nothing is mapped.
+    """
     smoothed = smoothed_walk(path, sheets, survey_sigma_m, noise)
     return None if smoothed is None else ExpectedLabels(path, mapped_path(smoothed)[1])
 
@@ -121,7 +123,9 @@ def passes_near(path: FloatArray, foot: FloatArray) -> bool:
 
 
 def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> Walked:
-    """The odometry and the passes that a tracker would have logged on this walk, without any fault."""
+    """The odometry of a path (n, 2) and the passes (p,) of landmarks (p,) that a tracker would have logged, without any
+    fault.
+    """
     count = len(path)
     step = np.diff(path, axis=0)
     walked_m = np.linalg.norm(step, axis=1)
@@ -171,7 +175,7 @@ def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> KnownLandmar
 def expected_on_walks(
     paths: Sequence[FloatArray], sheets: PassedLandmarks, survey_sigma_m: float
 ) -> list[ExpectedLabels]:
-    """What is expected along many walks; those that cannot be mapped are left out."""
+    """What is expected along many walks, (n, 2) each; those that cannot be mapped are left out."""
     found = (expected_along(path, sheets, survey_sigma_m) for path in paths)
     return [one for one in found if one is not None]
 

@@ -66,13 +66,16 @@ def improve_stations(
 
 
 def _rows_of(held: csr_array, station: int) -> IntArray:
+    """Indices (r,) of the rows that hold a station."""
     return np.asarray(held.indices[held.indptr[station] : held.indptr[station + 1]])
 
 
 def _candidates(
     old: int, now: BoolArray, usable: BoolArray, held: csr_array, count: FloatArray, distance_m: FloatArray
 ) -> list[int]:
-    """Stations to which the landmark of ``old`` can move without breaking a row."""
+    """Stations to which the landmark of ``old`` can move without breaking a row: ``usable`` (s,), not taken ``now``
+    (s,), near by ``distance_m`` (s, s); ``count`` (r,) landmarks fulfil each row.
+    """
     needed = _rows_of(held, old)
     needed = needed[count[needed] < 1.5]
     candidates = np.flatnonzero(usable & ~now & (distance_m[old] <= REACH_M)).tolist()

@@ -87,6 +87,7 @@ def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
 def _fewest(
     rows: Sequence[StationSet], fixed: BoolArray, allowed: BoolArray, gap: float, nodes: int, time_s: float
 ) -> _Solved:
+    """The fewest stations (s,) for some rows, the ``fixed`` (s,) among them."""
     if not rows:
         return _Solved(fixed.copy(), int(fixed.sum()), timed_out=False)
     count = len(fixed)
@@ -112,7 +113,7 @@ def time_out(status: int, message: str) -> bool:
 
 
 def _greedy(matrix: csr_array, fixed: BoolArray) -> BoolArray:
-    """Take the station that most open rows hold, again and again."""
+    """Take the station that most open rows hold, again and again: mask (s,) with the ``fixed`` (s,)."""
     chosen = fixed.copy()
     open_rows: FloatArray = np.asarray((matrix @ chosen.astype(np.float64)) < 0.5, dtype=np.float64)
     turned = csr_array(matrix.T)

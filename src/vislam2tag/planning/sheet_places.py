@@ -58,7 +58,7 @@ class SheetPlaces:
     sheet: tuple[str, ...]
 
     def take(self, rows: IntArray) -> SheetPlaces:
-        """Some of the places, in this order."""
+        """Some of the places, by rows (k,), in this order."""
         return SheetPlaces(
             self.station[rows],
             self.position[rows],

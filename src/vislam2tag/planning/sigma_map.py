@@ -60,7 +60,9 @@ def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> Sigma
 
 
 def _filled(values: FloatArray, allowed: BoolArray) -> FloatArray:
-    """Give allowed cells without a value, ring after ring, the mean of their neighbours that have one."""
+    """Give ``allowed`` (rows, columns) cells without a value, ring after ring, the mean of their neighbours that have
+    one.
+    """
     while True:
         known = np.isfinite(values)
         weight = uniform_filter(known.astype(np.float64), 3, mode="constant")

@@ -51,7 +51,7 @@ class Tour:
         return self.length_m / speed_m_s + LOOK_S * len(self.visit)
 
     def first_m(self) -> FloatArray:
-        """How far along each landmark that is passed at all is met first, sorted, metres."""
+        """How far along each landmark (l,) that is passed at all is met first, sorted, metres."""
         _, first = np.unique(self.visit, return_index=True)
         return np.sort(self.visit_m[first])
 
@@ -105,6 +105,7 @@ def _without_pairs(corridors: list[int]) -> list[int]:
 
 
 def _line(corridors: Corridors, half: int) -> FloatArray:
+    """The line (k, 2) of a corridor in the direction of a half."""
     line = corridors.lines[half // 2]
     return line[::-1] if half % 2 else line
 
@@ -114,6 +115,7 @@ Marks = list[list[tuple[float, int]]]
 
 
 def _marks(corridors: Corridors, corridor: IntArray, offset_m: FloatArray) -> Marks:
+    """The landmarks (m,) on each half, by their corridor (m,) and distance (m,) along it, metres."""
     marks: Marks = [[] for _ in range(2 * len(corridors.lines))]
     for landmark, (number, offset) in enumerate(zip(corridor.tolist(), offset_m.tolist(), strict=True)):
         marks[2 * number].append((offset, landmark))
@@ -191,6 +193,7 @@ def _cuts_off(corridors: Corridors, left: list[dict[int, int]], here: int, half:
 
 
 def _visits(corridors: Corridors, marks: Marks, route: Sequence[int]) -> tuple[IntArray, FloatArray]:
+    """Landmarks (v,) in the order in which a route passes them, and how far along (v,), metres."""
     visits: list[int] = []
     at: list[float] = []
     gone = 0.0

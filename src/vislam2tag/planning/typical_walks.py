@@ -61,6 +61,7 @@ def _walk(
     starts: list[int],
     rng: np.random.Generator,
 ) -> FloatArray:
+    """One walk (k, 2); ``used`` (e,) counts how often edges were taken and is changed."""
     fresh = np.array([min(used[taken.edge] for taken in leaving[node]) for node in starts])
     node = int(rng.choice(np.array(starts)[fresh == fresh.min()]))
     before, length, parts = -1, 0.0, [graph.nodes[node][None]]
@@ -76,7 +77,7 @@ def _walk(
 def _next(
     graph: CorridorGraph, leaving: list[DirectedEdge], before: int, used: FloatArray, rng: np.random.Generator
 ) -> DirectedEdge:
-    """Choose an edge to go on by: not back unless there is no other."""
+    """Choose an edge to go on by, by how often each was ``used`` (e,): not back unless there is no other."""
     options = [taken for taken in leaving if taken.edge != before] or leaving
     if before < 0 or not graph.in_room[before]:
         rooms = [taken for taken in options if graph.in_room[taken.edge]]

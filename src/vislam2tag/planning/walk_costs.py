@@ -127,6 +127,7 @@ class WalkCosts:
             self._at[walk], self._cost[walk] = at, cost
 
     def _after(self, old: int, new: int) -> dict[int, tuple[FloatArray, float]]:
+        """Passes (p,) and cost of the walks that change where the landmark of ``old`` goes to ``new``."""
         gone, come = self._by_walk(old), self._by_walk(new)
         after = {}
         for walk in sorted(gone.keys() | come.keys()):
@@ -140,6 +141,7 @@ class WalkCosts:
         return after
 
     def _by_walk(self, station: int) -> dict[int, FloatArray]:
+        """Passes (p,) of a station by walk, metres from the walk's start."""
         rows = self._passes.of_station(station)
         walks, at = self._passes.walk[rows], self._passes.at_m[rows]
         return {int(walk): at[walks == walk] for walk in np.unique(walks)}

@@ -13,6 +13,8 @@ from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""
+UNKNOWN_M = 100.0
+"""Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,6 @@ def conformal_quantile(ascending: FloatArray, share: float) -> float:
     """Return what a further value is below with this probability, by values (n,); the greatest if these are few."""
     rank = int(np.ceil((len(ascending) + 1) * share))
     return float(ascending[min(rank, len(ascending)) - 1])
-
-
-UNKNOWN_M = 100.0
-"""Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
 
 
 @dataclass(frozen=True)

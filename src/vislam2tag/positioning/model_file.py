@@ -27,7 +27,6 @@ from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
 
 FORMAT_VERSION = 1
-SUFFIX = ".v2t"
 _KEY = "vislam2tag_model"
 _CHECKSUM = "checksum"
 

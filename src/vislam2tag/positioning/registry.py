@@ -15,7 +15,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 NamedArrays = dict[str, AnyArray]
@@ -34,9 +34,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
     progress: Callable[[float], None] | None = None
     """Told the share of ``fit`` that is done, 0 to 1, by models that take long; no parameter, and not copied."""
 
-    def fit(
-        self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None = None
-    ) -> Self:
+    def fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None = None) -> Self:
         """Learn from scans (n) and their places (n).
 
         ``validation`` is for early stopping and calibration; without it a model draws its own from the training data.
@@ -75,7 +73,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         return ()
 
     @abstractmethod
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""
 
     @abstractmethod

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -22,34 +23,29 @@ _SIGMA_TO_68 = 1.51
 """Radius of the 68 % circle of a Gaussian in the plane, in standard deviations per axis."""
 _FREEDOM = 4.0
 """Degrees of freedom of the Student-t that answers err by."""
-_ROUNDS = 8
+_SETTLED_M = 0.01
+"""Re-weighting has converged when no place moves any more by this."""
+_MOST_ROUNDS = 100
 _LOOK_BACK = 100
 """Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
-_FEWEST = 5
-"""A piece of track over fewer answers cannot be turned into their frame."""
+_FEWEST_ANSWERS = 5
+"""A stretch of track over fewer answers cannot be turned into their frame."""
+_SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
+_SPEED_M_S = 1.0
+"""How fast the place may change where no track is given; one standard deviation."""
+_FASTEST_M_S = 2.0
+"""A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
+_DRIFT = 0.1
+"""Error of a track's step as a share of its length; one standard deviation per axis."""
+_JITTER_M = 0.1
+"""Error of a track's step whatever its length."""
+_STOREY_STAY_S = 300.0
+"""Mean time on one storey."""
+_ANSWERS_AS_ONE = 8.0
+"""Radii count so many neighbouring answers as one, as the same access points mislead them all."""
 
 
-@dataclass(frozen=True)
-class MotionSettings:
-    """What is known of walking."""
-
-    speed_m_s: float = 1.0
-    """How fast the place may change where no track is given; one standard deviation."""
-    fastest_m_s: float = 2.0
-    """A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
-    drift: float = 0.1
-    """Error of a track's step as a share of its length; one standard deviation per axis."""
-    jitter_m: float = 0.1
-    """Error of a track's step whatever its length."""
-    storey_stay_s: float = 300.0
-    """Mean time on one storey."""
-    alike: float = 8.0
-    """Radii count so many neighbouring answers as one, as the same access points mislead them all."""
-
-
-def smoothed(
-    found: Positions, scans: RadioScans, track_m: FloatArray | None = None, motion: MotionSettings | None = None
-) -> Positions:
+def smoothed(found: Positions, scans: RadioScans, track_m: FloatArray | None = None) -> Positions:
     """Smooth the answers (n) to scans (n) over each session; scans without a session or a time stay as they are.
 
     ``track_m`` (n, 2): where the phone's tracker saw itself at each scan, in a level frame of its own with metres but
@@ -57,33 +53,26 @@ def smoothed(
     walking speed. A scan that hears nothing known gets its place from its neighbours. Radii keep the model's
     calibration where a scan stands alone, and shrink as much as its neighbours help.
     """
-    motion = motion or MotionSettings()
     result = _copied(found)
     for rows in _walks(scans):
         if found.known[rows].any():
-            _write_rows(result, rows, _smoothed_walk(found[rows], scans.time_ns[rows], _of(track_m, rows), motion))
+            _write_rows(result, rows, _smoothed_walk(found[rows], scans.time_ns[rows], _of(track_m, rows)))
     return result
 
 
-def filtered(
-    found: Positions, scans: RadioScans, track_m: FloatArray | None = None, motion: MotionSettings | None = None
-) -> Positions:
+def filtered(found: Positions, scans: RadioScans, track_m: FloatArray | None = None) -> Positions:
     """Do the same looking back only: each of ``n`` scans is what the smoother says of the last one up to it.
 
     Nothing that comes later changes an answer, nor the heading that a track is given.
     """
-    motion = motion or MotionSettings()
     result = _copied(found)
     for rows in _walks(scans):
         for end in range(1, len(rows) + 1):
             past = rows[max(0, end - _LOOK_BACK) : end]
             if found.known[past].any():
-                smooth = _smoothed_walk(found[past], scans.time_ns[past], _of(track_m, past), motion)
+                smooth = _smoothed_walk(found[past], scans.time_ns[past], _of(track_m, past))
                 _write_rows(result, past[-1:], smooth[np.array([len(past) - 1])])
     return result
-
-
-_SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 
 
 def _copied(found: Positions) -> Positions:
@@ -108,7 +97,7 @@ def _of(track_m: FloatArray | None, rows: IntArray) -> FloatArray:
     return np.full((len(rows), 2), np.nan) if track_m is None else track_m[rows]
 
 
-def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, motion: MotionSettings) -> Positions:
+def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) -> Positions:
     """Smooth the answers (n) of one walk at times (n,), in order, with its track (n, 2); a lone one stays."""
     if len(answer) == 1:
         return answer
@@ -117,21 +106,33 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     seen = np.where(known[:, None], answer.xy, 0.0)
     sigma_m = answer.radius_68_m / _SIGMA_TO_68
     alone = np.where(known, 1 / np.maximum(sigma_m, 1e-3) ** 2, 0.0)
-    step, trust, tracked = _steps(seen, alone, gap_s, track_m, motion)
-    weight, step_weight = alone, trust
-    for _ in range(_ROUNDS):
-        xy = _solved(weight, seen, step_weight, step)
-        weight = alone * _student_t_weights(xy - seen, alone)
-        step_weight = np.where(tracked, trust * _student_t_weights(np.diff(xy, axis=0) - step, trust), trust)
-    together_m = np.sqrt(_variance(alone / motion.alike, step_weight))
+    step, trust, tracked = _steps(seen, alone, gap_s, track_m)
+
+    def solved(weight: FloatArray, step_weight: FloatArray) -> _Weighted:
+        return _Weighted(_solved(weight, seen, step_weight, step), step_weight)
+
+    def reweighted(before: _Weighted, _number: int) -> _Weighted:
+        step_off = np.diff(before.xy, axis=0) - step
+        step_weight = np.where(tracked, trust / _doubt(step_off, trust), trust)
+        return solved(alone / _doubt(before.xy - seen, alone), step_weight)
+
+    found = iterate(
+        "a walk's positions",
+        solved(alone, trust),
+        reweighted,
+        lambda before, after: float(np.abs(after.xy - before.xy).max()),
+        tolerance=_SETTLED_M,
+        most_rounds=_MOST_ROUNDS,
+    ).state
+    together_m = np.sqrt(_variance(alone / _ANSWERS_AS_ONE, found.step_weight))
     shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)
-    probability = _storeys(answer, gap_s, motion)
+    probability = _storeys(answer, gap_s)
     storey = probability.argmax(axis=1)
     ratio_95 = np.median(answer.radius_95_m[known] / answer.radius_68_m[known])
     return replace(
         answer,
         storey=storey,
-        xy=xy,
+        xy=found.xy,
         z=_heights(answer, storey),
         storey_probability=probability,
         radius_68_m=_SIGMA_TO_68 * shrunk,
@@ -139,32 +140,40 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray, mo
     )
 
 
-def _student_t_weights(off_m: FloatArray, weight: FloatArray) -> FloatArray:
-    """How much less residuals (n, 2) count that are larger than they should be (Student-t)."""
-    return np.asarray((_FREEDOM + 2) / (_FREEDOM + (off_m**2).sum(axis=1) * weight))
+@dataclass(frozen=True)
+class _Weighted:
+    """Places ``xy`` (n, 2) of a walk, metres, by weighted answers and by steps, these of ``step_weight`` (n-1,)."""
+
+    xy: FloatArray
+    step_weight: FloatArray
+
+
+def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
+    """Factor (n,) of the variance of residuals (n, 2), metres, whose usual variance is the inverse of the weight."""
+    return variance_factor((off_m**2).sum(axis=1) * weight, 2, _FREEDOM)
 
 
 def _steps(
-    seen: FloatArray, weight: FloatArray, gap_s: FloatArray, track_m: FloatArray, motion: MotionSettings
+    seen: FloatArray, weight: FloatArray, gap_s: FloatArray, track_m: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are tracked."""
     step = np.full((len(gap_s), 2), np.nan)
     sideways = np.zeros(len(gap_s))
-    for piece in _unbroken_stretches(track_m, gap_s, motion):
+    for piece in _unbroken_stretches(track_m, gap_s):
         inner = slice(piece.start, piece.stop - 1)
-        headed, sideways[inner] = _turned_to_answers(track_m[piece], seen[piece], weight[piece] / motion.alike)
+        headed, sideways[inner] = _turned_to_answers(track_m[piece], seen[piece], weight[piece] / _ANSWERS_AS_ONE)
         step[inner] = np.diff(headed, axis=0)
     tracked = np.isfinite(step).all(axis=1)
     step = np.where(tracked[:, None], step, 0.0)
-    sure_m = np.hypot(motion.jitter_m, np.hypot(motion.drift, sideways) * np.hypot(*step.T))
-    free_m = motion.speed_m_s * np.maximum(gap_s, 1e-3)
+    sure_m = np.hypot(_JITTER_M, np.hypot(_DRIFT, sideways) * np.hypot(*step.T))
+    free_m = _SPEED_M_S * np.maximum(gap_s, 1e-3)
     return step, 1 / np.where(tracked, sure_m, free_m) ** 2, tracked
 
 
-def _unbroken_stretches(track_m: FloatArray, gap_s: FloatArray, motion: MotionSettings) -> list[slice]:
+def _unbroken_stretches(track_m: FloatArray, gap_s: FloatArray) -> list[slice]:
     """Cut a track (n, 2) where the tracker jumped; a hole in it is a jump, too."""
     own_m = np.hypot(*np.diff(track_m, axis=0).T)
-    cuts = np.flatnonzero(~(own_m <= motion.fastest_m_s * gap_s)) + 1
+    cuts = np.flatnonzero(~(own_m <= _FASTEST_M_S * gap_s)) + 1
     bounds = [0, *cuts.tolist(), len(track_m)]
     return [slice(*pair) for pair in pairwise(bounds)]
 
@@ -175,7 +184,7 @@ def _turned_to_answers(track_m: FloatArray, seen: FloatArray, weight: FloatArray
     The second value is how unsure the turn is: one standard deviation, radians, from the answers' weights (n,), 1/m^2.
     """
     both = np.isfinite(track_m).all(axis=1) & (weight > 0)
-    if both.sum() < _FEWEST:
+    if both.sum() < _FEWEST_ANSWERS:
         return np.full_like(track_m, np.nan), 0.0
     own, place = (points[:, 0] + 1j * points[:, 1] for points in (track_m, seen))
     share = weight[both] / weight[both].sum()
@@ -217,11 +226,11 @@ def _worth_after_step(weight: float, step_weight: float) -> float:
     return weight * step_weight / (weight + step_weight)
 
 
-def _storeys(answer: Positions, gap_s: FloatArray, motion: MotionSettings) -> FloatArray:
+def _storeys(answer: Positions, gap_s: FloatArray) -> FloatArray:
     """Return (n, s) probabilities given the whole walk (forward and backward over the chain)."""
     n, count = answer.storey_probability.shape
     likely = np.where(answer.known[:, None], answer.storey_probability, 1 / count) + 1e-6
-    leave = 1 - np.exp(-gap_s / motion.storey_stay_s)
+    leave = 1 - np.exp(-gap_s / _STOREY_STAY_S)
     forward, backward = likely.copy(), np.ones_like(likely)
     for i in range(1, n):
         forward[i] = likely[i] * _after_step(forward[i - 1], leave[i - 1])

@@ -37,7 +37,7 @@ MOST_PER_REQUEST = 8 << 20
 """Bytes of a zip that one request may bring."""
 SILENT_S = 10.0
 """A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
-MINUTE_S, TOLD_A_MINUTE = 60.0, 10
+MINUTE_S, REPORTED_A_MINUTE = 60.0, 10
 BUSY_S = 3
 """So long a client waits that finds its upload being written by a connection that may be dead."""
 BODY_SHA256, ANSWER_MAC = "Upload-Body-SHA256", "Upload-Answer-MAC"
@@ -59,9 +59,9 @@ class Listener:
 
 @dataclass
 class RefusalLog:
-    """Tells of requests without a token, but not of each: of some in a minute, then how many more there were."""
+    """Reports requests without a token, but not of each: of some in a minute, then how many more there were."""
 
-    tell: Callable[[str, str], None]
+    report: Callable[[str, str], None]
     clock: Callable[[], float]
     _since_s: float = -math.inf
     _count: int = 0
@@ -69,12 +69,12 @@ class RefusalLog:
     def refused(self, address: str, message: str) -> None:
         """Tell of a refusal, or count it only."""
         if self.clock() - self._since_s >= MINUTE_S:
-            if self._count > TOLD_A_MINUTE:
-                self.tell("", f"{self._count - TOLD_A_MINUTE} more requests without the token in a minute")
+            if self._count > REPORTED_A_MINUTE:
+                self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token in a minute")
             self._since_s, self._count = self.clock(), 0
         self._count += 1
-        if self._count <= TOLD_A_MINUTE:
-            self.tell(address, message)
+        if self._count <= REPORTED_A_MINUTE:
+            self.report(address, message)
 
 
 class RefusalError(Exception):
@@ -195,7 +195,7 @@ class Receiver:
     def _check_length(self, request: Request, length: int) -> None:
         if length > self._uploads.max_bytes:
             most = f"{self._uploads.max_bytes / 1e6:,.0f} MB"
-            raise RefusalError(413, f"the session is larger than {most}; start receive with a greater --max-size")
+            raise RefusalError(413, f"the session is larger than {most}; start receive with a greater --max-size-mb")
         if length == 0:
             raise RefusalError(400, "Upload-Length must be greater than 0")
         if int(request.headers.get("Content-Length", "0")) > MOST_PER_REQUEST:
@@ -207,8 +207,8 @@ class Receiver:
         if known:
             await _drain(request)
         if error.status not in (409, 423):
-            tell = self._listener.refused if known else self._strangers.refused
-            tell(request.client.host if request.client else "", error.message)
+            report = self._listener.refused if known else self._strangers.refused
+            report(request.client.host if request.client else "", error.message)
         content = {**(asdict(error.state) if error.state else {}), "message": error.message}
         return self._proved(request, JSONResponse(content, error.status, headers=_HEADERS | error.headers))
 

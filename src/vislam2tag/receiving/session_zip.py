@@ -121,7 +121,7 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str
         raise RefusedZipError("the zip must hold one folder, named by the session's start (2021-12-20T132523)")
     if sum(info.file_size for info in files.values()) > max_bytes:
         raise RefusedZipError(
-            f"the zip unpacks to more than {max_bytes / 1e6:,.0f} MB; raise --max-size if that is right"
+            f"the zip unpacks to more than {max_bytes / 1e6:,.0f} MB; raise --max-size-mb if that is right"
         )
     missing = {SUMS_FILE, RECORD_FILE} - files.keys()
     if missing:
@@ -141,7 +141,7 @@ def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, left
         while block := source.read(_BLOCK):
             size += len(block)
             if size > left:
-                raise RefusedZipError("the zip unpacks to more than it says, or more than --max-size allows")
+                raise RefusedZipError("the zip unpacks to more than it says, or more than --max-size-mb allows")
             digest.update(block)
             file.write(block)
     return digest.hexdigest(), size

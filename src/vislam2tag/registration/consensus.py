@@ -105,6 +105,7 @@ def agree(
 
 
 def _pairs(p: ComplexArray) -> tuple[IntArray, IntArray]:
+    """Pairs (j,), (j,) of points (k,), the farthest apart first where there are many."""
     first, second = np.triu_indices(len(p), 1)
     if len(first) > MOST_PAIRS:
         far = np.argsort(-np.abs(p[second] - p[first]), kind="stable")[:MOST_PAIRS]

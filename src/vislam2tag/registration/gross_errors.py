@@ -78,6 +78,7 @@ def explanations(
 
 
 def _left_out(adjusted: Adjusted, rows: IntArray, sigma_m: float, measurement: int, noise: NoiseLevel) -> Explanation:
+    """The hypothesis that a measurement, ``rows`` (k,), is off by anything."""
     reduction, checks = adjusted.reduction_without(rows)
     usual_m = sigma_m * math.sqrt(2 * math.pi * noise.factor)
     cost = 2 * checks * math.log(max(RANGE_M / usual_m, math.e))

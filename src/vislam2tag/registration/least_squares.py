@@ -78,7 +78,7 @@ class Adjusted:
         return self.square + float(2 * self.residual[rows] @ change + change @ self.kernel(rows) @ change)
 
     def reduction_without(self, rows: IntArray) -> tuple[float, int]:
-        """By how much the sum of squares falls without these measurements, and how many checks go with them."""
+        """By how much the sum of squares falls without the rows (k,), and how many checks go with them."""
         values, vectors = np.linalg.eigh(self.kernel(rows))
         kept = values > TESTABLE
         along = vectors.T[kept] @ self.residual[rows]
@@ -120,7 +120,7 @@ def adjust(design: FloatArray, residual: FloatArray, prior_freedom: float) -> tu
 def suspicious(
     adjusted: Adjusted, groups: Sequence[IntArray], noise: NoiseLevel, false_alarm: float
 ) -> list[tuple[int, float]]:
-    """Groups of rows (each one measurement) that the others contradict, the worst first: index and reduction.
+    """Groups of rows, (k,) each (one measurement), that the others contradict, the worst first: index and reduction.
 
     An F test by ``noise``, at a level that all groups together exceed with probability ``false_alarm``.
     """

@@ -94,7 +94,7 @@ class PlaneFit:
 
     @cached_property
     def groups(self) -> list[IntArray]:
-        """Rows of each measurement."""
+        """Rows (2,) of each measurement."""
         return [np.array((2 * i, 2 * i + 1)) for i in range(len(self.measurements))]
 
     def covariance(self, *points: str) -> FloatArray:
@@ -186,11 +186,12 @@ class _State:
 
     @property
     def _sigma(self) -> FloatArray:
+        """(n,) of shots, then known points, metres."""
         return np.array([one.sigma_m for part in (self.shots, self.known) for one in part])
 
     @property
     def _arm(self) -> ComplexArray:
-        """Lever of each shot, turned into the building."""
+        """Lever (k,) of each shot, turned into the building, metres."""
         return np.asarray(self.scale * np.exp(1j * self.turn[self.station]) * self.lever)
 
     def misclosure(self) -> FloatArray:
@@ -216,7 +217,7 @@ class _State:
         return (design / self._sigma[:, None, None]).reshape(-1, design.shape[2])
 
     def move(self, step: FloatArray, free_scale: bool) -> float:
-        """Take a step; return how far it moves anything, metres."""
+        """Take a step (u,); return how far it moves anything, metres."""
         stations, first = step[: 3 * len(self.stations)].reshape(-1, 3), 3 * len(self.stations) + free_scale
         self.turn = self.turn + stations[:, 0]
         self.centre = self.centre + stations[:, 1] + 1j * stations[:, 2]

@@ -131,7 +131,7 @@ def _with_height(
 
 
 def _floored(covariance: FloatArray, least_m: float) -> FloatArray:
-    """No direction is known better than the floor."""
+    """The covariance (2, 2), m^2, with no direction known better than the floor."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors @ np.diag(np.maximum(values, least_m**2)) @ vectors.T)
 

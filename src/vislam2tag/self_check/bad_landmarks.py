@@ -109,6 +109,7 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
         return _Mean(spread @ np.einsum("sij,sj->i", weighted, offset), spread)
 
     done = iterate(
+        "what sessions say together of a landmark",
         _Mean(np.median(offset, axis=0), survey),
         weighted_mean,
         lambda before, after: float(np.hypot(*(after.offset - before.offset))),

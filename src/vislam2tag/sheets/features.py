@@ -48,7 +48,7 @@ def orb(count: int) -> cv2.Feature2D:
 
 
 def features_of(image: GreyImage, detector: cv2.Feature2D) -> Features:
-    """Find the features of an image as it is."""
+    """Find the features of an image (height, width) as it is."""
     found, descriptors = detector.detectAndCompute(image, None)
     height, width = image.shape
     if not found:
@@ -59,13 +59,15 @@ def features_of(image: GreyImage, detector: cv2.Feature2D) -> Features:
 
 
 def reference(image: GreyImage) -> GreyImage:
-    """Bring an image to the size at which its features are taken: its shorter side :data:`REFERENCE_PX`."""
+    """Bring an image (height, width) to the size at which its features are taken: its shorter side
+    :data:`REFERENCE_PX`.
+    """
     scale = REFERENCE_PX / min(image.shape)
     return resized(image, (round(image.shape[1] * scale), round(image.shape[0] * scale)))
 
 
 def resized(image: GreyImage, size_px: tuple[int, int]) -> GreyImage:
-    """Bring an image to a width and height; the mean of areas where it shrinks, as a lens does."""
+    """Bring an image (height, width) to another size; the mean of areas where it shrinks, as a lens does."""
     shrinks = size_px[0] < image.shape[1]
     way = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
     return np.asarray(cv2.resize(image, size_px, interpolation=way), np.uint8)

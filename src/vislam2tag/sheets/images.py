@@ -52,7 +52,7 @@ class Lookalike:
 def generated_image(
     seed: int, landmark: str, draw: Callable[[int, str, int], GreyImage] = dead_leaves_picture
 ) -> LandmarkImage:
-    """Generate the image of a landmark: the first picture that is fit, whatever other ids there are."""
+    """Generate the image (height, width) of a landmark: the first picture that is fit, whatever other ids there are."""
     for attempt in range(_ATTEMPTS):
         pixels = draw(seed, landmark, attempt)
         features = reference_features(pixels)
@@ -104,6 +104,7 @@ def own_images(folder: Path, files: Mapping[str, Path], progress: Progress = lam
 
 
 def _read(path: Path) -> GreyImage:
+    """The grey levels (height, width) of an image file; raises SurveyError where it is none."""
     try:
         image = load_plan(path, _GREATEST_SIDE_PX)
     except OSError as error:

@@ -173,7 +173,7 @@ def write_pdf(
     images: Mapping[str, GreyImage],
     progress: Callable[[], None] = lambda: None,
 ) -> None:
-    """Write a page for each sheet with the image of its landmark; raises OSError where that cannot be."""
+    """Write a page for each sheet with its image (height, width); raises OSError where that cannot be."""
     rl_config.useA85 = 0  # images as bytes, not as text a quarter longer
     canvas = Canvas(str(path), invariant=1, pageCompression=1)
     canvas.setTitle("Landmarks")

@@ -78,12 +78,12 @@ class ImageQuality(Record):
 
 
 def reference_features(image: GreyImage) -> Features:
-    """Take the features that a recogniser keeps of an image."""
+    """Take the features that a recogniser keeps of an image (height, width)."""
     return features_of(reference(image), orb(FEATURES))
 
 
 def quality_of(image: GreyImage, features: Features) -> ImageQuality:
-    """Measure an image whose :func:`reference_features` are known."""
+    """Measure an image (height, width) whose :func:`reference_features` are known."""
     wall = np.full((FRAME_PX[1], FRAME_PX[0]), 180, np.uint8)
     frame = camera_frame(*bordered(image), HARD_VIEW, wall)
     every = features_of(reference(image), orb(_COUNTED))
@@ -117,7 +117,7 @@ def _repeats(features: Features) -> float:
 
 
 def _holds_code(image: GreyImage) -> bool:
-    """Whether OpenCV reads a QR code or a barcode in an image."""
+    """Whether OpenCV reads a QR code or a barcode in an image (height, width)."""
     if cv2.QRCodeDetector().detectAndDecode(image)[0]:
         return True
     return bool(cv2.barcode.BarcodeDetector().detectAndDecode(image)[0])

@@ -50,14 +50,14 @@ class CameraFrame:
 
 
 def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
-    """Put a white border around an image, as the paper that it is printed on."""
+    """Put a white border around an image (height, width), as the paper that it is printed on."""
     height, width = image.shape
     edge = round(_BORDER * width)
     return np.pad(image, edge, constant_values=255), (edge, edge, width, height)
 
 
 def camera_frame(paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0) -> CameraFrame:
-    """Look at a sheet of paper on a wall; ``image`` is where on the paper the image stands.
+    """Look at a sheet of paper (height, width) on a wall; ``image`` is where on the paper the image stands.
 
     ``wall`` has the frame's size and is what stands behind the sheet.
     """
@@ -100,7 +100,7 @@ def _about(axis: int, angle: float) -> FloatArray:
 def _without_aliasing(
     paper: GreyImage, frame_T_paper: FloatArray, view: View, image_px: int
 ) -> tuple[GreyImage, FloatArray]:
-    """Shrink a sheet to about its size in the frame by areas, as a lens does, before it is warped."""
+    """Shrink a sheet (height, width) to about its size in the frame by areas, as a lens does, before it is warped."""
     scale = float(np.sqrt(view.share * FRAME_PX[0] * FRAME_PX[1] / image_px))
     if scale >= 1:
         return paper, frame_T_paper

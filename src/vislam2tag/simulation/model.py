@@ -141,13 +141,13 @@ class TrackerLog:
     orientation_acs: FloatArray
     """(f, 4) quaternion (x, y, z, w), camera to ACS."""
     landmarks: LandmarkLog
-    events: tuple[TrackerEvent, ...]
+    events: tuple[SimulatedEvent, ...]
     motion: MapMotion | None = None
     """None where traps have changed the log: only the phone app's format tells of it."""
 
 
 @dataclass(frozen=True)
-class TrackerEvent:
+class SimulatedEvent:
     """Something the tracker did, for tests and docs; the pipeline never reads it."""
 
     frame: int

@@ -14,14 +14,12 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
-from vislam2tag.simulation.building.site_survey import taken_over
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
-from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
-from vislam2tag.simulation.sensors.devices import make_device
+from vislam2tag.simulation.sensors.devices import make_device, simulate_presses
 from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
-from vislam2tag.simulation.sensors.presses import simulate_presses
 from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.sensors.station import (
     StationSettings,
@@ -31,10 +29,11 @@ from vislam2tag.simulation.sensors.station import (
     simulate_station,
 )
 from vislam2tag.simulation.settings import stream
-from vislam2tag.simulation.world import simulated_floor, walk_and_track
-from vislam2tag.simulation.writing.phone_log import phone_log
+from vislam2tag.simulation.tracking.tracker import track
+from vislam2tag.simulation.walking.floor_tour import floor_tour_from, seen_from_first
+from vislam2tag.simulation.walking.walk import make_walk
+from vislam2tag.simulation.writing.phone_log import phone_log, phone_text, session_name
 from vislam2tag.simulation.writing.phone_script import phone_script
-from vislam2tag.simulation.writing.phone_writer import phone_text, session_name
 from vislam2tag.simulation.writing.session import SimulatedSession
 from vislam2tag.simulation.writing.site_files import site_text
 from vislam2tag.simulation.writing.traps import SITE_TRAPS, check_traps, left_out, trap_tables, trap_text
@@ -159,6 +158,8 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.seed)
     if scenario.site is not None:
+        from vislam2tag.simulation.building.site_survey import taken_over
+
         files = taken_over(scenario.site, building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
@@ -235,3 +236,28 @@ def _write_files(folder: Path, files: dict[str, bytes]) -> None:
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
+
+
+def simulated_floor(scenario: Scenario, number: int) -> SimulatedFloor:
+    """Return the floor with this number; raises KeyError where the building has none."""
+    for floor in scenario.building.floors:
+        if floor.number == number:
+            return floor
+    raise KeyError(number)
+
+
+def walk_and_track(scenario: Scenario, planned: PlannedSession) -> tuple[TrueWalk, TrackerLog]:
+    """Simulate one session's walk and tracker, from random numbers of its own."""
+    number = planned.key.floor
+    tour = None if planned.climb is None else floor_tour_from(scenario.building, number, planned.climb)
+    floor = simulated_floor(scenario, number) if tour is None else seen_from_first(tour)
+    walk = make_walk(
+        floor,
+        planned.duration_s,
+        planned.walk,
+        stream(scenario.seed, "walk", planned.key),
+        planned.start_ns,
+        tour,
+    )
+    log = track(walk, floor, planned.tracker, stream(scenario.seed, "tracker", planned.key), planned.fault_quantile)
+    return walk, log

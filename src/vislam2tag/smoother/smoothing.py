@@ -154,6 +154,7 @@ def _weighted(
         return solved(reweighted(model, before.weights, squares), number)
 
     done = iterate(
+        "the weighting of a walk's observations",
         solved(weights, 0),
         step,
         lambda before, after: after.sigmas_from(before),
@@ -171,6 +172,7 @@ def _refined(model: Model, known: KnownLandmarks, *, pinned: bool) -> Smoothed:
         return _weighted(model, known, weights, pinned=pinned, tolerance=tolerance)
 
     done = iterate(
+        "the path that a walk is linearised about",
         weighted(model, _even(model, known)),
         lambda before, _: weighted(before.linearised_again(), before.weights),
         lambda before, after: after.sigmas_from(before),

@@ -40,7 +40,9 @@ def read_mask(path: Path) -> Bytes:
 
 
 def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
-    """Tell which cells are painted walkable and which not; the mask covers the grid's extent, row 0 at the top."""
+    """Tell which cells (rows, columns) are painted walkable and which not; the mask covers the grid's extent, row 0 at
+    the top.
+    """
     if mask is None:
         return np.zeros(grid.shape, dtype=np.bool_), np.zeros(grid.shape, dtype=np.bool_)
     walkable, blocked = _painted(mask[::-1])
@@ -48,7 +50,7 @@ def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, Bool
 
 
 def _painted(mask: Bytes) -> tuple[BoolArray, BoolArray]:
-    """Which pixels are green and which are red; what is transparent is neither."""
+    """Which pixels (rows, columns) are green and which are red; what is transparent is neither."""
     colour = mask[..., :3].astype(np.int16)
     opaque = mask[..., 3] > 127 if mask.shape[2] == 4 else np.ones(mask.shape[:2], dtype=np.bool_)
     red, green, blue = colour[..., 0], colour[..., 1], colour[..., 2]
@@ -56,7 +58,7 @@ def _painted(mask: Bytes) -> tuple[BoolArray, BoolArray]:
 
 
 def _on(grid: CellGrid, painted: BoolArray) -> BoolArray:
-    """Cells of which at least half are painted."""
+    """Cells (rows, columns) of which at least half are painted."""
     share = cv2.resize(painted.astype(np.float32), grid.shape[::-1], interpolation=_method(painted.shape, grid.shape))
     return np.asarray(share >= 0.5)
 

@@ -39,7 +39,9 @@ class _Swing:
 
 
 def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
-    """Leave out quarter circles about a hinge with a radius in a range (pixels), and lines from their ends to it."""
+    """Leave out of walls (rows, columns) quarter circles about a hinge with a radius in a range (pixels), and lines
+    from their ends to it.
+    """
     off_wall = _distance(~walls)
     depth = _distance(walls)
     erased = np.zeros(walls.shape, dtype=np.uint8)
@@ -57,10 +59,12 @@ def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
 
 
 def _distance(mask: BoolArray) -> FloatArray:
+    """Distance (rows, columns) of each pixel in the mask to the nearest one outside, pixels."""
     return np.asarray(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float64)
 
 
 def _erase(erased: np.ndarray[tuple[int, ...], np.dtype[np.uint8]], line: FloatArray, width: int) -> None:
+    """Mark a line (k, 2) of columns and rows as erased."""
     cv2.polylines(erased, [line.astype(np.int32)], False, 1, width)
 
 

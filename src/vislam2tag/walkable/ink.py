@@ -35,7 +35,7 @@ def ink_on_paper(image: Bytes) -> Bytes:
 
 
 def reduced(ink: Bytes, shape: tuple[int, int]) -> Bytes:
-    """Ink on fewer pixels, which have the darkest ink of what falls into them, so that thin lines stay."""
+    """Ink on fewer pixels (rows, columns), each with the darkest of what falls into it, so that thin lines stay."""
     reach = tuple(int(np.ceil(old / new)) for old, new in zip(ink.shape, shape, strict=True))
     darkest = np.asarray(cv2.dilate(ink, np.ones(reach, dtype=np.uint8)))
     return np.asarray(cv2.resize(darkest, shape[::-1], interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
@@ -50,7 +50,8 @@ def _paper_colour(image: Bytes) -> Bytes:
 
 
 def walls_in(ink: Bytes, contrast: float | None, line_px: float) -> BoolArray:
-    """Tell which pixels are walls: by a contrast (0 to 1) or, without one, by Otsu's threshold among all ink.
+    """Tell which pixels (rows, columns) are walls: by a contrast (0 to 1) or, without one, by Otsu's threshold among
+    all ink.
 
     Otsu's threshold parts walls from fills; where the fainter part is lines (thinner than ``line_px``), it is walls as
     well. Where there are no fills, fainter ink, down to half of the threshold, counts where it continues strong ink:
@@ -74,18 +75,18 @@ def walls_in(ink: Bytes, contrast: float | None, line_px: float) -> BoolArray:
 
 
 def _otsu(values: Bytes) -> float:
-    """Otsu's threshold, below all values where they are one."""
+    """Otsu's threshold of values (n,), below all of them where they are one."""
     return float(threshold_otsu(values)) if values.min() < values.max() else float(values.max()) - 1
 
 
 def _own(fainter: BoolArray, stronger: BoolArray) -> BoolArray:
-    """Fainter ink without the seams of stronger ink; none where that is little."""
+    """Fainter ink (rows, columns) without the seams of stronger ink; none where that is little."""
     seams = np.asarray(cv2.dilate(stronger.astype(np.uint8), np.ones((3, 3), dtype=np.uint8))) > 0
     own: BoolArray = fainter & ~seams
     return own if own.sum() >= _OWN_SHARE * stronger.sum() else np.zeros_like(own)
 
 
 def _is_lines(ink: BoolArray, line_px: float) -> bool:
-    """Whether ink is lines, no fill."""
+    """Whether ink (rows, columns) is lines, no fill."""
     distance = np.asarray(cv2.distanceTransform(ink.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_3))
     return bool((distance[ink] > max(line_px, _LINE_PX) / 2).mean() < _FILL_SHARE)

@@ -47,11 +47,12 @@ def lettering(image: Bytes, ink: Bytes, walls: BoolArray, symbol_px: float) -> B
 
 
 def _widened(mask: BoolArray) -> BoolArray:
+    """The mask (rows, columns) and all pixels beside it."""
     return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0)
 
 
 def _letters(walls: BoolArray, largest_px: float) -> Bytes:
-    """Which ink may be letters, by number of the letter; 0 elsewhere."""
+    """Which ink (rows, columns) may be letters, by number of the letter; 0 elsewhere."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
     sides = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
     letter = (sides >= _LETTER_PX[0]) & (sides <= largest_px)
@@ -81,7 +82,7 @@ def _differ(text: Bytes, walls: Bytes, ink: Bytes) -> bool:
 
 
 def _going_on_below(walls: BoolArray) -> BoolArray:
-    """The walls with their gaps closed, along lines of many directions."""
+    """The walls (rows, columns) with their gaps closed, along lines of many directions."""
     closed = walls.astype(np.uint8)
     centre = np.array((_STROKE_PX, _STROKE_PX))
     for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:

@@ -24,7 +24,7 @@ class Strand:
         return line_length(self.line)
 
     def away_from(self, node: int) -> FloatArray:
-        """The line, starting at this node."""
+        """The line (k, 2), starting at this node."""
         return self.line if self.first == node else self.line[::-1]
 
     def other(self, node: int) -> int:
@@ -49,14 +49,14 @@ class Network:
     _made: int = 0
 
     def add_node(self, place: FloatArray) -> int:
-        """Add a node; returns its number."""
+        """Add a node at a place (2,); returns its number."""
         self._made += 1
         self.places[self._made] = place
         self._at[self._made] = []
         return self._made
 
     def add(self, first: int, last: int, line: FloatArray) -> int:
-        """Add a strand between nodes; returns its number."""
+        """Add a strand between nodes with a line (k, 2); returns its number."""
         self._made += 1
         self.strands[self._made] = Strand(first, last, line)
         self._at[first].append(self._made)
@@ -78,7 +78,7 @@ class Network:
         self._at[strand.last].remove(number)
 
     def replace_line(self, number: int, line: FloatArray) -> None:
-        """Give a strand another line between the same nodes."""
+        """Give a strand another line (k, 2) between the same nodes."""
         strand = self.strands[number]
         self.strands[number] = Strand(strand.first, strand.last, line)
 
@@ -117,7 +117,7 @@ class Network:
         return len(numbers) == 2 and numbers[0] != numbers[1]
 
     def merge(self, node: int, into: int, place: FloatArray) -> None:
-        """Make one node of two, at a place; strands between the two vanish."""
+        """Make one node of two, at a place (2,); strands between the two vanish."""
         for number in list(dict.fromkeys(self._at[node])):
             strand = self.strands[number]
             self.remove(number)

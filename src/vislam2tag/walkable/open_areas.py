@@ -23,7 +23,7 @@ _SHORTCUT_STEPS = 2.3
 
 
 def open_cells(space: WalkableSpace, settings: GraphSettings) -> BoolArray:
-    """Tell which cells lie in open areas: where a disc as wide as a hall fits, and enough of them."""
+    """Tell which cells (rows, columns) lie in open areas: where a disc as wide as a hall fits, and enough of them."""
     radius = settings.hall_m / 2
     core = space.clearance_m >= radius
     if not core.any():
@@ -55,7 +55,7 @@ def lay_nets(network: Network, space: WalkableSpace, doors: set[int], settings: 
 
 
 def _cut(network: Network, space: WalkableSpace, cells: BoolArray, doors: set[int]) -> list[int]:
-    """Take a network out of open areas; returns the nodes at which its corridors end there."""
+    """Take a network out of open ``cells`` (rows, columns); returns the nodes at which its corridors end there."""
     grid = space.area.grid
     gates: list[int] = []
     for number, strand in list(network.strands.items()):
@@ -87,7 +87,7 @@ def _end(corner: int, end: int, node: int) -> int | None:
 
 
 def _keep(network: Network, line: FloatArray, first: int | None, last: int | None) -> list[int]:
-    """Keep a piece of a strand; returns the nodes at its cut ends, or the node that is all of it."""
+    """Keep a piece (k, 2) of a strand; returns the nodes at its cut ends, or the node that is all of it."""
     if len(line) == 1:
         return [node for node in (first, last) if node is not None]
     if first is None and last is None and np.linalg.norm(np.diff(line, axis=0), axis=1).sum() < _GRAZE_M:
@@ -98,7 +98,7 @@ def _keep(network: Network, line: FloatArray, first: int | None, last: int | Non
 
 
 def _label_near(labels: IntArray, space: WalkableSpace, place: FloatArray) -> int:
-    """The open area at a place or next to it."""
+    """The open area, by ``labels`` (rows, columns), at a place (2,) or next to it."""
     row, column = space.area.grid.cells_of(place[None])[0].tolist()
     reach = int(np.ceil(_GRAZE_M / space.area.cell_m))
     window = labels[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
@@ -118,13 +118,13 @@ def _net_places(hall: BoolArray, space: WalkableSpace, step_m: float) -> FloatAr
 
 
 def _spread(start: float, stop: float, step_m: float) -> FloatArray:
-    """Even marks about a step apart, half a step off the ends."""
+    """Even marks (n,) about a step apart, half a step off the ends."""
     count = max(1, round((stop - start) / step_m))
     return np.asarray(start + (np.arange(count) + 0.5) * (stop - start) / count)
 
 
 def _without_gaps(places: FloatArray, centres: FloatArray, clearance_m: FloatArray, step_m: float) -> FloatArray:
-    """Add places, the one with most room first, until none of the centres is more than a step from one."""
+    """Add places (n, 2), that with most room first, until none of the centres (c, 2) is more than a step off."""
     kept = list(places)
     distance = np.asarray(KDTree(places).query(centres)[0]) if len(places) else np.full(len(centres), np.inf)
     while float(distance.max()) > step_m:

@@ -34,7 +34,7 @@ def plan_grid(plan: FloorPlan, settings: WalkableSettings) -> CellGrid:
 
 
 def image_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
-    """Tell which cells the plan's image shows as walls; raises SurveyError where it shows none."""
+    """Tell which cells (rows, columns) the plan's image shows as walls; raises SurveyError where it shows none."""
     left, right, low, high = plan.extent_m
     width, height = right - left, high - low
     finest = float(np.sqrt(width * height / settings.max_pixels))
@@ -70,7 +70,7 @@ def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArr
 
 
 def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: WalkableSettings) -> BoolArray:
-    """Tell which cells polygons make walkable.
+    """Tell which cells (rows, columns) polygons make walkable.
 
     Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
     walkable polygons are walled off from each other but for their openings; one without any opening joins its
@@ -87,7 +87,7 @@ def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid, settings: W
 
 
 def use_cells(polygons: tuple[PlanPolygon, ...], use: Use, grid: CellGrid) -> BoolArray:
-    """Tell which cells lie in a plan's polygons of this use."""
+    """Tell which cells (rows, columns) lie in a plan's polygons of this use."""
     return cells_in(shapely.union_all([_shape(polygon) for polygon in polygons if polygon.use is use]), grid)
 
 
@@ -100,7 +100,7 @@ def _walled(shape: BaseGeometry, openings: BaseGeometry, wall_m: float) -> BaseG
 
 
 def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
-    """Tell which cells have their centre in polygons: an odd number of edges lies to the left of it."""
+    """Tell which cells (rows, columns) have their centre in polygons: an odd number of edges lies to the left of it."""
     rings = [
         shapely.get_coordinates(ring)
         for part in shapely.get_parts(shape)

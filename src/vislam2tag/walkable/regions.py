@@ -17,13 +17,15 @@ _CORNER = 1.42
 
 
 def clearance_cells(free: BoolArray) -> FloatArray:
-    """Distance of each free cell's centre to the nearest wall's edge, in cells; beyond the grid all is wall."""
+    """Distance (rows, columns) of each free cell's centre to the nearest wall's edge, in cells; beyond the grid all is
+    wall.
+    """
     cells = cv2.distanceTransform(np.pad(free, 1).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     return np.maximum(np.asarray(cells, dtype=np.float64) - 0.5, 0.0)
 
 
 def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tuple[BoolArray, tuple[Finding, ...]]:
-    """Tell which cells are no wall and not outside the building.
+    """Tell which cells (rows, columns) are no wall and not outside the building.
 
     The outside is what a disc as wide as an entrance reaches from beyond the plan. Where that leaves next to nothing,
     the plan has no outer wall and all of it is inside.
@@ -46,7 +48,7 @@ def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tu
 def largest_region(
     free: BoolArray, grid: CellGrid, settings: WalkableSettings
 ) -> tuple[BoolArray, tuple[Finding, ...]]:
-    """Keep the largest region that one can walk through all of; a finding names the others."""
+    """Keep the largest region (rows, columns) that one can walk through all of; a finding names the others."""
     radius = settings.passage_m / 2 / grid.cell_m
     labels = _labels(free & (clearance_cells(free) >= max(radius, 0.5)))
     sizes = np.bincount(labels.ravel())
@@ -61,7 +63,9 @@ def largest_region(
 def _closed_off(
     labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid, settings: WalkableSettings
 ) -> tuple[Finding, ...]:
-    """Name the regions, the largest first, that are not connected with the one that is kept."""
+    """Name the regions, the largest first, that are not connected with the one that is kept; ``labels`` (rows,
+    columns), ``sizes`` (regions,) in cells.
+    """
     areas = sizes * grid.cell_m**2
     others = [part for part in np.argsort(-sizes, kind="stable").tolist() if areas[part] >= settings.region_m2]
     others = [part for part in others if part != kept]
@@ -85,11 +89,11 @@ def _place(labels: IntArray, part: int, grid: CellGrid) -> str:
 
 
 def _labels(mask: BoolArray) -> IntArray:
-    """Number of each cell's region, by its sides; 0 outside."""
+    """Number (rows, columns) of each cell's region, by its sides; 0 outside."""
     _, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     return np.asarray(labels)
 
 
 def _distance_to(mask: BoolArray) -> FloatArray:
-    """Distance of each cell's centre to the nearest one in the mask, in cells."""
+    """Distance (rows, columns) of each cell's centre to the nearest one in the mask, in cells."""
     return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE))

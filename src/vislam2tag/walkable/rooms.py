@@ -35,7 +35,7 @@ def _doors_on(line: FloatArray, clearance_m: FloatArray, settings: GraphSettings
 
 
 def runs_of(mask: BoolArray) -> list[tuple[int, int]]:
-    """Start and stop of each run of true values."""
+    """Start and stop of each run of true values in a mask (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 

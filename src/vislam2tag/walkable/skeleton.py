@@ -31,7 +31,7 @@ def skeleton(space: WalkableSpace, settings: GraphSettings) -> Network:
 
 
 def _smooth(mask: BoolArray, cell_m: float) -> BoolArray:
-    """The mask without pillars and with even walls: roughness makes spurs."""
+    """The mask (rows, columns) without pillars and with even walls: roughness makes spurs."""
     _, labels, stats, _ = cv2.connectedComponentsWithStats((~np.pad(mask, 1)).astype(np.uint8), connectivity=8)
     sides = np.asarray(stats)[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
     whole = mask | (sides * cell_m < _PILLAR_M)[np.asarray(labels)][1:-1, 1:-1]

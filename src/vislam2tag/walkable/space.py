@@ -9,16 +9,12 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt
-from skimage.measure import approximate_polygon, find_contours
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.survey.plans.model import FloorPlan, Use
-from vislam2tag.walkable.correction import corrected_cells
-from vislam2tag.walkable.plan_cells import image_walls, line_walls, plan_grid, polygon_floor, use_cells
-from vislam2tag.walkable.regions import inside_of, largest_region
 from vislam2tag.walkable.settings import WalkableSettings
 
 _TOLERANCE_CELLS = 0.8
@@ -27,6 +23,8 @@ _TOLERANCE_CELLS = 0.8
 
 def wall_segments(area: WalkableArea) -> FloatArray:
     """Segments (w, 2, 2) of an area's boundary, BCS metres, with the area on the left of start to stop."""
+    from skimage.measure import approximate_polygon, find_contours
+
     rings = find_contours(np.pad(area.mask, 1).astype(np.float32), 0.5, positive_orientation="low")
     segments = []
     for ring in rings:
@@ -125,6 +123,11 @@ def walkable_space(
     walked.
     """
     settings = settings or WalkableSettings()
+    # of an extra: generated buildings, which have no plan, do without
+    from vislam2tag.walkable.correction import corrected_cells
+    from vislam2tag.walkable.plan_cells import plan_grid, polygon_floor
+    from vislam2tag.walkable.regions import inside_of, largest_region
+
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
     green, red = corrected_cells(mask, grid)
@@ -144,7 +147,11 @@ def walkable_space(
 
 
 def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
-    """Cells in a plan's walls and obstacles: from its lines and polygons where it has any, else from its image."""
+    """Cells (rows, columns) in a plan's walls and obstacles: from its lines and polygons where it has any, else from
+    its image.
+    """
+    from vislam2tag.walkable.plan_cells import image_walls, line_walls, use_cells
+
     if not len(plan.walls) and not plan.polygons:
         return image_walls(plan, grid, settings)
     walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)

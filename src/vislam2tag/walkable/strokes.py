@@ -23,7 +23,7 @@ _LEAST_BOLD_PX = 4.0
 
 
 def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: WalkableSettings) -> BoolArray:
-    """Leave of the ink on a plan, pixels of ``pixel_m``, what nobody walks through.
+    """Leave of the ink (rows, columns) on a plan, pixels of ``pixel_m``, what nobody walks through.
 
     ``drawn_m`` is the pixel in which the plan was drawn, larger where ``ink`` is an enlargement.
     """
@@ -44,14 +44,18 @@ def clearance_px(free: BoolArray) -> FloatArray:
 
 
 def usual_thickness(walls: BoolArray, thickest_px: float) -> float:
-    """Median thickness of all strokes but solid areas, weighted by their length, in pixels; 0 where there are none."""
+    """Median thickness of all strokes (rows, columns) but solid areas, weighted by their length, in pixels; 0 where
+    there are none.
+    """
     thickness = 2 * clearance_px(walls)[skeletonize(walls)] - 1
     thickness = thickness[thickness <= thickest_px]
     return float(np.median(thickness)) if len(thickness) else 0.0
 
 
 def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
-    """Fill what is closed off and too narrow for anybody: the inside of walls drawn as two lines, treads of stairs."""
+    """Fill what is closed off and too narrow for anybody (rows, columns): the inside of walls drawn as two lines,
+    treads of stairs.
+    """
     free = np.pad(~ink, 1, constant_values=True)
     _, labels = cv2.connectedComponents(free.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     widest = np.zeros(int(labels.max()) + 1, dtype=np.float32)
@@ -63,7 +67,7 @@ def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
 
 
 def _without_symbols(walls: BoolArray, thickness_px: float, symbol_px: float) -> BoolArray:
-    """Leave out small ink that touches nothing else, but for columns and pieces of wall."""
+    """Leave out of walls (rows, columns) small ink that touches nothing else, but for columns and pieces of wall."""
     count, numbers, stats, _ = cv2.connectedComponentsWithStats(walls.astype(np.uint8), connectivity=8)
     labels, boxes = np.asarray(numbers, dtype=np.int32), np.asarray(stats, dtype=np.int64)
     sides = boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
@@ -75,7 +79,9 @@ def _without_symbols(walls: BoolArray, thickness_px: float, symbol_px: float) ->
 
 
 def _solid(labels: npt.NDArray[np.int32], box: IntArray, part: int, thickness_px: float) -> bool:
-    """Whether a part of the ink is a full rectangle or disc, as bold as the walls."""
+    """Whether a part of the ink, by ``labels`` (rows, columns), is a full rectangle or disc, as bold as the walls;
+    ``box`` (5,) of it in pixels.
+    """
     left, top, width, height, area = box.tolist()
     own = labels[top : top + height, left : left + width] == part
     bold = 2 * clearance_px(np.pad(own, 1)).max() - 1
@@ -87,7 +93,7 @@ def _solid(labels: npt.NDArray[np.int32], box: IntArray, part: int, thickness_px
 
 
 def _without_thin(walls: BoolArray, thickness_px: float) -> BoolArray:
-    """Leave out strokes thinner than this; what is thicker keeps its ends and corners."""
+    """Leave out strokes (rows, columns) thinner than this; what is thicker keeps its ends and corners."""
     core = clearance_px(walls) >= (thickness_px + 1) / 2
     reach = clearance_px(~core)
     return walls & (reach <= thickness_px)

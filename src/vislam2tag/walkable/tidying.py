@@ -49,7 +49,7 @@ def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m:
 
 
 def _straightened_end(strand: Strand, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
-    """A strand's line, straight for as long as it stays near one of its nodes and no wall is in the way."""
+    """A strand's line (k, 2), straight for as long as it stays near one of its nodes and no wall is in between."""
     line = strand.away_from(node)
     beyond = np.flatnonzero(np.linalg.norm(line - line[0], axis=1) > reach_m)
     corner = int(beyond[0]) if len(beyond) else len(line) - 1
@@ -60,7 +60,7 @@ def _straightened_end(strand: Strand, node: int, reach_m: float, space: Walkable
 
 
 def _room_for_one(space: WalkableSpace, line: FloatArray) -> float:
-    """Distance from a line to the walls at its narrowest, metres."""
+    """Distance from a line (k, 2) to the walls at its narrowest, metres."""
     return float(space.clearance_at(line).min())
 
 
@@ -98,6 +98,7 @@ def straighten(network: Network, space: WalkableSpace) -> None:
 
 
 def _straight(line: FloatArray, space: WalkableSpace) -> FloatArray:
+    """A line (k, 2) with as few corners as the distance to the walls allows."""
     if len(line) < 3:
         return line
     tolerance = float(np.clip(_STRAIGHT_SHARE * np.median(space.clearance_at(line)), *_STRAIGHT_M))
@@ -143,7 +144,7 @@ def bend_at(network: Network, node: int, first: int, second: int) -> float:
 
 
 def _direction(line: FloatArray) -> complex:
-    """Direction of a line's first metre and a half as x + iy."""
+    """Direction of the first metre and a half of a line (k, 2) as x + iy."""
     legs = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate(([0.0], np.cumsum(legs)))
     ahead = min(_AHEAD_M, line_length(line))

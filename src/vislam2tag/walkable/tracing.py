@@ -47,7 +47,7 @@ def _follow(start: int, step: int, around: list[list[int]], nodes: dict[int, int
 
 
 def _neighbours(cells: IntArray, grid: CellGrid) -> list[list[int]]:
-    """Neighbours of each cell by their index; those on the diagonal only where no side leads there."""
+    """Neighbours of each cell (n, 2) by their index; those on the diagonal only where no side leads there."""
     index = np.full((grid.rows + 2, grid.columns + 2), -1, dtype=np.int64)
     row, column = cells.T + 1
     index[row, column] = np.arange(len(cells))

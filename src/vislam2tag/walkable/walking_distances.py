@@ -71,6 +71,7 @@ class WalkingDistances:
 
     @cached_property
     def _places(self) -> FloatArray:
+        """(n, 2) centres of those cells, BCS metres."""
         return self.space.area.grid.centres_m(self._cells)
 
     @cached_property

@@ -1,9 +1,12 @@
+"""Splits of every kind: what is drawn, dealt and held out, and blocks with their guard rings."""
+
 from __future__ import annotations
 
 import datetime as dt
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 from hypothesis import given, settings
@@ -16,7 +19,16 @@ from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, empty_table, in_schema
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.split_items import split_items
-from vislam2tag.dataset.splitting.splits import make_split, split_findings, standard_splits
+from vislam2tag.dataset.splitting.splits import (
+    block_of,
+    dealt,
+    draw_order,
+    drawn,
+    make_split,
+    near_blocks,
+    split_findings,
+    standard_splits,
+)
 
 SMALL = small_dataset()
 LABELLED = len(SESSION_KEYS) * (SCANS - 1)
@@ -268,3 +280,104 @@ def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed
         for _, stratum in drawn_alone.group_by("building", "floor", "device"):
             tested = sum(groups[name] == "test" for name in stratum["scan_id"])
             assert tested == int(share * stratum.height + 0.5)
+
+
+METRES = st.floats(-40, 40, allow_nan=False)
+
+
+def items_of(points: list[tuple[int, float, float]]) -> pl.DataFrame:
+    return pl.DataFrame(
+        points, schema={"floor": pl.Int32, "x": pl.Float64, "y": pl.Float64}, orient="row"
+    ).with_columns(building=pl.lit(""))
+
+
+@given(st.lists(st.tuples(st.integers(0, 1), METRES, METRES), max_size=30), st.floats(1, 15))
+def test_each_point_lies_in_its_block(points: list[tuple[int, float, float]], side_m: float) -> None:
+    found = block_of(items_of(points), side_m)
+    for axis, index in (("x", "column"), ("y", "line")):
+        low = found[index] * side_m
+        assert (found[axis] >= low - 1e-9).all()
+        assert (found[axis] <= low + side_m + 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    ("side_m", "guard_m"), [(2.0, 0.5), (2.0, 9.0), (5.0, 0.0), (5.0, 3.0), (10.0, 3.0), (10.0, 15.0)]
+)
+@pytest.mark.parametrize("seed", range(4))
+def test_the_ring_against_brute_force(side_m: float, guard_m: float, seed: int) -> None:
+    places = np.random.default_rng(seed).uniform(-25, 25, (120, 2)).round(1)
+    items = block_of(items_of([(index % 2, x, y) for index, (x, y) in enumerate(places.tolist())]), side_m)
+    blocks = items.head(12).select("building", "floor", "column", "line").unique()
+    found = near_blocks(items, blocks, side_m, guard_m)
+    expected = []
+    for row in items.iter_rows(named=True):
+        distances = [
+            np.hypot(
+                max(block["column"] * side_m - row["x"], 0, row["x"] - (block["column"] + 1) * side_m),
+                max(block["line"] * side_m - row["y"], 0, row["y"] - (block["line"] + 1) * side_m),
+            )
+            for block in blocks.filter(floor=row["floor"]).iter_rows(named=True)
+        ]
+        expected.append(any(distance < guard_m for distance in distances))
+    assert found.to_list() == expected
+    assert (guard_m == 0) == (sum(expected) == 0)
+
+
+NAMES = st.lists(st.text("abcdef/0123", min_size=1, max_size=6), unique=True, max_size=40)
+
+
+def table_of(names: list[str]) -> pl.DataFrame:
+    stratum = [len(name) % 3 for name in names]
+    return pl.DataFrame({"id": names, "stratum": stratum}, schema={"id": pl.String, "stratum": pl.Int64})
+
+
+def test_the_order_is_sha_256_of_seed_and_name() -> None:
+    known = "681ebd31f1942012739312a095442ff5c473d0896902e122a989b3b7f9fadc9f"  # printf 7/a | sha256sum
+    assert draw_order(pl.Series(["a"]), 7)[0] == known
+
+
+@given(NAMES, st.sampled_from((0.1, 0.3, 0.5, 0.77)), st.integers(0, 5))
+def test_shares_are_exact_in_each_stratum(names: list[str], share: float, seed: int) -> None:
+    table = table_of(names)
+    found = table.with_columns(drawn(table, "id", ("stratum",), share, seed))
+    for _, rows in found.group_by("stratum"):
+        assert rows["drawn"].sum() == int(share * rows.height + 0.5)
+
+
+@given(NAMES, st.integers(0, 5))
+def test_the_order_of_rows_does_not_matter_to_what_is_drawn(names: list[str], seed: int) -> None:
+    table = table_of(names)
+    turned = table.reverse()
+    for first, second in (
+        (drawn(table, "id", ("stratum",), 0.3, seed), drawn(turned, "id", ("stratum",), 0.3, seed)),
+        (dealt(table, "id", ("stratum",), 3, seed), dealt(turned, "id", ("stratum",), 3, seed)),
+    ):
+        assert first.to_list() == second.reverse().to_list()
+
+
+@given(NAMES.filter(bool), st.integers(0, 5))
+def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], seed: int) -> None:
+    *before, added = names
+    table, longer = table_of(before), table_of(names)
+    old = dict(zip(table["id"], drawn(table, "id", ("stratum",), 0.3, seed), strict=True))
+    new = dict(zip(longer["id"], drawn(longer, "id", ("stratum",), 0.3, seed), strict=True))
+    moved = [name for name in before if old[name] != new[name]]
+    assert len(moved) <= 1
+    assert all(len(name) % 3 == len(added) % 3 for name in moved)
+
+
+@given(NAMES, st.integers(1, 6), st.integers(0, 5))
+def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[str], hands: int, seed: int) -> None:
+    table = table_of(names)
+    found = table.with_columns(hand=dealt(table, "id", ("stratum",), hands, seed))
+    for rows in (found, *(rows for _, rows in found.group_by("stratum"))):
+        counts = [rows.filter(pl.col("hand") == hand).height for hand in range(hands)]
+        assert sum(counts) == rows.height
+        assert max(counts) - min(counts) <= 1
+
+
+def test_another_seed_draws_others() -> None:
+    table = table_of([f"scan {index:03d}" for index in range(60)])
+    first, second = (drawn(table, "id", ("stratum",), 0.3, seed) for seed in (0, 1))
+    assert first.sum() == second.sum()
+    assert (first != second).any()

@@ -15,7 +15,7 @@ from tests.evaluation.total_station.stations import (
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.total_station.alignment import StationWalk, align_device
-from vislam2tag.evaluation.total_station.fit import Freedom
+from vislam2tag.evaluation.total_station.fit import FreeParameters
 from vislam2tag.evaluation.total_station.station_errors import station_point_errors
 
 
@@ -72,7 +72,7 @@ def test_a_single_walk_is_cut_into_parts() -> None:
 def test_prism_and_drift_are_found_and_taken_off() -> None:
     exact = three_walks()
     walks = [StationWalk(walk, measured(walk, 0.8, (0.25, -0.1), 40.0, 1001.0), frame()) for walk in exact]
-    plain, free = align_device(walks), align_device(walks, Freedom(drift=True, prism=True))
+    plain, free = align_device(walks), align_device(walks, FreeParameters(drift=True, prism=True))
     assert free.prism.ahead_m.value == pytest.approx(0.25, abs=0.02)
     assert free.prism.left_m.value == pytest.approx(-0.1, abs=0.02)
     assert free.drift_ppm is not None

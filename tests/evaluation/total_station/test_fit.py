@@ -11,8 +11,8 @@ from vislam2tag.evaluation.total_station.alignment import piece_of
 from vislam2tag.evaluation.total_station.fit import (
     CLIP_M,
     Adjustment,
-    Freedom,
-    Piece,
+    FreeParameters,
+    TrackPiece,
     errors_m,
     fit_adjustment,
     mean_clipped_error_m,
@@ -20,7 +20,7 @@ from vislam2tag.evaluation.total_station.fit import (
 )
 
 
-def piece(walk: Trajectory, clock_s: float = 0.0) -> Piece:
+def piece(walk: Trajectory, clock_s: float = 0.0) -> TrackPiece:
     return piece_of(walk, measured(corridor_walk(), clock_s), BCS_T_STATION)
 
 
@@ -49,7 +49,7 @@ def test_turns_and_stops_are_not_steady() -> None:
 def test_unlabelled_stretches_do_not_count() -> None:
     walk = without(corridor_walk(), slice(400, 900), Status.BREAK)
     one = piece(walk, 0.3)
-    found = fit_adjustment([one], Adjustment(int(one.time_ns[0]), CLOCK_NS), Freedom())
+    found = fit_adjustment([one], Adjustment(int(one.time_ns[0]), CLOCK_NS), FreeParameters())
     assert (found.clock_ns - CLOCK_NS) * 1e-9 == pytest.approx(0.3, abs=1e-3)
 
 
@@ -57,7 +57,7 @@ def test_a_wild_third_of_the_labels_does_not_matter() -> None:
     walk = corridor_walk()
     walk.position_bcs[300:900, :2] += (3.0, -4.0)
     one = piece(walk, 0.3)
-    found = fit_adjustment([one], Adjustment(int(one.time_ns[0]), CLOCK_NS), Freedom())
+    found = fit_adjustment([one], Adjustment(int(one.time_ns[0]), CLOCK_NS), FreeParameters())
     assert (found.clock_ns - CLOCK_NS) * 1e-9 == pytest.approx(0.3, abs=0.02)
 
 

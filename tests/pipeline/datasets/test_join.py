@@ -22,6 +22,7 @@ def sets(tmp_path: Path) -> tuple[Path, Path]:
     return tmp_path / "base", tmp_path / "later"
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_the_joined_set_is_whole_and_tells_what_changed(sets: tuple[Path, Path], tmp_path: Path) -> None:
     record = join(*sets, tmp_path / "joined")
     joined = open_dataset(tmp_path / "joined")

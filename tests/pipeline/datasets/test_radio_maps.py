@@ -14,6 +14,7 @@ from PIL import Image
 
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
+from tests.undrawn import undrawn
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import sha256_of, write_dataset
 from vislam2tag.dataset.model import Dataset
@@ -48,7 +49,8 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def written(source: Path) -> Path:
-    write_radio_maps(source, source.parent / "maps", SETTINGS)
+    with undrawn():
+        write_radio_maps(source, source.parent / "maps", SETTINGS)
     return source.parent / "maps"
 
 
@@ -102,6 +104,7 @@ def test_files_that_the_page_names_exist(written: Path, index: RadioMapIndex) ->
             assert (written / name).stat().st_size > 0
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_the_same_set_gives_the_same_bytes_and_replaces_what_is_there(source: Path, written: Path) -> None:
     before = bytes_of(written)
     copy = Path(shutil.copytree(written, written.with_name("again")))
@@ -125,6 +128,7 @@ def test_an_error_leaves_nothing(source: Path, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_floors_of_several_buildings_have_names_of_their_own(tmp_path: Path) -> None:
     dataset = small_dataset()
     floors = tuple(floor.model_copy(update={"building": f"Haus/{floor.number}"}) for floor in dataset.info.floors)

@@ -11,7 +11,7 @@ import pytest
 
 from tests.evaluation.maps import straight_walk
 from tests.surveys import bytes_of
-from vislam2tag.evaluation.residuals import CONTROL_POINTS
+from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, error_record
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection

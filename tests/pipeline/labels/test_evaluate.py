@@ -12,7 +12,7 @@ import pytest
 
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.evaluation.record import Row, SurveyEvaluation
+from vislam2tag.evaluation.record import ErrorRow, SurveyEvaluation
 from vislam2tag.evaluation.trajectory_files import read_tum
 from vislam2tag.evaluation.truth import read_truth
 from vislam2tag.labeling.settings import LabelSettings
@@ -67,7 +67,7 @@ def found_in(out: Path) -> SurveyEvaluation:
     return SurveyEvaluation.model_validate_json((out / "evaluation.json").read_bytes())
 
 
-def row_of(found: SurveyEvaluation, truth: str, way: str, strategy: str) -> Row:
+def row_of(found: SurveyEvaluation, truth: str, way: str, strategy: str) -> ErrorRow:
     [row] = [
         row
         for row in found.rows

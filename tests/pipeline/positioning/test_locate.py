@@ -1,4 +1,4 @@
-"""Locating scans of files and data sets: the same answers from each, unknown ones, hashed identifiers."""
+"""Scans of a file or a data set become rows of positions, known ones with all they have, unknown ones with nothing."""
 
 from __future__ import annotations
 
@@ -7,18 +7,21 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
 from tests.dataset.factory import bssid, small_dataset
+from tests.positioning.radio_world import STOREYS
 from vislam2tag.common.errors import DatasetError, ModelError, UsageError
 from vislam2tag.dataset.folder import open_dataset, write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.transmitters.privacy import Privacy, hashed, key_name, with_privacy
 from vislam2tag.pipeline.positioning import locate as module
-from vislam2tag.pipeline.positioning.locate import LocatedScans, WalkPlan, locate
+from vislam2tag.pipeline.positioning.locate import LOCATED, LocatedScans, WalkPlan, locate, located_table
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.scans import scan_file
+from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.track_file import Tracks
 from vislam2tag.positioning.settings import SequenceMethod
 
@@ -169,3 +172,23 @@ def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch:
     (tmp_path / "scans.csv").write_text(head + "".join(rows) + rows[0].replace("a,", "c,", 1))
     with pytest.raises(DatasetError, match="session w comes again after others"):
         located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)
+
+
+def test_known_and_unknown_rows() -> None:
+    found = Positions(
+        storeys=STOREYS,
+        storey=np.array([2, 1, 0]),
+        xy=np.array([[1.23456, -2.0], [3.0, 4.0], [5.0, 6.0]]),
+        z=np.array([np.nan, 3.0, 1.0]),
+        storey_probability=np.array([[0.1, 0.2, 0.7], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+        radius_68_m=np.full(3, 2.0),
+        radius_95_m=np.full(3, 4.0),
+    ).without(np.array([False, False, True]))
+    table = located_table(np.array(["a", "b", "c"]), found)
+    assert dict(table.schema) == LOCATED
+    assert table.rows() == [
+        ("a", "ok", "west", 0, 1.235, -2.0, None, 2.0, 4.0, 0.7),
+        ("b", "ok", "east", 1, 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
+        ("c", "unknown", *[None] * 8),
+    ]
+    assert located_table(np.array([], dtype=np.str_), found[:0]).height == 0

@@ -57,6 +57,7 @@ def test_the_same_site_gives_the_same_bytes(site: Path, planned: Path, tmp_path:
     assert digests(tmp_path / "again") == digests(planned)
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_landmarks_written_into_the_site_are_fixed_the_next_time(tmp_path: Path) -> None:
     root = write_ring_site(tmp_path / "site")
     (root / "floor_1" / "marker_dict.csv").write_text("id,x,y\n2,,\nmain,10.0,0.1\n")
@@ -75,6 +76,7 @@ def test_landmarks_written_into_the_site_are_fixed_the_next_time(tmp_path: Path)
     assert not {landmark.id for landmark in anew.landmarks} & set(landmarks.ids)
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_ids_go_on_from_floor_to_floor(tmp_path: Path) -> None:
     root = write_ring_site(tmp_path / "site", (0, 2))
     heard: list[tuple[str, int]] = []
@@ -113,6 +115,7 @@ def test_a_fixed_landmark_outside_is_told_by_name(tmp_path: Path) -> None:
         write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest())
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_site_without_floor_folders_gets_them_with_its_landmarks(tmp_path: Path) -> None:
     layout = write_ring_site(tmp_path / "layout")
     root = tmp_path / "site"
@@ -127,6 +130,7 @@ def test_a_site_without_floor_folders_gets_them_with_its_landmarks(tmp_path: Pat
     assert read_site(root)[0].landmarks.ids == tuple(landmark.id for landmark in found.landmarks)
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_rooms_without_a_door_and_ids_given_twice_are_told(tmp_path: Path) -> None:
     root = write_ring_site(tmp_path / "site")
     (root / "floor_1" / "marker_dict.csv").write_text("id,x,y\n4,1.0,8.0\n4,2.0,8.0\n")

@@ -1,4 +1,4 @@
-"""What both networks share: parts, seeds, saving, radii, and data that is hardly any."""
+"""What all networks share: parts, training, calibration, saved weights; values that cannot be are refused before."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from sklearn.base import clone
 
 from tests.positioning.radio_fields import TWO_FLOORS, surveyed
-from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
@@ -150,3 +150,27 @@ def test_progress_is_told(name: str) -> None:
     model.progress = shares.append
     model.fit(scans, places)
     assert shares == [1 / 3, 2 / 3, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "message"),
+    [
+        ("epochs", 0, "epochs 0: expected 1 or more"),
+        ("learning_rate", 2.0, "learning_rate 2.0: expected 1e-09 to 1"),
+        ("dropout", 1.0, "dropout 1.0: expected 0 to 0.95"),
+        ("cell_m", 0, "cell_m 0: expected 0.1 to 10000"),
+        ("heads", [512, 0], "heads .512, 0.: expected the widths"),
+        ("input_scale", "loud", "input_scale 'loud': expected one of min-max, powed"),
+        ("device", "abacus", "device 'abacus' is not there"),
+    ],
+)
+def test_what_cannot_be_is_refused(parameter: str, value: Any, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        model_named("multi-cel", **{"device": "cpu", parameter: value}).fit(*surveyed(4))
+
+
+def test_no_hidden_layer_is_a_linear_model() -> None:
+    scans, places = surveyed(12)
+    for name, head in (("multi-cel", "heads"), ("regression-net", "head")):
+        model = model_named(name, **{"backbone": [], head: [], "epochs": 2, "device": "cpu"})
+        assert model.fit(scans, places).predict(scans).known.all()

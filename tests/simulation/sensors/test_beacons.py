@@ -4,10 +4,10 @@ import numpy as np
 
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.sensors.beacons import BEACONS, HEARD_SHARE, INTERVAL_S, make_beacons, simulate_ble
-from vislam2tag.simulation.sensors.radio import Receiver
+from vislam2tag.simulation.sensors.radio import PhoneReceiver
 from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.survey import walk_and_track
 from vislam2tag.simulation.walking.sampling import position_at
-from vislam2tag.simulation.world import walk_and_track
 
 SCENARIO = regular_survey(3, "none", (0, 1), ("LG",), 1, 60.0)
 WALK = walk_and_track(SCENARIO, SCENARIO.sessions[0])[0]
@@ -22,7 +22,7 @@ def test_each_floor_has_beacons_with_an_identity_of_their_own() -> None:
 
 
 def test_near_beacons_are_loud_and_times_lie_within_the_walk() -> None:
-    log = simulate_ble(BEACON_SET, WALK, Receiver(sensitivity_dbm=-94.0), stream(3, "ble"))
+    log = simulate_ble(BEACON_SET, WALK, PhoneReceiver(sensitivity_dbm=-94.0), stream(3, "ble"))
     assert np.all(np.diff(log.time_ns) >= 0)
     assert log.time_ns[0] >= WALK.time_ns[0]
     assert log.time_ns[-1] < WALK.time_ns[-1]
@@ -36,7 +36,7 @@ def test_near_beacons_are_loud_and_times_lie_within_the_walk() -> None:
 
 
 def test_a_beacon_beside_the_phone_is_caught_as_often_as_said() -> None:
-    log = simulate_ble(BEACON_SET, WALK, Receiver(sensitivity_dbm=-200.0), stream(3, "ble"))
+    log = simulate_ble(BEACON_SET, WALK, PhoneReceiver(sensitivity_dbm=-200.0), stream(3, "ble"))
     expected = 60.0 / (INTERVAL_S + 0.005) * HEARD_SHARE
     counts = np.bincount(log.beacon, minlength=2 * BEACONS)
     loudest = counts.max()

@@ -6,8 +6,8 @@ import pytest
 from tests.simulation.hand_made import make_floor, make_test_building, make_test_walk
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.sensors.radio import (
+    PhoneReceiver,
     RadioSettings,
-    Receiver,
     WifiLog,
     make_radio_environment,
     mean_rss_dbm,
@@ -82,11 +82,11 @@ def test_shadowing_belongs_to_seed_and_access_point() -> None:
 
 
 def scans(
-    settings: RadioSettings, receiver: Receiver | None = None, duration_s: float = 60.0, seed: int = 0
+    settings: RadioSettings, receiver: PhoneReceiver | None = None, duration_s: float = 60.0, seed: int = 0
 ) -> WifiLog:
     environment = make_radio_environment(many_access_points(), settings, 1)
     walk = make_test_walk(duration_s, speed=0.5)
-    return simulate_wifi(environment, walk, receiver or Receiver(), np.random.default_rng(seed))
+    return simulate_wifi(environment, walk, receiver or PhoneReceiver(), np.random.default_rng(seed))
 
 
 def test_scan_timing() -> None:
@@ -109,10 +109,10 @@ def test_scan_timing() -> None:
 
 
 def test_an_offset_moves_every_reading_and_weak_ones_are_missing() -> None:
-    plain = scans(PLAIN, Receiver(0.0, -150.0))
-    louder = scans(PLAIN, Receiver(6.0, -150.0))
+    plain = scans(PLAIN, PhoneReceiver(0.0, -150.0))
+    louder = scans(PLAIN, PhoneReceiver(6.0, -150.0))
     assert (louder.rss_dbm - plain.rss_dbm == 6).all()
-    deaf = scans(PLAIN, Receiver(0.0, -60.0))
+    deaf = scans(PLAIN, PhoneReceiver(0.0, -60.0))
     assert deaf.rss_dbm.min() >= -60
     assert 0 < len(deaf.scan) == (plain.rss_dbm >= -60).sum()
 

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from tests.simulation.hand_made import make_floor, make_test_walk
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.sensors.station import (
+    SimulatedStationTrack,
     StationSettings,
     StationSetup,
-    StationTrack,
     place_station,
     shoot_points,
     simulate_station,
@@ -24,7 +24,9 @@ def from_local(setup: StationSetup, local: FloatArray) -> FloatArray:
     return np.column_stack((turn.real, turn.imag)) + setup.position_bcs
 
 
-def tracked(settings: StationSettings, walls: FloatArray | None = None, duration_s: float = 30.0) -> StationTrack:
+def tracked(
+    settings: StationSettings, walls: FloatArray | None = None, duration_s: float = 30.0
+) -> SimulatedStationTrack:
     walk = make_test_walk(duration_s)
     return simulate_station(walk, make_floor(walls=walls), SETUP, settings, np.random.default_rng(3))
 

@@ -11,8 +11,8 @@ from vislam2tag.core.tracks import to_plane
 from vislam2tag.simulation.model import MapMotion, TrackerLog
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.survey import walk_and_track
 from vislam2tag.simulation.tracking.anchors import APART_M, FOLLOWED, set_anchors
-from vislam2tag.simulation.world import walk_and_track
 
 
 def tracked(severity: str, seed: int) -> tuple[TrackerLog, MapMotion]:

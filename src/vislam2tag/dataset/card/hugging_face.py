@@ -1,4 +1,4 @@
-"""Front matter of ``README.md`` as Hugging Face reads it (hub-docs, ``datasetcard.md``)."""
+"""Licences by name and link, and the front matter of ``README.md`` as Hugging Face reads it (``datasetcard.md``)."""
 
 from __future__ import annotations
 
@@ -33,6 +33,16 @@ _HUGGING_FACE = MappingProxyType(
     }
 )
 """Of https://huggingface.co/docs/hub/repositories-licenses, those that data are given under."""
+_SIZES = (
+    (1_000, "n<1K"),
+    (10_000, "1K<n<10K"),
+    (100_000, "10K<n<100K"),
+    (1_000_000, "100K<n<1M"),
+    (10_000_000, "1M<n<10M"),
+    (100_000_000, "10M<n<100M"),
+    (1_000_000_000, "100M<n<1B"),
+)
+_TAGS = ("indoor-positioning", "fingerprinting", "wifi", "rssi", "tabular")
 
 
 def licence_url(licence: str) -> str | None:
@@ -49,18 +59,6 @@ def hugging_face_licence(licence: str | None) -> dict[str, str]:
     if licence in _HUGGING_FACE:
         return {"license": _HUGGING_FACE[licence]}
     return {"license": "other", "license_name": licence.lower(), "license_link": licence_url(licence) or "LICENSE"}
-
-
-_SIZES = (
-    (1_000, "n<1K"),
-    (10_000, "1K<n<10K"),
-    (100_000, "10K<n<100K"),
-    (1_000_000, "100K<n<1M"),
-    (10_000_000, "1M<n<10M"),
-    (100_000_000, "10M<n<100M"),
-    (1_000_000_000, "100M<n<1B"),
-)
-_TAGS = ("indoor-positioning", "fingerprinting", "wifi", "rssi", "tabular")
 
 
 def front_matter(info: DatasetInfo) -> str:

@@ -1,4 +1,4 @@
-"""The labelled radio tables, each a technology, in one form: transmitter, name, level and position of a reading."""
+"""The labelled radio tables, each a technology, in one form, and the mean position of a group of their readings."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ WIFI = "wifi"
 """The technology whose table ``process`` always writes."""
 TECHNOLOGIES = ("ble", WIFI)
 """Tables of an output folder of ``process`` that become fingerprints."""
+LEAST_SIGMA_M = 1e-3
+"""No position is surer than this; keeps weights finite."""
 
 
 def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
@@ -25,10 +27,6 @@ def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
         frequency_mhz=pl.lit(None, dtype=pl.Float32),
         scan=pl.lit(None, dtype=pl.Int32),
     ).drop("address", "name", "uuid", "major", "minor")
-
-
-LEAST_SIGMA_M = 1e-3
-"""No position is surer than this; keeps weights finite."""
 
 
 def mean_position(placed: pl.Expr) -> dict[str, pl.Expr]:

@@ -1,4 +1,4 @@
-"""Readings of one sensor, or frames, of a session as arrays, and where a window may not lie because of them."""
+"""Readings of one sensor, or frames, as arrays: where no window may lie, rotations between them, means over periods."""
 
 from __future__ import annotations
 

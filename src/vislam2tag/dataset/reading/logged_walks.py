@@ -44,7 +44,7 @@ from vislam2tag.labeling.settings import LabelSettings
 SAME_READING_NS = 5_000_000
 """Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
 _LABELS = LabelSettings(max_sigma_m=math.inf)
-"""No place between taps is too unsure to be one: its sigma is told."""
+"""No place between taps is too unsure to be one: its sigma is stated."""
 _NAMES = "names"
 _ROWS_A_GROUP = 20_000
 """Of the joined files: small enough to read one walk without its neighbours."""
@@ -148,7 +148,7 @@ class WalkTables:
     def _session(self, walk: LoggedWalk, motion: PhoneMotion, fingerprints: int) -> pl.DataFrame:
         visited = [walk.place] if walk.place else [self._places[index] for index in set(walk.taps.floor.tolist())]
         floors, buildings = ({getattr(place, part) for place in visited} for part in ("floor", "building"))
-        known_s = np.diff(walk.taps.time_ns)[walk.taps.walked].sum() * 1e-9
+        known_s = np.diff(walk.taps.time_ns)[walk.taps.straight].sum() * 1e-9
         return pl.DataFrame(
             {
                 "session": walk.slug,

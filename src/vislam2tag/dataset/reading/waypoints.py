@@ -45,14 +45,14 @@ class Waypoints:
     @property
     def leg_m(self) -> FloatArray:
         """Straight way (n - 1,) from each tap to the next, metres; 0 where it is not known."""
-        known: FloatArray = np.where(self.walked, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
+        known: FloatArray = np.where(self.straight, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
         return known
 
     @property
-    def walked(self) -> BoolArray:
+    def straight(self) -> BoolArray:
         """Mask (n - 1,) of the legs that were walked straight: on one floor and not for too long."""
-        straight: BoolArray = (np.diff(self.floor) == 0) & (np.diff(self.time_ns) <= LONGEST_LEG_S * 1e9)
-        return straight
+        known: BoolArray = (np.diff(self.floor) == 0) & (np.diff(self.time_ns) <= LONGEST_LEG_S * 1e9)
+        return known
 
 
 def trajectory_between(taps: Waypoints) -> Trajectory:
@@ -70,7 +70,7 @@ def trajectory_between(taps: Waypoints) -> Trajectory:
     variance = TAP_SIGMA_M**2 + PACE_M2_S * since * until / whole
     position = taps.position[leg] + (since / whole)[:, None] * (taps.position[end] - taps.position[leg])
     at_tap = (since == 0) | (until == 0)
-    unknown = ~np.append(taps.walked, True)[leg] & ~at_tap
+    unknown = ~np.append(taps.straight, True)[leg] & ~at_tap
     variance[unknown], position[unknown] = np.nan, np.nan
     return Trajectory(
         time_ns=time_ns,
@@ -86,10 +86,10 @@ def _frame_times(taps: Waypoints) -> IntArray:
     """Times (k,), ns, of the taps and of enough moments between them (at least one)."""
     if len(taps) < 2:
         return taps.time_ns
-    pieces = np.where(taps.walked, np.maximum(-(-np.diff(taps.time_ns) // _STEP_NS), 2), 2)
+    frames = np.where(taps.straight, np.maximum(-(-np.diff(taps.time_ns) // _STEP_NS), 2), 2)
     spans = [
         np.linspace(start, end, count, endpoint=False).round().astype(np.int64)
-        for start, end, count in zip(taps.time_ns[:-1], taps.time_ns[1:], pieces.tolist(), strict=True)
+        for start, end, count in zip(taps.time_ns[:-1], taps.time_ns[1:], frames.tolist(), strict=True)
     ]
     times: IntArray = np.unique(np.concatenate((*spans, taps.time_ns)))
     return times

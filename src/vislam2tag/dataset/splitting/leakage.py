@@ -86,8 +86,8 @@ def _of_split(items: pl.DataFrame, split: Split, time_key: str | None) -> SplitL
             mean_train = round(sum(train for _, train, _ in tested) / len(tested))
             folds.append(_figures(ALL_FOLDS, kind, mean_train, pl.concat(test for _, _, test in tested)))
     info = split.info
-    told = _verdict(info.kind, _whole(folds))
-    return SplitLeakage(name=info.name, kind=info.kind, parameters=info.parameters, verdict=told, folds=tuple(folds))
+    verdict = _verdict(info.kind, _whole(folds))
+    return SplitLeakage(name=info.name, kind=info.kind, parameters=info.parameters, verdict=verdict, folds=tuple(folds))
 
 
 def _whole(folds: Sequence[FoldLeakage]) -> FoldLeakage | None:

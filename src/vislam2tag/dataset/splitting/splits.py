@@ -23,68 +23,7 @@ from vislam2tag.dataset.schema import FINGERPRINTS
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.split_items import rank_of_kind, split_items
 
-
-def draw_order(names: pl.Series, seed: int) -> pl.Series:
-    """Give each name its SHA-256 (hexadecimal) under a seed; sorting by it is a random order."""
-    return pl.Series("draw", [hashlib.sha256(f"{seed}/{name}".encode()).hexdigest() for name in names], dtype=pl.String)
-
-
-def drawn(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float, seed: int) -> pl.Series:
-    """Draw a share of the rows of each stratum, by the unique names in column ``name``: a mask (n,).
-
-    Exactly ``round(share * rows)`` of each stratum (halves up). A row added to a stratum changes the part of at most
-    one other, and of none outside the stratum.
-    """
-    place = pl.col("draw").rank("ordinal").over(strata)
-    wanted = (pl.len().over(strata) * share + 0.5).floor()
-    return table.with_columns(draw_order(table[name], seed)).select(drawn=place <= wanted)["drawn"]
-
-
-def dealt(table: pl.DataFrame, name: str, strata: tuple[str, ...], hands: int, seed: int) -> pl.Series:
-    """Deal the rows to hands 0 to ``hands - 1``, stratum after stratum, so that each gets as many as it can: (n,)."""
-    ordered = table.with_row_index("row").with_columns(draw_order(table[name], seed)).sort(*strata, "draw")
-    return ordered.with_columns(hand=pl.int_range(pl.len()) % hands).sort("row")["hand"]
-
-
 _KEY = ("building", "floor", "column", "line")
-
-
-def block_of(items: pl.DataFrame, side_m: float) -> pl.DataFrame:
-    """Add the block of each ``x``, ``y`` (m, BCS): its ``column`` along x and ``line`` along y, from the origin."""
-    return items.with_columns(
-        column=(pl.col("x") / side_m).floor().cast(pl.Int64), line=(pl.col("y") / side_m).floor().cast(pl.Int64)
-    )
-
-
-def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_m: float) -> pl.Series:
-    """Tell which items (n,), of :func:`block_of`, lie nearer than ``guard_m`` to one of the blocks of their floor."""
-    near = np.zeros(items.height, dtype=bool)
-    if guard_m > 0:
-        reach = math.ceil(guard_m / side_m)
-        for column, line in itertools.product(range(-reach, reach + 1), repeat=2):
-            beside = items.with_columns(pl.col("column") + column, pl.col("line") + line)
-            near |= _among(beside, blocks) & (_distance_m(beside, side_m) < guard_m)
-    return pl.Series("near", near)
-
-
-def _among(items: pl.DataFrame, blocks: pl.DataFrame) -> BoolArray:
-    """Which items (n,) lie in one of the blocks."""
-    known = blocks.select(_KEY).with_columns(known=pl.lit(True))
-    found = items.select(_KEY).join(known, on=_KEY, how="left", maintain_order="left", nulls_equal=True)
-    return found["known"].fill_null(False).to_numpy()
-
-
-def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
-    """Distance (n,) from each item to the block that its row names."""
-    ways = []
-    for axis, index in (("x", "column"), ("y", "line")):
-        low = items[index].to_numpy() * side_m
-        place = items[axis].to_numpy()
-        ways.append(np.maximum(np.maximum(low - place, place - low - side_m), 0.0))
-    distance: FloatArray = np.hypot(ways[0], ways[1])
-    return distance
-
-
 _LABELLED = pl.col("labelled")
 _GROUP = pl.col("group")
 _PLACE = ("building", "floor")
@@ -260,3 +199,61 @@ def _floor_name() -> pl.Expr:
 
 def _finding(kind: str, count: int, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file=FINGERPRINTS, count=count, message=message, severity=severity)
+
+
+def draw_order(names: pl.Series, seed: int) -> pl.Series:
+    """Give each name its SHA-256 (hexadecimal) under a seed; sorting by it is a random order."""
+    return pl.Series("draw", [hashlib.sha256(f"{seed}/{name}".encode()).hexdigest() for name in names], dtype=pl.String)
+
+
+def drawn(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float, seed: int) -> pl.Series:
+    """Draw a share of the rows of each stratum, by the unique names in column ``name``: a mask (n,).
+
+    Exactly ``round(share * rows)`` of each stratum (halves up). A row added to a stratum changes the part of at most
+    one other, and of none outside the stratum.
+    """
+    place = pl.col("draw").rank("ordinal").over(strata)
+    wanted = (pl.len().over(strata) * share + 0.5).floor()
+    return table.with_columns(draw_order(table[name], seed)).select(drawn=place <= wanted)["drawn"]
+
+
+def dealt(table: pl.DataFrame, name: str, strata: tuple[str, ...], hands: int, seed: int) -> pl.Series:
+    """Deal the rows to hands 0 to ``hands - 1``, stratum after stratum, so that each gets as many as it can: (n,)."""
+    ordered = table.with_row_index("row").with_columns(draw_order(table[name], seed)).sort(*strata, "draw")
+    return ordered.with_columns(hand=pl.int_range(pl.len()) % hands).sort("row")["hand"]
+
+
+def block_of(items: pl.DataFrame, side_m: float) -> pl.DataFrame:
+    """Add the block of each ``x``, ``y`` (m, BCS): its ``column`` along x and ``line`` along y, from the origin."""
+    return items.with_columns(
+        column=(pl.col("x") / side_m).floor().cast(pl.Int64), line=(pl.col("y") / side_m).floor().cast(pl.Int64)
+    )
+
+
+def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_m: float) -> pl.Series:
+    """Tell which items (n,), of :func:`block_of`, lie nearer than ``guard_m`` to one of the blocks of their floor."""
+    near = np.zeros(items.height, dtype=bool)
+    if guard_m > 0:
+        reach = math.ceil(guard_m / side_m)
+        for column, line in itertools.product(range(-reach, reach + 1), repeat=2):
+            beside = items.with_columns(pl.col("column") + column, pl.col("line") + line)
+            near |= _among(beside, blocks) & (_distance_m(beside, side_m) < guard_m)
+    return pl.Series("near", near)
+
+
+def _among(items: pl.DataFrame, blocks: pl.DataFrame) -> BoolArray:
+    """Which items (n,) lie in one of the blocks."""
+    known = blocks.select(_KEY).with_columns(known=pl.lit(True))
+    found = items.select(_KEY).join(known, on=_KEY, how="left", maintain_order="left", nulls_equal=True)
+    return found["known"].fill_null(False).to_numpy()
+
+
+def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
+    """Distance (n,) from each item to the block that its row names."""
+    ways = []
+    for axis, index in (("x", "column"), ("y", "line")):
+        low = items[index].to_numpy() * side_m
+        place = items[axis].to_numpy()
+        ways.append(np.maximum(np.maximum(low - place, place - low - side_m), 0.0))
+    distance: FloatArray = np.hypot(ways[0], ways[1])
+    return distance

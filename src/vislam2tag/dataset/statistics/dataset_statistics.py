@@ -22,7 +22,7 @@ from vislam2tag.dataset.statistics.record import (
     FloorLabels,
     LabelCounts,
     SessionStatistics,
-    SigmaStatistics,
+    SigmaDistribution,
     TechnologyStatistics,
     WalkTotals,
 )
@@ -165,10 +165,10 @@ def _rssi(technology: str, tally: StatisticsTally, shared: pl.DataFrame) -> dict
     }
 
 
-def _sigma(counts: Mapping[int, int]) -> SigmaStatistics | None:
+def _sigma(counts: Mapping[int, int]) -> SigmaDistribution | None:
     if not counts:
         return None
-    return SigmaStatistics(
+    return SigmaDistribution(
         fingerprints=sum(counts.values()),
         median_m=round(log_bins.quantile_m(counts, 0.5), 4),
         p95_m=round(log_bins.quantile_m(counts, 0.95), 4),

@@ -87,7 +87,7 @@ class Distribution(FiniteRecord):
         return width, bins
 
 
-class SigmaStatistics(FiniteRecord):
+class SigmaDistribution(FiniteRecord):
     """How sure the positions are: sigma of the fingerprints that state one, uncertain ones included, metres."""
 
     fingerprints: int
@@ -131,7 +131,7 @@ class TechnologyStatistics(FiniteRecord):
     heard: Distribution
     """Access points (or beacons) a fingerprint."""
     rssi: dict[str, DeviceRssi]
-    sigma: SigmaStatistics | None
+    sigma: SigmaDistribution | None
     labelled_per_minute: float | None
     """Labelled fingerprints a minute of walking."""
     labelled_per_person_hour: float | None

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
 from vislam2tag.dataset.statistics.record import WalkTotals
-from vislam2tag.evaluation.paper.table_text import latex_escaped
 
 TITLE = "Table III: walks by device"
 HEADS = ("trajectories", "duration / min", "walked distance / m", "average velocity / m/s")
@@ -70,32 +69,14 @@ def csv_text(table: Table3) -> str:
 
 def markdown_text(table: Table3) -> str:
     """A table for reading."""
-    lines = [
-        f"**{TITLE}**",
-        "",
-        f"| device | {' | '.join(table.heads)} |",
-        "| --- |" + " ---: |" * len(table.heads),
-        *(f"| {device} | {' | '.join(texts)} |" for device, texts in table.texts()),
-    ]
-    return "\n".join(lines) + "\n"
+    rows = ((device, *texts) for device, texts in table.texts())
+    return markdown_table(TITLE, ("device", *table.heads), rows, texts=1)
 
 
 def latex_text(table: Table3) -> str:
     """A ``tabular`` (package booktabs)."""
-    rows = [f"{latex_escaped(device)} & {' & '.join(texts)} \\\\" for device, texts in table.texts()]
-    lines = [
-        f"% {TITLE}",
-        f"\\begin{{tabular}}{{l{'r' * len(table.heads)}}}",
-        "\\toprule",
-        f"Device & {' & '.join(table.heads)} \\\\",
-        "\\midrule",
-        *rows[:-1],
-        "\\midrule",
-        rows[-1],
-        "\\bottomrule",
-        "\\end{tabular}",
-    ]
-    return "\n".join(lines) + "\n"
+    rows = [(latex_escaped(device), *texts) for device, texts in table.texts()]
+    return latex_table(TITLE, (("Device", *table.heads),), (rows[:-1], rows[-1:]), texts=1)
 
 
 def _numbers(walks: WalkTotals) -> tuple[float | None, ...]:

@@ -48,7 +48,7 @@ def labelled_fingerprints(
         (
             "uncertain_left_out",
             "uncertain fingerprints are left out: the format cannot say how sure a position is; "
-            "`dataset --max-sigma` decides",
+            "`dataset --max-sigma-m` decides",
         ),
         ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
     )

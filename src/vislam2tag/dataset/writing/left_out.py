@@ -1,4 +1,4 @@
-"""What a format has no place for: counted and told, column by column."""
+"""What a format has no place for: counted and stated, column by column."""
 
 from __future__ import annotations
 
@@ -54,14 +54,15 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     if not missing:
         return None
     # An empty text, such as the name of the only building, says nothing that could be lost.
-    said = {
+    stated = {
         column: (pl.col(column) != "").fill_null(value=False)
         if schema[column] == pl.String
         else pl.col(column).is_not_null()
         for column in missing
     }
     counts = table.select(
-        pl.any_horizontal(said.values()).sum().alias("_rows"), *(test.any().alias(name) for name, test in said.items())
+        pl.any_horizontal(stated.values()).sum().alias("_rows"),
+        *(test.any().alias(name) for name, test in stated.items()),
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
@@ -70,10 +71,10 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
     info = dataset.info
-    told = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
+    stated = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
     findings = []
-    if told and MANIFEST not in held:
-        findings.append(_finding("manifest", len(told), f"left out of the manifest: {', '.join(told)}"))
+    if stated and MANIFEST not in held:
+        findings.append(_finding("manifest", len(stated), f"left out of the manifest: {', '.join(stated)}"))
     others = len(dataset.splits) - (ONE_SPLIT in held)
     if SPLITS not in held and others > 0:
         which = "all splits but one" if ONE_SPLIT in held else "splits"

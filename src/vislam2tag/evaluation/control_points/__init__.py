@@ -1,1 +1,3 @@
-"""Label errors at control points: which press belongs to which point, and how late the finger was."""
+"""Label errors at control points: a written route (``route_file``), which press belongs to which point
+(``press_identity``), how late the finger was and how far the label then is (``press_truth``).
+"""

@@ -78,7 +78,7 @@ def _free_chain(points: int) -> _Chain:
 
 
 def _route_chain(route: IntArray) -> _Chain:
-    """The states are the places of the route: on to the next, seldom to one after it or the same."""
+    """The states are the places of the route (r,): on to the next, seldom to one after it or the same."""
     place = np.arange(len(route), dtype=np.float64)
     ahead = place - place[:, None]
     onward = np.where(ahead > 0, (1 - AGAIN) * (1 - SKIPPED) * SKIPPED ** np.maximum(ahead - 1, 0), 0.0)
@@ -107,6 +107,7 @@ class _Likelihoods:
         return ANEW * anew + (1 - ANEW) * _heavy_tailed(change, float(scale))
 
     def _anew(self, press: int) -> FloatArray:
+        """Density (s,) of the error at a press, whatever it was at the one before."""
         error = self.error_bcs[press]
         if not np.isfinite(error).all():
             return np.ones(len(error))
@@ -135,7 +136,7 @@ def _posterior(chain: _Chain, likelihoods: _Likelihoods) -> FloatArray:
 
 
 def _normalised(values: FloatArray) -> FloatArray:
-    """Scale to a sum of one."""
+    """Scale values (s,) to a sum of one."""
     return np.asarray(values / values.sum())
 
 

@@ -16,7 +16,6 @@ from vislam2tag.core.interpolation import Labels, label_by_interpolation
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_identity import PressIdentities, identify_presses
-from vislam2tag.evaluation.control_points.press_lead import Lead, estimate_lead
 from vislam2tag.evaluation.point_errors import (
     PointErrors,
     TruthKind,
@@ -25,9 +24,57 @@ from vislam2tag.evaluation.point_errors import (
     walking_heading,
     walking_velocity,
 )
-from vislam2tag.evaluation.residuals import nearest_points
-from vislam2tag.evaluation.truth import MAX_GAP_S
+from vislam2tag.evaluation.truth import MAX_GAP_S, nearest_points
 from vislam2tag.survey.model import Floor
+
+MIN_PRESSES = 4
+"""Below this many presses made while walking no lead is estimated."""
+MIN_SPEED_M_S = 0.3
+"""Who is slower is not taken to walk: the time of such a press says nothing."""
+
+MAX_SPEED_M_S = 4.0
+"""Nobody walks faster: the labels jump there."""
+
+
+@dataclass(frozen=True)
+class Lead:
+    """A session's constant lead: the label was at the point ``lead_s`` before the press (negative: after it).
+
+    ``without_s`` (k,) is the lead by all presses but the one, so that no press corrects itself. All are NaN where there
+    are too few presses.
+    """
+
+    lead_s: float
+    sigma_s: float
+    without_s: FloatArray
+
+
+def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> Lead:
+    """Estimate the lead from how far (k,) each label is ahead of its point, and the walking speed (k,) there.
+
+    Either may be NaN. The least sum of absolute rests of ``along = lead x speed``: the median of the quotients,
+    weighted by speed.
+    """
+    speed_m_s = np.nan_to_num(speed_m_s)
+    usable = np.isfinite(along_m) & (speed_m_s >= MIN_SPEED_M_S) & (speed_m_s <= MAX_SPEED_M_S)
+    quotient = along_m / np.where(usable, speed_m_s, np.nan)
+    if usable.sum() < MIN_PRESSES:
+        return Lead(float("nan"), float("nan"), np.full(len(along_m), np.nan))
+    weight = np.where(usable, speed_m_s, 0.0)
+    lead_s = _weighted_median(quotient, weight)
+    others = weight * (1 - np.eye(len(along_m)))
+    without_s = np.array([_weighted_median(quotient, one) for one in others])
+    rest_m = np.abs(along_m - lead_s * speed_m_s)[usable]
+    scatter_m = 1.4826 * float(np.median(rest_m))
+    return Lead(lead_s, float(np.sqrt(np.pi / 2) * scatter_m / np.linalg.norm(weight)), without_s)
+
+
+def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
+    """Median of the values (k,) with a weight (k,) above zero: half of all weight lies on either side."""
+    kept = np.flatnonzero(weights > 0)
+    order = kept[np.argsort(values[kept], kind="stable")]
+    upto = np.cumsum(weights[order]) - weights[order] / 2
+    return float(np.interp(weights[order].sum() / 2, upto, values[order]))
 
 
 @dataclass(frozen=True)
@@ -103,7 +150,7 @@ def press_errors(trajectory: Trajectory, truth: PressTruth, *, without_lead: boo
 
 
 def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Floor) -> PointErrors:
-    """Labels at the presses against the *nearest* control point, as the paper takes them (section VI-A).
+    """Labels at the presses (k,), ns, against the *nearest* control point, as the paper takes them (section VI-A).
 
     The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
     A press without a label has an arbitrary point. The floor has at least one.
@@ -116,7 +163,7 @@ def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Fl
 
 
 def walk_error(errors_m: FloatArray) -> float:
-    """Mean over the labelled presses of a walk, metres; NaN where there is none."""
+    """Mean of the errors (k,) over the labelled presses of a walk, metres; NaN where there is none."""
     labelled = errors_m[np.isfinite(errors_m)]
     return float(labelled.mean()) if labelled.size else float("nan")
 
@@ -153,6 +200,7 @@ def _places(points_bcs: FloatArray, point: IntArray) -> FloatArray:
 
 
 def _lead(residual_bcs: FloatArray, velocity_bcs: FloatArray) -> Lead:
+    """The lead by residuals (k, 2), metres, and velocities (k, 2), m/s."""
     speed_m_s = np.linalg.norm(velocity_bcs, axis=1)
     along_m = (residual_bcs * velocity_bcs).sum(axis=1) / np.where(speed_m_s > 0, speed_m_s, np.nan)
     return estimate_lead(along_m, speed_m_s)
@@ -173,7 +221,7 @@ def _on_floor(trajectory: Trajectory, presses_ns: IntArray, number: int) -> Bool
 
 
 def _far_off(trajectory: Trajectory, presses_ns: IntArray) -> str:
-    """Say how far the presses are from the walk in time."""
+    """Say how far the presses (k,), ns, are from the walk in time."""
     time_ns, _ = usable_path(trajectory)
     if not len(time_ns):
         return f"none of the {len(presses_ns)} presses can be scored: the session has no usable camera frame"

@@ -1,1 +1,1 @@
-"""The paper's evaluation by its own rules: walks, Tables I and II."""
+"""The paper's evaluation by its own rules: each of the ``walks``, Tables I and II (``tables``), and their text."""

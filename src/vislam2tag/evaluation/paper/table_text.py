@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 
-from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.evaluation.paper.tables import PUBLISHED, Cell, PaperTable
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
+from vislam2tag.evaluation.paper.tables import PUBLISHED, Cell, PaperTable, TableRow
 from vislam2tag.evaluation.paper.walks import PaperWalk
 
 NONE = "-"
@@ -40,16 +41,8 @@ def walks_csv(walks: Sequence[PaperWalk]) -> str:
 def markdown_text(table: PaperTable, names: Mapping[str, str]) -> str:
     """Two columns for each strategy, called by ``names``: here, and in the paper."""
     heads = [head for cell in table.rows[0].cells for head in heads_of(cell, names[cell.strategy])]
-    lines = [
-        f"**{table.title}**",
-        "",
-        f"| trajectories | metric | {' | '.join(heads)} |",
-        "| --- | --- |" + " ---: |" * len(heads),
-    ]
-    for row in table.rows:
-        figures = [figure for cell in row.cells for figure in figures_of(cell)]
-        lines.append(f"| {row.selection} ({_walks(row.cells)}) | {row.metric} | {' | '.join(figures)} |")
-    return "\n".join(lines) + "\n"
+    rows = [(f"{row.selection} ({_walks(row.cells)})", row.metric, *_figures(row)) for row in table.rows]
+    return markdown_table(table.title, ("trajectories", "metric", *heads), rows, texts=2)
 
 
 def latex_text(table: PaperTable, names: Mapping[str, str]) -> str:
@@ -60,23 +53,20 @@ def latex_text(table: PaperTable, names: Mapping[str, str]) -> str:
         f"\\multicolumn{{{len(head)}}}{{c}}{{{latex_escaped(names[cell.strategy])}}}"
         for cell, head in zip(cells, heads, strict=True)
     ]
-    lines = [
-        f"% {table.title}",
-        f"\\begin{{tabular}}{{ll{'r' * sum(map(len, heads))}}}",
-        "\\toprule",
-        f"Trajectories & Metric & {' & '.join(groups)} \\\\",
-        f" & & {' & '.join(head for pair in heads for head in pair)} \\\\",
-    ]
-    before = ""
-    for row in table.rows:
-        figures = " & ".join(figure for cell in row.cells for figure in figures_of(cell))
-        if row.selection != before:
-            count = sum(other.selection == row.selection for other in table.rows)
-            lines.append("\\midrule")
-        head = f"\\multirow{{{count}}}{{*}}{{{row.selection}}}" if row.selection != before else ""
-        lines.append(f"{head} & {row.metric} & {figures} \\\\")
-        before = row.selection
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+    title = (("Trajectories", "Metric", *groups), ("", "", *(head for pair in heads for head in pair)))
+    rows = [list(group) for _, group in groupby(table.rows, key=lambda row: row.selection)]
+    return latex_table(table.title, title, (_latex_group(group) for group in rows), texts=2)
+
+
+def _latex_group(rows: Sequence[TableRow]) -> Iterator[tuple[str, ...]]:
+    """Rows of one selection of trajectories, which is named once."""
+    selection = rf"\multirow{{{len(rows)}}}{{*}}{{{rows[0].selection}}}"
+    for number, row in enumerate(rows):
+        yield ("" if number else selection, row.metric, *_figures(row))
+
+
+def _figures(row: TableRow) -> list[str]:
+    return [text for cell in row.cells for text in figures_of(cell)]
 
 
 def heads_of(cell: Cell, name: str) -> tuple[str, ...]:
@@ -95,8 +85,3 @@ def _walks(cells: tuple[Cell, ...]) -> str:
     """How many walks the strategies label: one number, or the least and the greatest."""
     counts = sorted({cell.walks for cell in cells})
     return f"{counts[0]} walks" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} walks"
-
-
-def latex_escaped(text: str) -> str:
-    """Write text so that LaTeX prints it as it stands."""
-    return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)

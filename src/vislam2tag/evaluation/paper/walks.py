@@ -4,18 +4,57 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
 from vislam2tag.evaluation.control_points.press_truth import is_faulty, nearest_point_errors, walk_error
-from vislam2tag.evaluation.measuring import sure_points
+from vislam2tag.evaluation.metrics import sure_points
 from vislam2tag.evaluation.paper.tables import WalkErrors
 from vislam2tag.evaluation.point_errors import PointErrors
+from vislam2tag.evaluation.total_station.station_errors import JUMP_M, clock_offset, station_point_errors
+from vislam2tag.evaluation.total_station.station_file import StationTrack
+from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor, SessionKey
+
+CLOCK_STRATEGY = "local-corrected"
+"""Whose errors the clock offset makes least, as in the paper."""
+
+
+@dataclass(frozen=True)
+class StationWalks:
+    """The walks of one phone before a total station; ``clock_ns`` is the station's wall clock minus its boot clock."""
+
+    walks: tuple[PaperWalk, ...]
+    clock_ns: int
+
+
+def station_settings(settings: MappingSettings) -> MappingSettings:
+    """Settings with which the paper maps walks before the total station: shorter steps are breaks."""
+    return settings.model_copy(update={"max_step_m": JUMP_M})
+
+
+def station_walks(
+    sessions: Sequence[tuple[Session, TrajectoryByStrategy, StationTrack]],
+    bcs_T_station: Similarity2,
+    max_sigma_m: float,
+) -> StationWalks:
+    """Compare the mapped sessions of one phone with the station's tracks (see :func:`paper_walk` for the labels).
+
+    As in the paper the clock offset is fitted to the very errors it is then used for.
+    """
+    clock_ns = clock_offset([(mapped[CLOCK_STRATEGY], track) for _, mapped, track in sessions], bcs_T_station)
+
+    walks = []
+    for session, mapped, track in sessions:
+        truth = Truth(track.time_ns - clock_ns, bcs_T_station @ track.position)
+        walks.append(paper_walk(session, mapped, partial(station_point_errors, truth=truth), max_sigma_m))
+    return StationWalks(tuple(walks), clock_ns)
 
 
 def landmark_movement_m(log: LandmarkLog) -> float:
@@ -38,7 +77,7 @@ def landmark_movement_m(log: LandmarkLog) -> float:
 STRATEGIES = ("local", "local-corrected", "global-affine", "smoother")
 """The paper's three, whose least squares at control points is an affine map, and the smoother beside them."""
 
-Mapped = dict[str, Trajectory]
+TrajectoryByStrategy = dict[str, Trajectory]
 
 
 @dataclass(frozen=True)
@@ -66,7 +105,7 @@ class PaperWalk:
         return WalkErrors(self.key, means, self.faulty)
 
 
-def map_all(session: Session, landmarks: Landmarks, settings: MappingSettings) -> Mapped:
+def map_all(session: Session, landmarks: Landmarks, settings: MappingSettings) -> TrajectoryByStrategy:
     """Map a session with each of :data:`STRATEGIES`."""
     return {
         name: strategy_named(name, settings).map(session.camera, session.landmarks, landmarks) for name in STRATEGIES
@@ -74,7 +113,7 @@ def map_all(session: Session, landmarks: Landmarks, settings: MappingSettings) -
 
 
 def paper_walk(
-    session: Session, mapped: Mapped, compare: Callable[[Trajectory], PointErrors], max_sigma_m: float
+    session: Session, mapped: TrajectoryByStrategy, compare: Callable[[Trajectory], PointErrors], max_sigma_m: float
 ) -> PaperWalk:
     """Compare each of a session's trajectories with the truth."""
     points = {name: compare(trajectory) for name, trajectory in mapped.items()}
@@ -82,7 +121,7 @@ def paper_walk(
     return PaperWalk(session.key, points, faulty, landmark_movement_m(session.landmarks), max_sigma_m)
 
 
-def press_walk(session: Session, floor: Floor, mapped: Mapped, max_sigma_m: float) -> PaperWalk:
+def press_walk(session: Session, floor: Floor, mapped: TrajectoryByStrategy, max_sigma_m: float) -> PaperWalk:
     """Compare a mapped session with the control points, at least one, nearest to its presses."""
     return paper_walk(session, mapped, lambda one: nearest_point_errors(one, session.presses_ns, floor), max_sigma_m)
 

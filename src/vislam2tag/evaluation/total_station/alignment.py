@@ -19,8 +19,8 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.point_errors import heading_of, walking_velocity
 from vislam2tag.evaluation.total_station.fit import (
     Adjustment,
-    Freedom,
-    Piece,
+    FreeParameters,
+    TrackPiece,
     errors_m,
     fit_adjustment,
     mean_clipped_error_m,
@@ -55,7 +55,7 @@ class StationWalk:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class UncertainValue:
     """A value and its standard deviation."""
 
     value: float
@@ -66,8 +66,8 @@ class Estimate:
 class PrismOffset:
     """Where the prism is as seen from the camera, in the walking frame, metres."""
 
-    ahead_m: Estimate
-    left_m: Estimate
+    ahead_m: UncertainValue
+    left_m: UncertainValue
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class DeviceAlignment:
     adjustment: Adjustment
     """By all walks; each truth is by those but its own fold."""
     clock_sigma_s: float
-    drift_ppm: Estimate | None
+    drift_ppm: UncertainValue | None
     """None where the clocks were taken to run alike."""
     prism: PrismOffset
     """Estimated in any case; corrected for only where asked for."""
@@ -89,13 +89,13 @@ class DeviceAlignment:
     """For each walk how far the clock that would suit it best, to half a second, is from that of all."""
 
 
-def align_device(walks: Sequence[StationWalk], freedom: Freedom | None = None) -> DeviceAlignment:
+def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = None) -> DeviceAlignment:
     """Estimate the clock of a device's walks (at least one) and place their tracks in time and building.
 
     ``freedom.prism`` also takes the prism's offset off. Raises SurveyError where no clock brings track and labels
     together.
     """
-    freedom = freedom or Freedom()
+    freedom = freedom or FreeParameters()
     pieces = [piece_of(walk.reference, walk.track, walk.frame.bcs_t_station) for walk in walks]
     own = [search_clock(piece) for piece in pieces]
     clock_ns = min(own, key=lambda offset: sum(mean_clipped_error_m(piece, offset) for piece in pieces))
@@ -129,14 +129,14 @@ def align_device(walks: Sequence[StationWalk], freedom: Freedom | None = None) -
     )
 
 
-def _labelled_error_m(piece: Piece, clock_ns: int) -> float:
+def _labelled_error_m(piece: TrackPiece, clock_ns: int) -> float:
     """Mean error of the points with a label at this offset; infinite where there are too few."""
     errors = errors_m(piece, clock_ns)
     labelled = errors[np.isfinite(errors)]
     return float(labelled.mean()) if len(labelled) >= FEWEST_POINTS else float("inf")
 
 
-def _shares_clock(piece: Piece, clock_ns: int, own_ns: int) -> bool:
+def _shares_clock(piece: TrackPiece, clock_ns: int, own_ns: int) -> bool:
     """Tell whether a walk overlaps with its track at the common offset, and no other one is right beyond doubt.
 
     Large errors are no reason: they may be the labels'.
@@ -148,7 +148,7 @@ def _shares_clock(piece: Piece, clock_ns: int, own_ns: int) -> bool:
     return int(inside.sum()) >= FEWEST_POINTS and not (far and own_m < common_m / OTHER_CLOCK_FACTOR)
 
 
-def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similarity2) -> Piece:
+def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similarity2) -> TrackPiece:
     """Put a station's track into the building, and find where and which way it was walked steadily."""
     time_ns, prism = track.time_ns, bcs_T_station @ track.position
     velocity = walking_velocity(time_ns, time_ns, prism)
@@ -159,7 +159,7 @@ def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similari
         # Who stands still or turns is taken to look as shortly before or after.
         nearest = known[np.searchsorted((known[1:] + known[:-1]) / 2, np.arange(len(prism)))]
         ahead = velocity[nearest] / np.linalg.norm(velocity[nearest], axis=1, keepdims=True)
-    return Piece(reference, time_ns, prism, ahead, steady)
+    return TrackPiece(reference, time_ns, prism, ahead, steady)
 
 
 def _steady(time_ns: IntArray, prism_bcs: FloatArray, velocity_bcs: FloatArray) -> BoolArray:
@@ -177,14 +177,16 @@ def _folds(walks: list[int], points: list[int]) -> list[tuple[int, slice]]:
     return [(walk, slice(cuts[walk][i], cuts[walk][i + 1])) for walk in walks for i in range(parts)]
 
 
-def _cross_validated(parts: list[Piece], start: Adjustment, freedom: Freedom) -> tuple[Adjustment, list[Adjustment]]:
+def _cross_validated(
+    parts: list[TrackPiece], start: Adjustment, freedom: FreeParameters
+) -> tuple[Adjustment, list[Adjustment]]:
     """The adjustment by all parts, and for each part that by the others."""
     best = fit_adjustment(parts, start, freedom)
     others = [parts[:i] + parts[i + 1 :] for i in range(len(parts))]
     return best, [fit_adjustment(rest, start, freedom) for rest in others]
 
 
-def _truth(parts: list[Piece], adjustments: list[Adjustment], mine: list[int]) -> Truth | None:
+def _truth(parts: list[TrackPiece], adjustments: list[Adjustment], mine: list[int]) -> Truth | None:
     """Put the folds of one walk together, each placed by the adjustment that does not know it."""
     if not mine:
         return None
@@ -194,8 +196,8 @@ def _truth(parts: list[Piece], adjustments: list[Adjustment], mine: list[int]) -
     return Truth(time_ns, camera[first])
 
 
-def _estimate(value: float, without: list[float]) -> Estimate:
-    return Estimate(value, _jackknife_sigma(without))
+def _estimate(value: float, without: list[float]) -> UncertainValue:
+    return UncertainValue(value, _jackknife_sigma(without))
 
 
 def _jackknife_sigma(without: Sequence[float]) -> float:

@@ -27,7 +27,7 @@ PPM = 1e-6
 
 
 @dataclass(frozen=True)
-class Piece:
+class TrackPiece:
     """A walk, or a part of it, with the station's track: the labels to fit to, and ``k`` measured points.
 
     ``time_ns`` (k,) the station's wall clock; ``prism_bcs`` (k, 2) metres; ``ahead`` (k, 2) unit vector of walking,
@@ -40,9 +40,9 @@ class Piece:
     ahead: FloatArray
     steady: BoolArray
 
-    def part(self, rows: slice | BoolArray) -> Piece:
-        """Only some of the measured points."""
-        return Piece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows])
+    def part(self, rows: slice | BoolArray) -> TrackPiece:
+        """Only some of the measured points: a slice or mask (k,)."""
+        return TrackPiece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows])
 
     @property
     def left(self) -> FloatArray:
@@ -51,7 +51,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Freedom:
+class FreeParameters:
     """What is estimated beside the clock's offset."""
 
     drift: bool = False
@@ -79,23 +79,23 @@ class Adjustment:
         grown = np.round((time_ns - self.epoch_ns) * (self.drift_ppm * PPM)).astype(np.int64)
         return np.asarray(time_ns - self.clock_ns - grown)
 
-    def camera_bcs(self, piece: Piece) -> FloatArray:
+    def camera_bcs(self, piece: TrackPiece) -> FloatArray:
         """Where the camera was (k, 2), metres."""
         return piece.prism_bcs - self.ahead_m * piece.ahead - self.left_m * piece.left
 
 
-def errors_m(piece: Piece, clock_ns: int) -> FloatArray:
+def errors_m(piece: TrackPiece, clock_ns: int) -> FloatArray:
     """Distance (k,) between each measured point and the label at its time, with this offset; NaN without a label."""
     labels = label_by_interpolation(piece.time_ns - clock_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
     return np.asarray(np.linalg.norm(labels - piece.prism_bcs, axis=1))
 
 
-def mean_clipped_error_m(piece: Piece, clock_ns: int) -> float:
+def mean_clipped_error_m(piece: TrackPiece, clock_ns: int) -> float:
     """Mean error of a piece with this offset, each at most :data:`CLIP_M`, as is a point without a label."""
     return float(np.nan_to_num(errors_m(piece, clock_ns), nan=CLIP_M).clip(max=CLIP_M).mean())
 
 
-def search_clock(piece: Piece) -> int:
+def search_clock(piece: TrackPiece) -> int:
     """The offset (ns) with the least error among all at which track and walk overlap, to :data:`GRID_S`."""
     thinned = piece.part(slice(None, None, len(piece.time_ns) // SEARCHED + 1))
     first, last = piece.time_ns[0] - piece.reference.time_ns.max(), piece.time_ns[-1] - piece.reference.time_ns.min()
@@ -103,7 +103,7 @@ def search_clock(piece: Piece) -> int:
     return int(min(offsets.tolist(), key=lambda offset: mean_clipped_error_m(thinned, offset)))
 
 
-def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom) -> Adjustment:
+def fit_adjustment(pieces: Sequence[TrackPiece], start: Adjustment, freedom: FreeParameters) -> Adjustment:
     """Least robust squares of label minus camera over all points passed steadily, from a start within a second or so.
 
     Points without a label there do not count.
@@ -128,19 +128,20 @@ def fit_adjustment(pieces: Sequence[Piece], start: Adjustment, freedom: Freedom)
 
 
 def _spread(values: FloatArray, free: BoolArray) -> list[float]:
+    """Values (u,) of what is free (4,) among all parameters, the others 0."""
     full = np.zeros(len(free))
     full[free] = values
     return [float(value) for value in full]
 
 
-def _residual(piece: Piece, adjustment: Adjustment) -> FloatArray:
+def _residual(piece: TrackPiece, adjustment: Adjustment) -> FloatArray:
     """Label minus camera (k, 2), metres; 0 without a label."""
     time_ns = adjustment.label_time_ns(piece.time_ns)
     labels = label_by_interpolation(time_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
     return np.nan_to_num(labels - adjustment.camera_bcs(piece))
 
 
-def _jacobian(piece: Piece, adjustment: Adjustment) -> FloatArray:
+def _jacobian(piece: TrackPiece, adjustment: Adjustment) -> FloatArray:
     """Derivative (2k, 4) of the residual by clock (s), drift (ppm), ahead and left (m)."""
     time_ns = adjustment.label_time_ns(piece.time_ns)
     ends = [label_by_interpolation(time_ns + step, piece.reference, MAX_GAP_S) for step in (-STEP_NS, STEP_NS)]

@@ -114,6 +114,7 @@ def shot_points(
 
 
 def _known_points(landmarks: Landmarks, floor: int, control_points: ControlPoints | None) -> dict[str, FloatArray]:
+    """Positions (2,) of what can be shot on a floor, by name, BCS metres."""
     usable = np.flatnonzero((landmarks.floor == floor) & np.isfinite(landmarks.position_bcs).all(axis=1))
     known = {f"landmark {landmarks.ids[row]}": landmarks.position_bcs[row] for row in usable.tolist()}
     if control_points is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
 from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
 from vislam2tag.mapping.trajectory_builder import Sheet
 from vislam2tag.smoother.contradictions import contradictions
@@ -26,6 +27,7 @@ class Smoother:
 
     sighting_range_m: float
     allow_for_pose_lag: bool = False
+    heights: HeightSettings = field(default_factory=HeightSettings)
     needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
@@ -39,7 +41,7 @@ class Smoother:
         smoothed = smooth(walked, KnownLandmarks.of(log.ids, landmarks))
         if smoothed is None:
             return nothing
-        frame, heights = walked.odometry.frame, estimate_heights(camera, log, landmarks)
+        frame, heights = walked.odometry.frame, estimate_heights(camera, log, landmarks, self.heights)
         path, spread, rotation = mapped_path(smoothed)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         position = np.column_stack((path, heights.z_m[frame]))
@@ -77,5 +79,8 @@ def _visits(walked: Walked) -> tuple[Visit, ...]:
 
 
 register(
-    "smoother", lambda settings: Smoother(settings.smoother.sighting_range_m, settings.smoother.allow_for_pose_lag)
+    "smoother",
+    lambda settings: Smoother(
+        settings.smoother.sighting_range_m, settings.smoother.allow_for_pose_lag, settings.heights
+    ),
 )

@@ -26,6 +26,7 @@ from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutco
 from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.settings import Settings
 from vislam2tag.survey.names import unique_slugs
 
 Progress = Callable[[str, str | None, int], None]
@@ -45,6 +46,8 @@ class BuildOptions:
     """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
     labels: Path | None = None
     """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
+    labelling: Settings = field(default_factory=Settings)
+    """What ``process`` is told if the source is a survey."""
     max_sigma_m: float | None = None
     """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""
     merge_radios: bool = False
@@ -122,6 +125,7 @@ def _labelled(
         process(
             folder,
             outs[-1],
+            options.labelling,
             jobs=jobs,
             replace=options.replace,
             progress=lambda done, total: report(LABEL, done.error, total),

@@ -1,4 +1,7 @@
-"""Adds a split to a data set on disk: its files first, then the manifest, then the card."""
+"""Completes a data set on disk: splits, statistics, report and card; and adds a split to one that is complete.
+
+An added split comes in this order: its files first, then the manifest, then the card.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,8 @@ from vislam2tag.report.pages.dataset_page import dataset_page
 
 STATISTICS_FILE = "statistics.json"
 PAGE_FILE = "report.html"
+PARTIAL = ".partial"
+_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
 
 
 def finish_dataset(
@@ -41,10 +46,6 @@ def finish_dataset(
     (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics), encoding="utf-8")
     write_card(dataset, statistics, folder.root)
     return dataset
-
-
-PARTIAL = ".partial"
-_NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
 
 
 def add_split(folder: Path, split: Split) -> Dataset:

@@ -1,4 +1,4 @@
-"""One labelled session to its parts of a data set's tables; runs in a worker process."""
+"""One labelled session to its parts of a data set's tables, in a worker process; then all sessions' findings."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from vislam2tag.survey.corrections import session_start
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""
+FAILED = "session_without_label"
+"""Kind of the finding that counts sessions which could not be mapped."""
 
 
 @dataclass(frozen=True)
@@ -149,10 +151,6 @@ def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
     folder = job.parts / table
     folder.mkdir(parents=True, exist_ok=True)
     write_parquet(rows, folder / f"{job.number:06d}.parquet", compression="lz4")
-
-
-FAILED = "session_without_label"
-"""Kind of the finding that counts sessions which could not be mapped."""
 
 
 def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:

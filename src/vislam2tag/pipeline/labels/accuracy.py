@@ -11,8 +11,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.residuals import CONTROL_POINTS, residuals_at_presses, residuals_at_truth
-from vislam2tag.evaluation.truth import MAX_GAP_S, read_truth
+from vislam2tag.evaluation.truth import CONTROL_POINTS, MAX_GAP_S, read_truth, residuals_at_presses, residuals_at_truth
 from vislam2tag.labeling.results import ErrorRecord
 from vislam2tag.survey.model import Floor
 

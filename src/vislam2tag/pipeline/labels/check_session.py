@@ -11,7 +11,9 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.strategies.smoother import Smoother
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
 from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
@@ -40,8 +42,7 @@ def check_session(settings: Settings, task: SessionTask) -> CheckedSession:
     except SessionError as error:
         return CheckedSession(_record(task, error=str(error)))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
-        fault = f"{task.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        return CheckedSession(_record(task, error=fault))
+        return CheckedSession(_record(task, error=unexpected(task.ref.key, error)))
 
 
 def _check(settings: Settings, task: SessionTask) -> CheckedSession:
@@ -49,7 +50,7 @@ def _check(settings: Settings, task: SessionTask) -> CheckedSession:
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
-    floor = _floors(prepared)[smoothed.model.walked.odometry.frame]
+    floor = _floors(prepared, settings.mapping.heights)[smoothed.model.walked.odometry.frame]
     metres = walked_metre_by_metre(smoothed)
     found = session_gains(
         gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
@@ -69,10 +70,10 @@ def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed
     return smoothed
 
 
-def _floors(prepared: PreparedSession) -> IntArray:
+def _floors(prepared: PreparedSession, settings: HeightSettings) -> IntArray:
     """Floor (n,) of each camera frame."""
     session = prepared.session
-    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks).floor
+    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks, settings).floor
     return floor if len(floor) else np.full(len(session.camera.time_ns), session.key.floor)
 
 

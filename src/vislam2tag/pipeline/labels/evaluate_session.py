@@ -23,15 +23,16 @@ from vislam2tag.evaluation.control_points.press_truth import (
 )
 from vislam2tag.evaluation.control_points.route_file import read_route
 from vislam2tag.evaluation.dense import TruePath, dense_errors, dense_figures
-from vislam2tag.evaluation.measuring import measured, retention, sure_frames, sure_points
+from vislam2tag.evaluation.metrics import retention, strategy_errors, sure_frames, sure_points
 from vislam2tag.evaluation.paper.walks import landmark_movement_m
 from vislam2tag.evaluation.point_errors import PointErrors
-from vislam2tag.evaluation.record import Measured, SessionEvaluation
+from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -76,7 +77,7 @@ class EvaluationJob:
 class Found:
     """What is found of the truths, one after the other."""
 
-    measured: list[Measured] = field(default_factory=list)
+    measured: list[StrategyErrors] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     estimates: dict[str, float | None] = field(default_factory=dict)
@@ -94,8 +95,7 @@ def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
     except SessionError as error:
         return _record(job.ref, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
-        fault = f"{job.ref.key}: unexpected {type(error).__name__}: {error}; please report this"
-        return _record(job.ref, error=fault)
+        return _record(job.ref, error=unexpected(job.ref.key, error))
 
 
 def map_with(
@@ -147,7 +147,7 @@ def _at_dense_truth(
     visits_ns = session.camera.time_ns[known]
     for name, trajectory in mapped.items():
         points = sure_points(dense_errors(trajectory, path), job.settings.labels.max_sigma_m)
-        found.measured.append(measured(points, "", name, dense_figures(points, path, visits_ns)))
+        found.measured.append(strategy_errors(points, "", name, dense_figures(points, path, visits_ns)))
     _write(job, TRUTH, tum_text_of_truth(truth))
 
 
@@ -190,7 +190,7 @@ def _at_control_points(
     for way, compare in ways.items():
         for name, trajectory in mapped.items():
             points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
-            found.measured.append(measured(points, way, name))
+            found.measured.append(strategy_errors(points, way, name))
     found.findings += press_truth_findings(truth)
     found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
 

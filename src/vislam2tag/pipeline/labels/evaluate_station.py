@@ -15,15 +15,16 @@ from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import press_truth
 from vislam2tag.evaluation.control_points.route_file import read_route
-from vislam2tag.evaluation.measuring import measured, sure_points
+from vislam2tag.evaluation.metrics import strategy_errors, sure_points
 from vislam2tag.evaluation.record import SessionEvaluation
 from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, align_device
-from vislam2tag.evaluation.total_station.fit import Freedom
+from vislam2tag.evaluation.total_station.fit import FreeParameters
 from vislam2tag.evaluation.total_station.frame import CommonPoints, StationFrame, fit_frame, shot_points
-from vislam2tag.evaluation.total_station.presses import pressed_points
+from vislam2tag.evaluation.total_station.frame_from_presses import pressed_points
 from vislam2tag.evaluation.total_station.station_errors import station_findings, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 
@@ -77,7 +78,7 @@ def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
     try:
         return _evaluate(jobs)
     except Exception as error:  # one bad device must not end the batch; its records name the fault
-        fault = f"the station's track: unexpected {type(error).__name__}: {error}; please report this"
+        fault = unexpected("the station's track", error)
         return StationOutcome({job.ref.slug: Found(missing=[fault]) for job in jobs})
 
 
@@ -90,7 +91,7 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         frame = _frame(walks)
         standing = [StationWalk(walk.mapped[REFERENCE], walk.track, frame) for walk in walks]
         drift = jobs[0].clock_drift
-        ways = {way: align_device(standing, Freedom(drift=drift, prism=way == AT_CAMERA)) for way in WAYS}
+        ways = {way: align_device(standing, FreeParameters(drift=drift, prism=way == AT_CAMERA)) for way in WAYS}
     except Vislam2tagError as error:
         for walk in walks:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
@@ -158,7 +159,7 @@ def _compare(walk: _Walk, way: str, alignment: DeviceAlignment, number: int, fou
         return
     for name in walk.job.strategies:
         points = station_point_errors(walk.mapped[name], truth)
-        found.measured.append(measured(sure_points(points, walk.job.settings.labels.max_sigma_m), way, name))
+        found.measured.append(strategy_errors(sure_points(points, walk.job.settings.labels.max_sigma_m), way, name))
 
 
 def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, float | None]:

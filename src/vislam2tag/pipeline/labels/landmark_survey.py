@@ -18,6 +18,7 @@ from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.floors_walked import CLIMB_M
@@ -79,7 +80,7 @@ def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSessi
     except SessionError as error:
         return ReducedSession(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
-        return ReducedSession(key, error=f"{key}: unexpected {type(error).__name__}: {error}; please report this")
+        return ReducedSession(key, error=unexpected(key, error))
 
 
 def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
@@ -95,7 +96,8 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     smoothed = smooth_in_own_frame(walked)
     local = LocalMap.of(smoothed)
     climbed = vertical_span_m(camera, log) >= CLIMB_M
-    heights = estimate_heights(camera, log, _over_all_floors(site, landmarks) if climbed else landmarks)
+    around = _over_all_floors(site, landmarks) if climbed else landmarks
+    heights = estimate_heights(camera, log, around, settings.heights)
     floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
         _place(site.landmarks, landmarks, log.ids[index], floor)

@@ -23,6 +23,7 @@ from vislam2tag.labeling.tables import LabelledWalk, write_table
 from vislam2tag.mapping.registry import strategy_modules, strategy_named
 from vislam2tag.pipeline.labels.accuracy import truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
+from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.floors_walked import ambiguous_landmarks
@@ -80,7 +81,7 @@ def process_session(job: Job) -> Outcome:
     except SessionError as error:
         result = _failed(job, str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
-        result = _failed(job, f"{job.task.ref.key}: unexpected {type(error).__name__}: {error}; please report this")
+        result = _failed(job, unexpected(job.task.ref.key, error))
     job.out.write_text(f"{RESULTS}/{job.slug}.json", result.model_dump_json(indent=1) + "\n")
     return _outcome(result, repeated=True)
 

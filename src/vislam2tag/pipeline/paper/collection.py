@@ -68,11 +68,11 @@ def paper_collection(
             out = Path(scratch) / f"labels-{number}"
             process(survey.root, out, own, selection=Selection(devices=devices), progress=advance)
             labelled.append(open_labelled(out))
-        sessions = list(_once(labelled))
+        sessions = list(_distinct_sessions(labelled))
         if not sessions:
             return Collection(None, ())
         failed = tuple(filter(None, (session.result().error for session, _ in sessions)))
-        dataset = _dataset(sessions, Path(scratch) / "parts")
+        dataset = _dataset(sessions, Path(scratch) / "tables")
         statistics = dataset_statistics(dataset)
         if keep is not None:
             write_dataset(replace(dataset, splits=standard_splits(dataset)), keep)
@@ -86,7 +86,7 @@ def _devices(survey: Survey) -> tuple[str, ...]:
     return tuple(sorted({key.device for key in keys if not key.device.endswith(EVALUATED)}))
 
 
-def _once(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, float]]:
+def _distinct_sessions(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, float]]:
     """Each session with its survey's limit of sigma; where two surveys hold one session, the first counts."""
     found: set[SessionKey] = set()
     for survey in surveys:
@@ -98,12 +98,12 @@ def _once(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, floa
                 yield session, survey.max_sigma_m
 
 
-def _dataset(sessions: list[tuple[LabelledSession, float]], parts: Path) -> Dataset:
-    """Make fingerprints of the sessions; the tables lie below ``parts``."""
+def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Path) -> Dataset:
+    """Make fingerprints of the sessions; the tables lie below ``folder``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
-        build_session(SessionJob(session, f"{number:06d}", "", number, parts, DatasetSettings(), max_sigma_m))
+        build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))
     tables = {
-        name: scan_parquet(sorted((parts / name).glob("*.parquet")))
+        name: scan_parquet(sorted((folder / name).glob("*.parquet")))
         for name in (FINGERPRINTS, READINGS, SESSIONS, NAMES)
     }
     names = tables.pop(NAMES).collect()

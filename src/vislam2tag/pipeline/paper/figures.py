@@ -13,10 +13,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS
-from vislam2tag.evaluation.error_curves import error_curve
-from vislam2tag.evaluation.measuring import measured, sure_frames
-from vislam2tag.evaluation.paper.station import station_settings
-from vislam2tag.evaluation.paper.walks import STRATEGIES, Mapped, PaperWalk, map_all
+from vislam2tag.evaluation.metrics import strategy_errors, sure_frames
+from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
+from vislam2tag.evaluation.pooling import error_curve
 from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
 from vislam2tag.figures.dataset_figures import fingerprints_by_device_and_floor
 from vislam2tag.figures.error_figures import (
@@ -49,8 +48,8 @@ SHOWN = "local-corrected"
 
 
 @dataclass(frozen=True)
-class Source:
-    """What figures are drawn from."""
+class PaperResults:
+    """The paper's data and what was found of them: what its figures are drawn from."""
 
     data: PaperData
     walks: PaperWalks
@@ -60,23 +59,23 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownSession:
     """A session as a figure shows it: with its floor, mapped, doubtful frames left out."""
 
     floor: Floor
     landmarks: Landmarks
     session: Session
-    mapped: Mapped
+    mapped: TrajectoryByStrategy
 
     @classmethod
-    def of(cls, source: Source, key: SessionKey, mapping: MappingSettings | None = None) -> Shown:
+    def of(cls, results: PaperResults, key: SessionKey, mapping: MappingSettings | None = None) -> ShownSession:
         """Read and map a session; raises SessionError where it is missing or cannot be mapped locally."""
-        survey, ref = source.data.find(key)
-        session, landmarks = read_mappable(survey, ref, source.settings)
-        mapped = map_all(session, landmarks, mapping or source.settings.mapping)
+        survey, ref = results.data.find(key)
+        session, landmarks = read_mappable(survey, ref, results.settings)
+        mapped = map_all(session, landmarks, mapping or results.settings.mapping)
         if not any(segment.status == Status.OK for segment in mapped["local"].segments):
             raise SessionError(f"{key}: could not be mapped: it needs visits to two different surveyed landmarks")
-        max_sigma_m = source.settings.labels.max_sigma_m
+        max_sigma_m = results.settings.labels.max_sigma_m
         counted = {name: _without_doubtful(one, max_sigma_m) for name, one in mapped.items()}
         return cls(survey.site.floor(key.floor), landmarks, session, counted)
 
@@ -86,48 +85,48 @@ def _without_doubtful(trajectory: Trajectory, max_sigma_m: float) -> Trajectory:
     return replace(trajectory, position_bcs=np.where(sure[:, None], trajectory.position_bcs, np.nan))
 
 
-def _configuration(source: Source) -> Figure:
-    site = max(source.data.surveys, key=lambda survey: len(survey.site.landmarks.ids)).site
+def _configuration(results: PaperResults) -> Figure:
+    site = max(results.data.surveys, key=lambda survey: len(survey.site.landmarks.ids)).site
     return landmark_configuration(site)
 
 
-def _workflow(source: Source) -> Figure:
-    shown = Shown.of(source, FLAWED)
+def _workflow(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, FLAWED)
     trajectory = shown.mapped["local-corrected"]
-    wifi = label_readings(shown.session.tables["wifi"], trajectory, source.settings.labels)
+    wifi = label_readings(shown.session.tables["wifi"], trajectory, results.settings.labels)
     session = shown.session
     return workflow(shown.floor, shown.landmarks, session.camera, session.landmarks, trajectory, wifi)
 
 
-def _visits(source: Source) -> Figure:
-    shown = Shown.of(source, SPLIT)
-    session, radius_m = shown.session, source.settings.mapping.visit_radius_m
+def _visits(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, SPLIT)
+    session, radius_m = shown.session, results.settings.mapping.visit_radius_m
     return landmark_distances(session.camera, session.landmarks, shown.mapped["local"].visits, radius_m)
 
 
-def _local_mapping(source: Source) -> Figure:
-    shown = Shown.of(source, SPLIT)
+def _local_mapping(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, SPLIT)
     session = shown.session
     return local_mapping(shown.floor, session.camera, session.landmarks, shown.landmarks, shown.mapped["local"])
 
 
-def _flawed(source: Source) -> Figure:
-    shown = Shown.of(source, FLAWED)
+def _flawed(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, FLAWED)
     session = shown.session
     return strategies_compared(shown.floor, session.camera, session.landmarks, shown.landmarks, shown.mapped)
 
 
-def _long_walk(source: Source) -> Figure:
-    shown = Shown.of(source, LONG)
-    walk = walk_of(source.walks.pressed, LONG)
+def _long_walk(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, LONG)
+    walk = walk_of(results.walks.pressed, LONG)
     if walk is None:
         raise SessionError(f"{LONG}: has no presses at control points")
     pairs = {name: (shown.mapped[name], walk.counted[name]) for name in STRATEGIES}
     return control_point_errors(shown.floor, shown.landmarks, pairs)
 
 
-def _movement(source: Source) -> Figure:
-    walks = source.walks.pressed
+def _movement(results: PaperResults) -> Figure:
+    walks = results.walks.pressed
     if not walks:
         raise SessionError("no walk over control points is in this data")
     errors = [walk.errors.error_m for walk in walks]
@@ -135,45 +134,47 @@ def _movement(source: Source) -> Figure:
     return error_by_landmark_movement(np.array([walk.movement_m for walk in walks]), by_strategy)
 
 
-def _overlay(source: Source) -> Figure:
-    shown = Shown.of(source, TRACKED, station_settings(source.settings.mapping))
-    walk = walk_of(source.walks.tracked, TRACKED)
+def _overlay(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, TRACKED, station_settings(results.settings.mapping))
+    walk = walk_of(results.walks.tracked, TRACKED)
     if walk is None:
         raise SessionError(f"{TRACKED}: could not be compared with the total station's track")
     return station_overlay(shown.floor, shown.landmarks, SHOWN, shown.mapped[SHOWN], walk.counted[SHOWN])
 
 
-def _scans(source: Source) -> Figure:
-    shown = Shown.of(source, SCANNED)
-    wifi = label_readings(shown.session.tables["wifi"], shown.mapped[SHOWN], source.settings.labels)
+def _scans(results: PaperResults) -> Figure:
+    shown = ShownSession.of(results, SCANNED)
+    wifi = label_readings(shown.session.tables["wifi"], shown.mapped[SHOWN], results.settings.labels)
     if wifi["x"].count() == 0:
         raise SessionError(f"{SCANNED}: has no labelled Wi-Fi reading")
     return scan_labels(shown.floor, shown.landmarks, wifi)
 
 
-def _fingerprints(source: Source) -> Figure:
-    if source.collected is None:
+def _fingerprints(results: PaperResults) -> Figure:
+    if results.collected is None:
         raise SessionError(NO_COLLECTION)
-    return fingerprints_by_device_and_floor(source.collected.technologies["wifi"])
+    return fingerprints_by_device_and_floor(results.collected.technologies["wifi"])
 
 
-def _press_distribution(source: Source) -> Figure:
-    return _distribution(source.walks.pressed, "no walk over control points")
+def _press_distribution(results: PaperResults) -> Figure:
+    return _distribution(results.walks.pressed, "no walk over control points")
 
 
-def _station_distribution(source: Source) -> Figure:
-    return _distribution(source.walks.tracked, "no walk before a total station")
+def _station_distribution(results: PaperResults) -> Figure:
+    return _distribution(results.walks.tracked, "no walk before a total station")
 
 
 def _distribution(walks: list[PaperWalk], missing: str) -> Figure:
     if not walks:
         raise SessionError(f"{missing} is in this data")
-    curves = {name: error_curve([measured(walk.counted[name], "", name) for walk in walks]) for name in STRATEGIES}
+    curves = {
+        name: error_curve([strategy_errors(walk.counted[name], "", name) for walk in walks]) for name in STRATEGIES
+    }
     return error_distributions({name: curve for name, curve in curves.items() if curve is not None})
 
 
-def _coverage(source: Source) -> Figure:
-    walks = source.walks.tracked
+def _coverage(results: PaperResults) -> Figure:
+    walks = results.walks.tracked
     if not walks:
         raise SessionError("no walk before a total station is in this data")
     curves = {name: coverage_curve(_record(walks, name)) for name in STRATEGIES}
@@ -193,7 +194,7 @@ class PaperFigure:
     stem: str
     title: str
     about: str
-    draw: Callable[[Source], Figure]
+    draw: Callable[[PaperResults], Figure]
 
 
 FIGURES = (

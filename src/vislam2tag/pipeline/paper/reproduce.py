@@ -19,7 +19,7 @@ from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_sh
 from vislam2tag.figures.style import name_of, rendered
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
-from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, Source
+from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
 from vislam2tag.pipeline.paper.positioning import paper_positioning, refuse_without_networks
 from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
@@ -58,7 +58,7 @@ def reproduce(
     """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
 
     Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
-    ``index.html`` with all of it; what the data lacks is told there. With ``model_seeds`` the paper's networks are
+    ``index.html`` with all of it; what the data lacks is named there. With ``model_seeds`` the paper's networks are
     trained so often on the walks that collect, for Table IV; it takes most of the time. Raises SurveyError where
     ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
     written.
@@ -80,7 +80,7 @@ def reproduce(
         collection = _collection(folder, collected.statistics)
         positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
         failed = [*walks.failed, *collected.failed, *positioning.failed]
-        figures = _figures(folder, Source(data, walks, settings, collected.statistics), progress)
+        figures = _figures(folder, PaperResults(data, walks, settings, collected.statistics), progress)
         made = Reproduced(tables, collection, positioning, figures, failed)
         folder.write(PAGE_FILE, lambda path: _write_page(path, root.resolve().name, made))
     return made
@@ -131,17 +131,17 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
     return CollectionPart(TABLE_3, table, sentence)
 
 
-def _figures(folder: OutputFolder, source: Source, progress: Progress) -> list[FigurePart]:
+def _figures(folder: OutputFolder, results: PaperResults, progress: Progress) -> list[FigurePart]:
     figures = []
     for number, figure in enumerate(FIGURES, 1):
-        figures.append(_figure(folder, figure, source))
+        figures.append(_figure(folder, figure, results))
         progress("figures", number, len(FIGURES))
     return figures
 
 
-def _figure(folder: OutputFolder, figure: PaperFigure, source: Source) -> FigurePart:
+def _figure(folder: OutputFolder, figure: PaperFigure, results: PaperResults) -> FigurePart:
     try:
-        drawn = figure.draw(source)
+        drawn = figure.draw(results)
     except Vislam2tagError as error:
         return FigurePart(figure.stem, figure.title, figure.about, missing=str(error))
     files = {kind: rendered(drawn, kind) for kind in ("svg", "pdf")}

@@ -8,8 +8,14 @@ from dataclasses import dataclass, field
 
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.core.similarity import Similarity2
-from vislam2tag.evaluation.paper.station import StationWalks, station_settings, station_walks
-from vislam2tag.evaluation.paper.walks import PaperWalk, map_all, press_walk
+from vislam2tag.evaluation.paper.walks import (
+    PaperWalk,
+    StationWalks,
+    map_all,
+    press_walk,
+    station_settings,
+    station_walks,
+)
 from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable

@@ -39,6 +39,9 @@ LOCATED = {
 """Columns: BCS metres; null where the status is ``unknown``; ``z`` where no height was learned;
 ``building`` where it has no name."""
 _DECIMALS = 3
+Write = Callable[[str], object]
+_NAMES_KEPT = 100_000
+"""Access points whose name in the model is remembered."""
 
 
 def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
@@ -63,11 +66,6 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
         pl.when(~unknown).then(pl.col("building", "floor")),
         pl.col(*numbers).round(_DECIMALS).fill_nan(None),
     )
-
-
-Write = Callable[[str], object]
-_NAMES_KEPT = 100_000
-"""Access points whose name in the model is remembered."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL
+from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
 PARTIAL, LOCK = ".partial", ".lock"
 
@@ -97,7 +98,8 @@ def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterato
         _refuse_foreign(root, program)
         try:
             _prepare(folder, {"program": program} | run)
-            yield folder
+            with logged_to(root / LOG_FILE):
+                yield folder
         finally:
             shutil.rmtree(root / PARTIAL, ignore_errors=True)
 
@@ -121,7 +123,7 @@ def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
     try:
         shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
         (folder.root / PARTIAL).mkdir()
-        for name in (SUMMARY_FILE, "report.html"):
+        for name in (SUMMARY_FILE, "report.html", LOG_FILE):
             (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error

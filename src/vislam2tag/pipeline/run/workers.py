@@ -12,12 +12,14 @@ from concurrent import futures
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing.connection import wait
 from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.pipeline.run.failures import LogInOrder, recorded
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
@@ -32,25 +34,28 @@ def process_all(
     """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
 
     Each process does its linear algebra in one thread: the matrices are small, and how many threads add up a sum shows
-    in its last digits. Raises what that raises, and OutputError where a worker is ended from outside. Whatever is
-    raised, an interrupt included, the other processes are gone then.
+    in its last digits. What the work logs is logged here, in the order of ``todo``. Raises what that raises, and
+    OutputError where a worker is ended from outside. Whatever is raised, an interrupt included, the other processes are
+    gone then.
     """
-    with threadpool_limits(limits=1):
-        _process_all(work, todo, min(workers, len(todo)) - 1, report)
+    log = LogInOrder()
+    try:
+        with threadpool_limits(limits=1):
+            for number, (outcome, records) in _outcomes(partial(recorded, work), todo, min(workers, len(todo)) - 1):
+                log.add(number, records)
+                report(outcome)
+    finally:
+        log.close()
 
 
-def _process_all(
-    work: Callable[[_Job], _Outcome], todo: list[_Job], others: int, report: Callable[[_Outcome], None]
-) -> None:
-    """Do the work here and in ``others`` further processes."""
+def _outcomes(work: Callable[[_Job], _Outcome], todo: list[_Job], others: int) -> Iterator[tuple[int, _Outcome]]:
+    """Do the work here and in ``others`` further processes; yield each job's number and outcome as it ends."""
     if others < 1:
-        for job in todo:
-            report(work(job))
+        yield from ((number, work(job)) for number, job in enumerate(todo))
         return
     with _pool(others) as pool:
         try:
-            for outcome in _shared_out(work, todo, pool, others * AHEAD):
-                report(outcome)
+            yield from _shared_out(work, todo, pool, others * AHEAD)
         except BrokenProcessPool as error:
             raise OutputError(
                 "a worker process was ended from outside (out of memory?); "
@@ -60,18 +65,20 @@ def _process_all(
 
 def _shared_out(
     work: Callable[[_Job], _Outcome], todo: list[_Job], pool: ProcessPoolExecutor, ahead: int
-) -> Iterator[_Outcome]:
+) -> Iterator[tuple[int, _Outcome]]:
     """Keep the pool supplied, and do the next session here meanwhile."""
-    waiting = deque(todo)
-    running: set[Future[_Outcome]] = set()
+    waiting = deque(enumerate(todo))
+    running: dict[Future[_Outcome], int] = {}
     while waiting or running:
         with _interrupts_held_back():
             while waiting and len(running) < ahead:
-                running.add(pool.submit(work, waiting.popleft()))
+                number, job = waiting.popleft()
+                running[pool.submit(work, job)] = number
         if waiting:
-            yield work(waiting.popleft())
-        ended, running = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
-        yield from (future.result() for future in ended)
+            number, job = waiting.popleft()
+            yield number, work(job)
+        ended, _ = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
+        yield from ((running.pop(future), future.result()) for future in ended)
 
 
 @contextmanager

@@ -123,7 +123,7 @@ def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
     except SurveyError as error:
         if str(error.__cause__) == NO_SCALE:
             raise UsageError(
-                f"{new.plan}: tells no scale; give --width and --height, two --point, --distance or --unit"
+                f"{new.plan}: tells no scale; give --width-m and --height-m, two --point, --distance or --unit-m"
             ) from error
         raise
 

@@ -1,4 +1,4 @@
-"""The benchmark's protocol: which runs there are, and what becomes of one.
+"""The benchmark's protocol: which runs there are, with which settings, and what becomes of one.
 
 A run is one model, trained on what trains in one fold of one split with one seed, and scored on what tests there.
 Everything is learned from the training part (:meth:`Positioner.fit` sees nothing else): access points, scales, when to
@@ -30,6 +30,8 @@ SEED = "seed"
 
 Progress = Callable[[float], None]
 """Told the share of a run that is done, 0 to 1."""
+GIA = "giaIndoorLoc"
+_PUBLISHED = {"multi-cel": multi_cel.PUBLISHED, "regression-net": regression_net.PUBLISHED}
 
 
 @dataclass(frozen=True)
@@ -48,10 +50,6 @@ class ModelChoice:
         """The seeds of its runs: ``count`` from 0, or none where it draws nothing or its seed is chosen."""
         draws = SEED in self.made(None).get_params(deep=False) and SEED not in self.parameters
         return range(count) if draws else (None,)
-
-
-GIA = "giaIndoorLoc"
-_PUBLISHED = {"multi-cel": multi_cel.PUBLISHED, "regression-net": regression_net.PUBLISHED}
 
 
 def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
-from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.evaluation.paper.table_text import latex_escaped
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
 from vislam2tag.positioning.benchmark.record import BenchmarkRow
 from vislam2tag.positioning.benchmark.rows import ALL
 
@@ -71,29 +71,15 @@ class Table4:
         return csv_rows(rows)
 
     def _markdown(self) -> str:
-        lines = [
-            f"**{TITLE}**",
-            "",
-            f"| test data | model | {' | '.join(self.heads)} |",
-            "| --- | --- |" + " ---: |" * len(self.heads),
-            *(f"| {row.test} | {row.model} | {' | '.join(row.cells())} |" for row in self.rows),
-        ]
-        return "\n".join(lines) + "\n"
+        rows = ((row.test, row.model, *row.cells()) for row in self.rows)
+        return markdown_table(TITLE, ("test data", "model", *self.heads), rows, texts=2)
 
     def _latex(self) -> str:
-        lines = [
-            f"% {TITLE}",
-            f"\\begin{{tabular}}{{ll{'r' * len(self.heads)}}}",
-            "\\toprule",
-            f"Test data & Model & {' & '.join(self.heads)} \\\\",
-        ]
-        before = ""
-        for row in self.rows:
-            if row.test != before:
-                lines.append("\\midrule")
-            before = row.test
-            lines.append(f"{latex_escaped(row.test)} & {latex_escaped(row.model)} & {' & '.join(row.cells())} \\\\")
-        return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+        groups = (
+            [(latex_escaped(row.test), latex_escaped(row.model), *row.cells()) for row in group]
+            for _, group in groupby(self.rows, key=lambda row: row.test)
+        )
+        return latex_table(TITLE, (("Test data", "Model", *self.heads),), groups, texts=2)
 
 
 def table_4(rows: Sequence[BenchmarkRow]) -> Table4:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.evaluation.paper.table_text import latex_escaped
+from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.evaluation.record import Figure
 from vislam2tag.positioning.benchmark.record import BenchmarkRow, ModelTime
 from vislam2tag.positioning.benchmark.rows import ALL, FIGURES, SHARES
@@ -56,19 +55,15 @@ def latex_text(rows: Sequence[BenchmarkRow]) -> str:
 
 
 def _tabular(split: str, rows: Sequence[BenchmarkRow]) -> str:
-    lines = [
-        f"% Split {split}; metres; 95 % intervals over seeds in brackets",
-        f"\\begin{{tabular}}{{ll{'r' * len(HEADS)}}}",
-        "\\toprule",
-        f"Test & Model & {' & '.join(map(_percent, HEADS.values()))} \\\\",
-    ]
-    for fold, group in groupby(rows, key=lambda row: row.fold):
-        lines.append("\\midrule")
-        for row in group:
-            figures = (figure_text(name, row.figures[name]) for name in HEADS)
-            cells = " & ".join(_percent(text).replace(" to ", ", ") for text in figures)
-            lines.append(f"{latex_escaped(fold_name(fold))} & {latex_escaped(row.model)} & {cells} \\\\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+    heads = ("Test", "Model", *map(_percent, HEADS.values()))
+    groups = groupby(rows, key=lambda row: row.fold)
+    title = f"Split {split}; metres; 95 % intervals over seeds in brackets"
+    return latex_table(title, (heads,), (map(_latex_row, group) for _, group in groups), texts=2)
+
+
+def _latex_row(row: BenchmarkRow) -> tuple[str, ...]:
+    figures = (_percent(figure_text(name, row.figures[name])).replace(" to ", ", ") for name in HEADS)
+    return (latex_escaped(fold_name(row.fold)), latex_escaped(row.model), *figures)
 
 
 def _percent(text: str) -> str:

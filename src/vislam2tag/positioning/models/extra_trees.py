@@ -18,7 +18,7 @@ from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counte
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import folds, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -45,7 +45,7 @@ class ExtraTrees(Positioner):
         self.storey_m = storey_m
         self.seed = seed
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         if self.trees < 1 or not 0 < self.levels_a_split <= 1 or self.storey_m < 0:
             raise UsageError(
                 f"trees={self.trees}, levels_a_split={self.levels_a_split}, storey_m={self.storey_m}: "

@@ -17,7 +17,7 @@ from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counte
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, folds, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FOLDS = 5
@@ -57,7 +57,7 @@ class Probabilistic(Positioner):
         self.offset_db = offset_db
         self.sharpness = sharpness
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         for name, value in self.get_params().items():
             if value <= 0:
                 raise UsageError(f"{name}={value}: must be above 0")

@@ -18,7 +18,7 @@ from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counte
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -56,7 +56,7 @@ class NearestNeighbours(Positioner):
         self.representation = representation
         self.exponent = exponent
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         self._check()
         self._learn(scans, places)
         held_out = usable_validation(validation)

@@ -25,7 +25,7 @@ from vislam2tag.positioning.networks.training import (
 )
 from vislam2tag.positioning.registry import NamedArrays, Positioner
 from vislam2tag.positioning.scans.held_out import usable_validation
-from vislam2tag.positioning.scans.places import Positions, ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 _RANGES = {
@@ -44,6 +44,7 @@ _RANGES = {
     "code_weight": (0.0, math.inf),
 }
 _WIDTHS = ("backbone", "heads", "head")
+_AT_ONCE = 1024
 
 
 def refuse_impossible(parameters: Mapping[str, Any]) -> None:
@@ -66,9 +67,6 @@ def refuse_impossible(parameters: Mapping[str, Any]) -> None:
 
 def _between(least: float, most: float) -> str:
     return f"{least:g} or more" if math.isinf(most) else f"{least:g} to {most:g}"
-
-
-LabelledScans = tuple[RadioScans, ScanPlaces]
 
 
 class NetworkPositioner(Positioner):
@@ -182,9 +180,6 @@ class NetworkPositioner(Positioner):
         except (KeyError, RuntimeError) as error:
             raise ValueError(f"arrays do not fit the model: {error}") from error
         self.locator_ = locator.eval()
-
-
-_AT_ONCE = 1024
 
 
 def in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ...]]) -> tuple[AnyArray, ...]:

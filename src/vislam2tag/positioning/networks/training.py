@@ -16,6 +16,7 @@ from vislam2tag.core.arrays import IntArray
 
 Progress = Callable[[float], None]
 """Told the share of the training that is done, 0 to 1."""
+_CHECKED_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,6 @@ def train(
     network.load_state_dict(best)
     network.eval()
     return TrainingHistory(tuple(losses), best_epoch)
-
-
-_CHECKED_AT_ONCE = 1024
 
 
 def _mean_loss(network: torch.nn.Module, examples: TrainingExamples) -> float:

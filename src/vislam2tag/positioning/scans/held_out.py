@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, IntArray
-from vislam2tag.positioning.scans.places import ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 CALIBRATED_WITH = 2000
@@ -52,7 +52,7 @@ def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, B
             yield ~held_out, held_out
 
 
-def usable_validation(validation: tuple[RadioScans, ScanPlaces] | None) -> tuple[RadioScans, ScanPlaces] | None:
+def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
     """Return the held-out scans that hear something and have a place; None where there are none."""
     if validation is None:
         return None

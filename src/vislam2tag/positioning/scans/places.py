@@ -12,6 +12,8 @@ from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows
 
+SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
+
 
 @dataclass(frozen=True)
 class ScanPlaces:
@@ -75,7 +77,6 @@ class ScanPlaces:
 
 LabelledScans = tuple[RadioScans, ScanPlaces]
 """Scans (n) and where they were taken (n)."""
-SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
 
 
 @dataclass(frozen=True)

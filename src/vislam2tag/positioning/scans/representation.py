@@ -1,4 +1,4 @@
-"""RSSI as numbers that a model can compare: positive, powed and exponential (Torres-Sospedra et al. 2015)."""
+"""RSSI as numbers that a model can compare (Torres-Sospedra et al. 2015), and augmented copies of them."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ EXPONENT = float(np.e)
 """Exponent of the powed representation."""
 SOFTNESS_DBM = 24.0
 """Scale of the exponential representation."""
+_NOISE, _OFFSET = 0.03, 0.04
+"""Standard deviation of levels (of 1 = 105 dB): of each, and common to a scan, as phones differ (3 dB and 4 dB)."""
+_FAINTEST = 0.005
+_MOST_MISSED = 0.4
+"""Each scan misses a share of its access points, drawn from 0 to this."""
 
 
 class Representation(StrEnum):
@@ -35,13 +40,6 @@ def represented(scans: RadioScans, representation: Representation) -> FloatArray
         return np.where(above > 0, np.exp((above + FAINTEST_DBM) / SOFTNESS_DBM), 0.0)
     share = above / -FAINTEST_DBM
     return share**EXPONENT if representation is Representation.POWED else share
-
-
-_NOISE, _OFFSET = 0.03, 0.04
-"""Standard deviation of levels (of 1 = 105 dB): of each, and common to a scan, as phones differ (3 dB and 4 dB)."""
-_FAINTEST = 0.005
-_MOST_MISSED = 0.4
-"""Each scan misses a share of its access points, drawn from 0 to this."""
 
 
 def augmented(level: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -46,10 +46,10 @@ def size_m(found: LandmarkContradiction) -> float:
     return math.hypot(*found.offset_m)
 
 
-def arrow_line(start: complex, way: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
-    """Return the points of an arrow drawn in one line: start, tip, one barb, tip, the other barb; complex, metres."""
-    tip = start + way
-    one, other = tip + _BARB * way * _BARB_TURN, tip + _BARB * way / _BARB_TURN
+def arrow_line(start: complex, offset: complex) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+    """Return the points (5,) of an arrow in one line: start, tip, one barb, tip, the other barb; x + iy, metres."""
+    tip = start + offset
+    one, other = tip + _BARB * offset * _BARB_TURN, tip + _BARB * offset / _BARB_TURN
     return np.array([start, tip, one, tip, other])
 
 

@@ -63,7 +63,7 @@ def site_figure(
 
 
 def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
-    """Return which landmarks lie on this floor and have a surveyed position."""
+    """Return which of the landmarks (n,) lie on this floor and have a surveyed position, (n,)."""
     placed = landmarks.surveyed & np.isfinite(landmarks.position_bcs).all(axis=1)
     return np.asarray(placed & (landmarks.floor == floor.number))
 

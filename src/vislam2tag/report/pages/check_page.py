@@ -110,8 +110,8 @@ def _bad(found: Sequence[BadLandmark]) -> Trace:
     return _arrows("bad landmark", _RED, 3.0, columns)
 
 
-def _append(columns: Columns, start: tuple[float, float], way: tuple[float, float], text: str) -> None:
-    line = arrow_line(complex(*start), complex(*way))
+def _append(columns: Columns, start: tuple[float, float], offset: tuple[float, float], text: str) -> None:
+    line = arrow_line(complex(*start), complex(*offset))
     columns["x"] += [*np.round(line.real, 3).tolist(), None]
     columns["y"] += [*np.round(line.imag, 3).tolist(), None]
     columns["hovertext"] += [plotly_text(text)] * (len(line) + 1)

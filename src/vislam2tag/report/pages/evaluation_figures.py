@@ -8,9 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 
 from vislam2tag.evaluation.dense import SINCE_LANDMARK
-from vislam2tag.evaluation.error_curves import ErrorCurve, error_curve
 from vislam2tag.evaluation.point_errors import TruthKind
-from vislam2tag.evaluation.record import Measured, SessionEvaluation, SurveyEvaluation
+from vislam2tag.evaluation.pooling import ErrorCurve, error_curve
+from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors, SurveyEvaluation
 from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout
 from vislam2tag.report.floor_map.layers import plotly_text
 
@@ -103,7 +103,7 @@ def drift_figure(evaluation: SurveyEvaluation) -> str | None:
 
 def _measured(
     evaluation: SurveyEvaluation, truth: TruthKind, way: str, strategy: str
-) -> list[tuple[SessionEvaluation, Measured]]:
+) -> list[tuple[SessionEvaluation, StrategyErrors]]:
     return [
         (session, one)
         for session in evaluation.sessions

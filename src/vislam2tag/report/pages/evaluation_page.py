@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from vislam2tag.evaluation.pooling import ALL, OVER_POINTS, OVER_WALKS
-from vislam2tag.evaluation.record import Measured, Row, SessionEvaluation, SurveyEvaluation
+from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
 from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
 from vislam2tag.report.page import write_page
 from vislam2tag.report.pages.evaluation_figures import cdf_figure, drift_figure, movement_figure
@@ -21,9 +21,9 @@ class TruthView:
     """
 
     name: str
-    walks: Sequence[Row]
-    points: Sequence[Row]
-    groups: Sequence[Row]
+    walks: Sequence[ErrorRow]
+    points: Sequence[ErrorRow]
+    groups: Sequence[ErrorRow]
     curves: str
     movement: str | None
     """None where no walk tells."""
@@ -59,7 +59,7 @@ def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
         )
 
 
-def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[Measured | None]]]:
+def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[StrategyErrors | None]]]:
     """Yield a session's truths by name, and what each strategy shows against it."""
     for truth, way in dict.fromkeys((one.truth, one.way) for one in session.measured):
         here = {one.strategy: one for one in session.measured if (one.truth, one.way) == (truth, way)}

@@ -8,7 +8,7 @@ from functools import cached_property
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
 from vislam2tag.core.faults import EventKind
 from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, coverage_curve, reliability_curve
-from vislam2tag.evaluation.residuals import CONTROL_POINTS
+from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Summary
 from vislam2tag.report.run_page.uncertainty_figures import coverage_figure, reliability_figure
 

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.simulation.building.layout import Layout, dead_end_inset, make_layout, walkable_graph
+from vislam2tag.simulation.building.ground_plan import GroundPlan, dead_end_inset, make_ground_plan, walkable_graph
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import BuildingSettings, stream
 
@@ -50,7 +50,7 @@ def furnished(floors: tuple[SimulatedFloor, ...], access_points: Sequence[int], 
 
 
 def _make_floor(settings: BuildingSettings, number: int, rng: np.random.Generator) -> SimulatedFloor:
-    layout = make_layout(settings, rng)
+    layout = make_ground_plan(settings, rng)
     corridors = dead_end_inset(layout.corridors, settings.width_m)
     nodes, edges = walkable_graph(replace(layout, corridors=corridors))
     place, heading = _landmark_places(settings, layout, rng)
@@ -79,7 +79,7 @@ def _with_own_ids(floor: SimulatedFloor, rank: int) -> SimulatedFloor:
 
 
 def _landmark_places(
-    settings: BuildingSettings, layout: Layout, rng: np.random.Generator
+    settings: BuildingSettings, layout: GroundPlan, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Choose wall places (m, 2) and sheet headings (m,): after turns first, spread over the floor."""
     points, normals, after_turn = _wall_candidates(settings, layout, rng)
@@ -94,9 +94,11 @@ def _landmark_places(
 
 
 def _wall_candidates(
-    settings: BuildingSettings, layout: Layout, rng: np.random.Generator
+    settings: BuildingSettings, layout: GroundPlan, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points on corridor walls, off doors, with outward normals; the mask tells those just after a turn."""
+    """Points (w, 2) on corridor walls, off doors, with outward normals (w, 2); the mask (w,) tells those just after a
+    turn.
+    """
     half = settings.corridor_width_m / 2
     points, normals, near = [], [], []
     for start, stop in layout.corridors:
@@ -115,7 +117,9 @@ def _wall_candidates(
 
 
 def _turn_distance(points: FloatArray, start: FloatArray, stop: FloatArray, corridors: FloatArray) -> FloatArray:
-    """Distance along a corridor from points on its centre line to the nearest crossing with another."""
+    """Distance (n,) along a corridor, ``start`` to ``stop`` (2,), from points (n, 2) on its centre line to the nearest
+    crossing with another of the corridors (c, 2, 2).
+    """
     axis = int(start[0] == stop[0])
     across = corridors[corridors[:, 0, axis] == corridors[:, 1, axis]]
     at = start[1 - axis]
@@ -126,7 +130,7 @@ def _turn_distance(points: FloatArray, start: FloatArray, stop: FloatArray, corr
 
 
 def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 0.3) -> FloatArray:
-    """Tell which points lie on a wall segment, at least ``margin_m`` off its ends."""
+    """Tell (n,) which points (n, 2) lie on a wall segment (w, 2, 2), at least ``margin_m`` off its ends."""
     start, delta = walls[:, 0], walls[:, 1] - walls[:, 0]
     length = np.linalg.norm(delta, axis=1)
     unit = delta / length[:, None]
@@ -138,12 +142,12 @@ def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 
 
 
 def longest_corridor(corridors: FloatArray) -> int:
-    """Index of the longest corridor centre line (the first of equals): the total station's."""
+    """Index of the longest corridor centre line (c, 2, 2) (the first of equals): the total station's."""
     return int(np.argmax(np.linalg.norm(corridors[:, 1] - corridors[:, 0], axis=1).round(3)))
 
 
 def _ids_order(place: FloatArray, corridors: FloatArray, width_m: float) -> IntArray:
-    """Order landmarks so that ids 10 and 9 are the outermost ones in the total station's corridor."""
+    """Order (m,) of landmarks (m, 2) in which ids 10 and 9 are the outermost ones in the total station's corridor."""
     order = np.arange(len(place))
     slots = [int(i) - 1 for i in STATION_LANDMARKS]
     start, stop = corridors[longest_corridor(corridors)]
@@ -158,7 +162,7 @@ def _ids_order(place: FloatArray, corridors: FloatArray, width_m: float) -> IntA
 
 
 def _control_points(corridors: FloatArray, spacing_m: float, rng: np.random.Generator) -> FloatArray:
-    """Points on the corridors' centre lines, to the millimetre, clear of the crossings."""
+    """Points (p, 2) on the corridors' centre lines (c, 2, 2), to the millimetre, clear of the crossings."""
     points = []
     for start, stop in corridors:
         length = float(np.linalg.norm(stop - start))

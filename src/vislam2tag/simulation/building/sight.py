@@ -34,4 +34,5 @@ def _implicit(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _homogeneous(points: FloatArray) -> FloatArray:
+    """Points (k, 2) with a third coordinate of 1."""
     return np.column_stack((points, np.ones(len(points))))

@@ -12,7 +12,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.simulation.building.building import furnished
-from vislam2tag.simulation.building.site_ways import site_ways
+from vislam2tag.simulation.building.site_paths import site_paths
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import stream
 from vislam2tag.survey.sheet_size import SHEET_SIZES
@@ -84,7 +84,7 @@ def _floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.random.Gene
     heading = np.where(np.isnan(marks.heading_rad), _along_wall(floor.space, marks.position), marks.heading_rad)
     drawn = settings.landmark_height_m + settings.landmark_height_sigma_m * rng.standard_normal(len(marks.ids))
     z_m = np.where(np.isnan(marks.z_m), drawn, marks.z_m)
-    ways = site_ways(floor.graph, floor.space, marks.position, heading)
+    ways = site_paths(floor.graph, floor.space, marks.position, heading)
     left, right, low, high = floor.extent_m
     return SimulatedFloor(
         number=floor.number,
@@ -140,7 +140,7 @@ def _along_wall(space: WalkableSpace, points: FloatArray) -> FloatArray:
 
 
 def _single_walls(space: WalkableSpace) -> FloatArray:
-    """Walls without the second face of thin ones, which radio waves cross once."""
+    """Walls (w, 2, 2) without the second face of thin ones, which radio waves cross once."""
     leg = np.diff(space.walls, axis=1)[:, 0]
     outward = np.column_stack((leg[:, 1], -leg[:, 0])) / np.linalg.norm(leg, axis=1, keepdims=True)
     thin: BoolArray = space.inside(space.walls.mean(axis=1) + _THIN_M * outward)

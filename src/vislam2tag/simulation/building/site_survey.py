@@ -76,6 +76,7 @@ def _site_floor(floor: Floor, landmarks: Landmarks, widths: Mapping[str, float],
 
 
 def _column(ids: Sequence[str], widths: Mapping[str, float]) -> FloatArray:
+    """Widths (m,) of some landmarks, metres, NaN where not told."""
     return np.array([widths.get(name, np.nan) for name in ids], dtype=np.float64)
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.simulation.model import SimulatedBuilding, TrueWalk
 from vislam2tag.simulation.sensors.radio import (
+    PhoneReceiver,
     RadioEnvironment,
     RadioSettings,
-    Receiver,
     make_radio_environment,
     mean_along_walk,
 )
@@ -88,7 +88,7 @@ def make_beacons(building: SimulatedBuilding, seed: int) -> Beacons:
     )
 
 
-def simulate_ble(beacons: Beacons, walk: TrueWalk, receiver: Receiver, rng: np.random.Generator) -> BleLog:
+def simulate_ble(beacons: Beacons, walk: TrueWalk, receiver: PhoneReceiver, rng: np.random.Generator) -> BleLog:
     """Let every beacon advertise along the walk; the phone catches a part of what is loud enough."""
     count = len(beacons.major)
     duration_s = float(walk.time_ns[-1] - walk.time_ns[0]) / 1e9

@@ -83,6 +83,7 @@ def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.rando
 
 
 def _sample_times_ns(walk: TrueWalk, settings: ImuSettings, rng: np.random.Generator) -> IntArray:
+    """Times (k,) of one sensor's readings, boot-clock ns."""
     period_s = 1 / settings.rate_hz
     duration_s = (walk.time_ns[-1] - walk.time_ns[0]) / 1e9
     seconds = np.arange(rng.uniform(0.1, 0.9) * period_s, duration_s - period_s, period_s)
@@ -92,7 +93,9 @@ def _sample_times_ns(walk: TrueWalk, settings: ImuSettings, rng: np.random.Gener
 
 
 def _specific_force(walk: TrueWalk, time_ns: IntArray, settings: ImuSettings, rng: np.random.Generator) -> FloatArray:
-    """Second derivative of the position plus gravity, in the body frame, with bias and noise."""
+    """Second derivative of the position plus gravity at times (k,), in the body frame (k, 3), with bias and noise,
+    m/s^2.
+    """
     acceleration = np.zeros_like(walk.position)
     acceleration[1:-1] = np.diff(walk.position, n=2, axis=0) * walk.rate_hz**2
     acceleration[0], acceleration[-1] = acceleration[1], acceleration[-2]
@@ -133,7 +136,9 @@ def _magnetic_field_bcs(walk: TrueWalk, settings: ImuSettings, seed: int) -> Flo
 
 
 def _rotation_vector(walk: TrueWalk, field_bcs: FloatArray, time_ns: IntArray, settings: ImuSettings) -> FloatArray:
-    """Body to east-north-up; its heading follows the disturbed magnetic field slowly."""
+    """Quaternions (k, 4), body to east-north-up, at times (k,); their heading follows the disturbed magnetic field (n,
+    3) slowly.
+    """
     magnetic_north = np.unwrap(np.arctan2(field_bcs[:, 1], field_bcs[:, 0]))
     window = max(int(settings.heading_memory_s * walk.rate_hz), 1)
     believed_north = uniform_filter1d(magnetic_north, min(window, len(magnetic_north)), mode="nearest")
@@ -144,6 +149,7 @@ def _rotation_vector(walk: TrueWalk, field_bcs: FloatArray, time_ns: IntArray, s
 def _game_rotation_vector(
     walk: TrueWalk, time_ns: IntArray, settings: ImuSettings, rng: np.random.Generator
 ) -> FloatArray:
+    """Quaternions (k, 4) at times (k,), body to a frame of arbitrary and drifting heading."""
     start, drift = rng.uniform(-np.pi, np.pi), rng.normal(0, settings.game_drift_rad_s)
     return _turned(orientation_at(walk, time_ns), start + drift * (time_ns - walk.time_ns[0]) / 1e9)
 
@@ -167,15 +173,17 @@ def _in_body(walk: TrueWalk, vectors_bcs: FloatArray, time_ns: IntArray) -> Floa
 
 
 def _conjugate(quaternion: FloatArray) -> FloatArray:
+    """The inverse rotations (k, 4)."""
     return quaternion * (-1.0, -1.0, -1.0, 1.0)
 
 
 def _noise(time_ns: IntArray, sigma: float, rng: np.random.Generator) -> FloatArray:
+    """White noise (k, 3) at times (k,)."""
     return rng.normal(0, sigma, (len(time_ns), 3))
 
 
 def _padded(values: FloatArray, bias: FloatArray | None = None) -> FloatArray:
-    """Six value columns: the given ones, the bias where there is one, zeros."""
+    """Six value columns (k, 6): the given ones (k, v), the bias (3,) where there is one, zeros."""
     padded = np.zeros((len(values), VALUES))
     padded[:, : values.shape[1]] = values
     if bias is not None:

@@ -46,7 +46,7 @@ class RadioSettings:
 
 
 @dataclass(frozen=True)
-class Receiver:
+class PhoneReceiver:
     """What differs between phones: a constant offset (dB) and the weakest reading they report (dBm)."""
 
     offset_db: float = 0.0
@@ -121,7 +121,7 @@ def _rank(building: SimulatedBuilding, floors: IntArray) -> IntArray:
 
 
 def simulate_wifi(
-    environment: RadioEnvironment, walk: TrueWalk, receiver: Receiver, rng: np.random.Generator
+    environment: RadioEnvironment, walk: TrueWalk, receiver: PhoneReceiver, rng: np.random.Generator
 ) -> WifiLog:
     """Scan the access points along the walk; each reading has the time its channel was visited."""
     time_us = _reading_times_us(environment, walk, rng)
@@ -177,7 +177,9 @@ def _reading_times_us(environment: RadioEnvironment, walk: TrueWalk, rng: np.ran
 def _in_file_order(
     heard: BoolArray, time_us: IntArray, rss: IntArray, stale_share: float, rng: np.random.Generator
 ) -> WifiLog:
-    """Number the scans and mix the rows of each, repeated rows of the scan before among them."""
+    """Number the scans and mix the rows of each, repeated rows of the scan before among them; all (scans, access
+    points).
+    """
     scan, point = np.nonzero(heard)
     gone = heard[:-1] & ~heard[1:] & (rng.random(heard[1:].shape) < stale_share)
     stale_source, stale_point = np.nonzero(gone)

@@ -42,7 +42,7 @@ class StationSetup:
 
 
 @dataclass(frozen=True)
-class StationTrack:
+class SimulatedStationTrack:
     """Measured points: ``time_ns`` (k,) boot clock of the phone, ``position`` (k, 2) in the station's frame, metres."""
 
     time_ns: IntArray
@@ -62,6 +62,7 @@ def place_station(floor: SimulatedFloor, reference: FloatArray, rng: np.random.G
 
 
 def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
+    """Distance (k,) of points (k, 2) from a segment (2, 2), metres."""
     along = segment[1] - segment[0]
     share = np.clip((points - segment[0]) @ along / max(float(along @ along), 1e-12), 0, 1)
     distance: FloatArray = np.linalg.norm(points - segment[0] - share[:, None] * along, axis=1)
@@ -70,7 +71,7 @@ def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
 
 def simulate_station(
     walk: TrueWalk, floor: SimulatedFloor, setup: StationSetup, settings: StationSettings, rng: np.random.Generator
-) -> StationTrack:
+) -> SimulatedStationTrack:
     """Measure the prism (taken to be at the camera) wherever no wall and nobody stands between."""
     step_ns = int(1e9 / settings.rate_hz)
     time_ns = np.arange(walk.time_ns[0] + int(rng.integers(0, step_ns)), walk.time_ns[-1], step_ns)
@@ -79,7 +80,7 @@ def simulate_station(
     start = np.broadcast_to(setup.position_bcs, position.shape)
     seen = (count_crossings(start, position, floor.walls) == 0) & ~_blocked(time_ns, settings, rng)
     measured = setup.local(position[seen]) + rng.normal(0, settings.noise_m, (int(seen.sum()), 2))
-    return StationTrack(time_ns[seen], measured)
+    return SimulatedStationTrack(time_ns[seen], measured)
 
 
 def shoot_points(

@@ -27,14 +27,14 @@ def set_anchors(tracker: TrackerLog, motion: MapMotion, rng: np.random.Generator
     start = int(np.argmin(motion.lost))
     while start < len(camera) and not motion.lost[start]:
         first.append(start)
-        ways.append(_way(tracker, motion, start, rng))
+        ways.append(_anchor_positions(tracker, motion, start, rng))
         apart = np.linalg.norm(camera[start:] - ways[-1], axis=1)
         far = np.flatnonzero((apart >= APART_M) & ~motion.lost[start:])
         start = start + int(far[0]) if len(far) else len(camera)
     return _log(tracker, motion, first, ways)
 
 
-def _way(tracker: TrackerLog, motion: MapMotion, start: int, rng: np.random.Generator) -> FloatArray:
+def _anchor_positions(tracker: TrackerLog, motion: MapMotion, start: int, rng: np.random.Generator) -> FloatArray:
     """Positions (f - start, 3) of the anchor set at frame ``start``."""
     later = slice(start, None)
     here = complex(as_complex(to_plane(tracker.position_acs[start])))
@@ -52,6 +52,7 @@ def _way(tracker: TrackerLog, motion: MapMotion, start: int, rng: np.random.Gene
 
 
 def _log(tracker: TrackerLog, motion: MapMotion, first: list[int], ways: list[FloatArray]) -> AnchorLog:
+    """Poses of the followed anchors, each by its first frame and positions (f, 3)."""
     anchors, frames, positions, orientations = [], [], [], []
     stops = [*first[FOLLOWED:], *[len(motion.factor)] * FOLLOWED]
     for number, (start, stop, way) in enumerate(zip(first, stops, ways, strict=False)):
@@ -75,4 +76,5 @@ def _turned(orientation: FloatArray, motion: MapMotion, frame: IntArray) -> Floa
 
 
 def _single(values: FloatArray) -> FloatArray:
+    """Values (...,) rounded to float32."""
     return values.astype(np.float32).astype(np.float64)

@@ -9,8 +9,8 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames
 from vislam2tag.simulation.tracking.faults import Break, FaultPlan
-from vislam2tag.simulation.tracking.odometry import Frames
 
 LOST_SHARE = 0.7
 """Share of the rides after which tracking is lost when the doors open; the camera jumps after the others."""
@@ -26,7 +26,7 @@ UPDATE_M, BREAK_M, FOUND_M = 0.08, 1.0, 0.1
 
 
 def with_rides(
-    faults: FaultPlan, walk: TrueWalk, frames: Frames, settings: TrackerSettings, rng: np.random.Generator
+    faults: FaultPlan, walk: TrueWalk, frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator
 ) -> FaultPlan:
     """Add what happens when the walker leaves a lift: tracking is lost, or the camera jumps."""
     if settings.severity == 0:
@@ -57,7 +57,7 @@ class VerticalErrors:
 
 
 def vertical_errors(
-    faults: FaultPlan, frames: Frames, settings: TrackerSettings, rng: np.random.Generator
+    faults: FaultPlan, frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator
 ) -> VerticalErrors:
     """Draw the vertical part of a walk's faults, and the error of the height climbed."""
     count, severity = len(frames.plane), settings.severity

@@ -8,7 +8,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.simulation.settings import TrackerSettings
-from vislam2tag.simulation.tracking.odometry import RUNNING_M_S, Frames
+from vislam2tag.simulation.tracking.dead_reckoning import RUNNING_M_S, CameraFrames
 
 FAULTY_SHARE = 0.5
 """Share of the sessions with a fault at severity 1."""
@@ -92,7 +92,9 @@ def badness_of(quantile: float, severity: float) -> float:
     return 0.0 if share == 0 else max(0.0, 1 - (1 - quantile) / share)
 
 
-def plan_faults(frames: Frames, settings: TrackerSettings, quantile: float, rng: np.random.Generator) -> FaultPlan:
+def plan_faults(
+    frames: CameraFrames, settings: TrackerSettings, quantile: float, rng: np.random.Generator
+) -> FaultPlan:
     """Draw the faults of one walk; people in the view and running say where they happen."""
     badness = badness_of(quantile, settings.severity)
     count = len(frames.plane)
@@ -119,7 +121,7 @@ def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generat
     return [MapUpdate(at[i], complex(factors[i]), complex(*shift[:, i])) for i in range(number)]
 
 
-def _reexpression(frames: Frames, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
+def _reexpression(frames: CameraFrames, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
     """A new origin and heading, tens of metres away; the higher the rank, the farther.
 
     The tracker has begun a new map. In the upper half of ranks it joins it to the old one later and comes back, so
@@ -138,7 +140,7 @@ def _reexpression(frames: Frames, rank: float, settings: TrackerSettings, rng: n
     return MapUpdate(frame, complex(away), complex(shift), None if lasts else joined)
 
 
-def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
+def _lost_runs(frames: CameraFrames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
     """Runs without tracking (l, 2), a few seconds each, where somebody blocks the view if anybody does."""
     start = _spread(len(frames.plane), number, rng)
     entries = np.flatnonzero(np.diff(frames.blocked.astype(np.int8)) == 1)[:number]
@@ -149,7 +151,7 @@ def _lost_runs(frames: Frames, number: int, settings: TrackerSettings, rng: np.r
 
 
 def _breaks(
-    frames: Frames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
+    frames: CameraFrames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[Break, ...]:
     """Jumps of the camera alone, metres away to a side, and back some seconds later. Every run causes one."""
     running = frames.speed > RUNNING_M_S
@@ -168,7 +170,7 @@ def _breaks(
     return tuple(breaks)
 
 
-def _ahead(frames: Frames, frame: int) -> complex:
+def _ahead(frames: CameraFrames, frame: int) -> complex:
     """Horizontal direction in which the camera looks (BCS axes, not of unit length)."""
     return complex(frames.looking[frame, 0], frames.looking[frame, 1])
 

@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
-from vislam2tag.simulation.model import Carry, TrackerEvent
+from vislam2tag.simulation.model import Carry, SimulatedEvent
 from vislam2tag.simulation.settings import TrackerSettings
+from vislam2tag.simulation.tracking.dead_reckoning import DeadReckoning
 from vislam2tag.simulation.tracking.faults import Break, FaultPlan
-from vislam2tag.simulation.tracking.odometry import Odometry
 from vislam2tag.simulation.tracking.sightings import Sightings
 
 UNSEEN_S = 10.0
@@ -38,7 +38,7 @@ class MapLog:
     anchor: ComplexArray
     heading: FloatArray
     height: FloatArray
-    events: tuple[TrackerEvent, ...]
+    events: tuple[SimulatedEvent, ...]
     carries: tuple[Carry, ...] = ()
 
 
@@ -46,7 +46,7 @@ class Mapper:
     """Goes through one walk from event to event and fills its :class:`MapLog`."""
 
     def __init__(
-        self, odometry: Odometry, sightings: Sightings, settings: TrackerSettings, rng: np.random.Generator
+        self, odometry: DeadReckoning, sightings: Sightings, settings: TrackerSettings, rng: np.random.Generator
     ) -> None:
         self._odometry, self._sightings, self._settings, self._rng = odometry, sightings, settings, rng
         landmarks = sightings.seen.shape[1]
@@ -57,7 +57,7 @@ class Mapper:
         self._heading, self._height = np.full(landmarks, np.nan), np.full(landmarks, np.nan)
         self._last_seen = np.full(landmarks, -1)
         self._seen_turn = np.zeros(landmarks)
-        self._events: list[TrackerEvent] = []
+        self._events: list[SimulatedEvent] = []
         self._carries: list[Carry] = []
 
     def run(self, faults: FaultPlan) -> MapLog:
@@ -109,9 +109,11 @@ class Mapper:
             self._last_seen[landmark], self._seen_turn[landmark] = stop - 1, turn[-1]
 
     def _camera(self, span: slice) -> ComplexArray:
+        """The camera (f,) in the map, complex metres, over a span of frames."""
         return np.asarray(self._turn * self._odometry.plane[span] + self._shift)
 
     def _observed(self, span: slice, landmark: int) -> ComplexArray:
+        """Where (f,) a landmark is seen in the map, complex metres, over a span of frames."""
         offset = self._odometry.factor[span] * self._sightings.offset[span, landmark]
         return np.asarray(self._camera(span) + self._turn * offset)
 
@@ -122,7 +124,7 @@ class Mapper:
         self._turn *= turn
 
     def _note(self, frame: int, kind: str, size_m: float) -> None:
-        self._events.append(TrackerEvent(frame, kind, size_m))
+        self._events.append(SimulatedEvent(frame, kind, size_m))
 
     def _break(self, fault: Break) -> None:
         if self._undisturbed is None:
@@ -175,4 +177,5 @@ class Mapper:
         self._note(frame, "relocalise" if relocalised else "loop_correction", abs(share * drift))
 
     def _carry_anchors(self, weight: FloatArray | BoolArray, move: complex) -> None:
+        """Move each landmark's anchor by its share (m,) of a move, complex metres."""
         self._anchor = self._anchor + weight * move

@@ -9,7 +9,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.settings import TrackerSettings
-from vislam2tag.simulation.tracking.odometry import Frames
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames
 
 DETECTION_M = 2.0
 """A sheet is first recognised within this distance; later it is followed farther."""
@@ -33,9 +33,11 @@ class Sightings:
 
 
 def sight(
-    frames: Frames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
+    frames: CameraFrames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
 ) -> Sightings:
-    """See the sheets in view; each pass has its own bias, each frame its own noise, both growing with distance."""
+    """See the sheets in view but in ``lost`` (f,) frames; each pass has its own bias, each frame its own noise, both
+    growing with distance.
+    """
     sheets = floor.landmark_position
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
     up = sheets[:, 2] - frames.height[:, None]
@@ -64,7 +66,7 @@ def sight(
 
 
 def _in_view(
-    frames: Frames,
+    frames: CameraFrames,
     floor: SimulatedFloor,
     offset: ComplexArray,
     up: FloatArray,

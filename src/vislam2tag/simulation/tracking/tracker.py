@@ -14,12 +14,12 @@ from scipy.ndimage import binary_dilation
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.tracks import LandmarkLog
-from vislam2tag.simulation.model import MapMotion, SimulatedFloor, TrackerEvent, TrackerLog, TrueWalk
+from vislam2tag.simulation.model import MapMotion, SimulatedEvent, SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.tracking.climbing_faults import vertical_errors, with_rides
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon, expose
 from vislam2tag.simulation.tracking.faults import FaultPlan, plan_faults
 from vislam2tag.simulation.tracking.mapper import MapLog, Mapper
-from vislam2tag.simulation.tracking.odometry import Frames, Odometry, dead_reckon, expose
 from vislam2tag.simulation.tracking.sightings import sight
 
 HALF = np.sqrt(0.5)
@@ -74,7 +74,7 @@ def of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
     return settings.model_copy(update={name: factor * getattr(settings, name) for name in drifting})
 
 
-def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> tuple[MapLog, ComplexArray, ComplexArray]:
+def _reexpress(mapped: MapLog, odometry: DeadReckoning, faults: FaultPlan) -> tuple[MapLog, ComplexArray, ComplexArray]:
     """Apply the map updates: camera and landmarks are moved together; also returns the factor and shift (f,) of it."""
     whole, moved = np.ones_like(mapped.camera), np.zeros_like(mapped.camera)
     camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
@@ -94,7 +94,7 @@ def _reexpress(mapped: MapLog, odometry: Odometry, faults: FaultPlan) -> tuple[M
 
 
 def _camera_poses(
-    frames: Frames, odometry: Odometry, mapped: MapLog, settings: TrackerSettings, rng: np.random.Generator
+    frames: CameraFrames, odometry: DeadReckoning, mapped: MapLog, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Camera positions (f, 3) and quaternions (f, 4) in the ACS."""
     noise = settings.pose_noise_m * rng.standard_normal((len(frames.plane), 3))
@@ -105,6 +105,7 @@ def _camera_poses(
 
 
 def _to_acs(plane: ComplexArray, height: FloatArray) -> FloatArray:
+    """Positions (f, 3) in the ACS of places (f,) in the plane, complex metres, and heights (f,)."""
     return np.stack((plane.real, height, -plane.imag), axis=-1)
 
 
@@ -121,12 +122,12 @@ def _sheet_orientation(heading: FloatArray) -> FloatArray:
 
 
 def _about(mask: BoolArray, reach: int) -> BoolArray:
-    """Widen a mask's runs by ``reach`` frames at both ends."""
+    """Widen the runs of a mask (f,) by ``reach`` frames at both ends."""
     return np.asarray(binary_dilation(mask, iterations=reach))
 
 
 def _last_tracked(lost: BoolArray) -> IntArray:
-    """For each frame the last one with tracking: the camera's pose is held while there is none."""
+    """For each frame (f,) the last one with tracking: the camera's pose is held while there is none."""
     frame = np.where(lost, 0, np.arange(len(lost)))
     return np.maximum.accumulate(frame)
 
@@ -157,9 +158,9 @@ def _landmark_log(
     return log, column
 
 
-def _events(mapped: MapLog, faults: FaultPlan) -> tuple[TrackerEvent, ...]:
-    events = [*mapped.events, *(TrackerEvent(u.frame, "map_update", abs(u.shift)) for u in faults.updates)]
-    events += [TrackerEvent(u.until, "map_update", abs(u.shift)) for u in faults.updates if u.until is not None]
+def _events(mapped: MapLog, faults: FaultPlan) -> tuple[SimulatedEvent, ...]:
+    events = [*mapped.events, *(SimulatedEvent(u.frame, "map_update", abs(u.shift)) for u in faults.updates)]
+    events += [SimulatedEvent(u.until, "map_update", abs(u.shift)) for u in faults.updates if u.until is not None]
     for start, stop in faults.lost.tolist():
-        events += [TrackerEvent(start, "lost", 0.0), TrackerEvent(stop, "found", 0.0)]
+        events += [SimulatedEvent(start, "lost", 0.0), SimulatedEvent(stop, "found", 0.0)]
     return tuple(sorted(events, key=lambda event: event.frame))

@@ -1,1 +1,4 @@
-"""Simulated true walks: route, gait, several floors."""
+"""Simulated true walks: ``route`` over a floor or ``floor_tour`` over several, ``gait`` along it, together a ``walk``.
+
+``sampling`` gives position and orientation at any time.
+"""

@@ -63,7 +63,7 @@ def _speed_on_path(path: Path, along: FloatArray, settings: WalkSettings, rng: n
 
 
 def lift_seconds(rise_m: FloatArray) -> FloatArray:
-    """How long lifts take to rise (or sink) so far, doors excepted."""
+    """How long lifts (r,) take to rise (or sink) so far, doors excepted."""
     return np.asarray(np.abs(rise_m) / LIFT_M_PER_S)
 
 
@@ -89,11 +89,12 @@ def on_path(path: Path, travelled: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _direction(path: Path) -> FloatArray:
+    """Direction (p,) of a path at its samples, unwrapped, rad."""
     dx, dy = np.gradient(path.points, axis=0).T
     return np.unwrap(np.arctan2(dy, dx))
 
 
-def steps(speed: FloatArray, heading: FloatArray, rng: np.random.Generator) -> FloatArray:
+def gait_displacement(speed: FloatArray, heading: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Gait: displacement (n, 3) of the phone by bobbing and swaying, metres."""
     pace = gaussian_filter1d(speed, 0.4 * RATE_HZ, mode="nearest")
     phase = 2 * np.pi * np.cumsum(STEP_HZ * np.sqrt(pace.clip(0))) / RATE_HZ + rng.uniform(0, 2 * np.pi)

@@ -115,7 +115,7 @@ def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, spa
 
 
 def sample_at(arc_m: FloatArray, samples: int) -> IntArray:
-    """Sample of a path of so many samples at each arc length."""
+    """Sample (k,) of a path of so many samples at each arc length (k,), metres."""
     sample: IntArray = (arc_m / STEP_M).astype(np.int64).clip(0, samples - 1)
     return sample
 
@@ -163,7 +163,7 @@ def _shuttle(floor: SimulatedFloor, length_m: float) -> IntArray:
 
 
 def station_corridor(floor: SimulatedFloor) -> IntArray:
-    """Nodes along the floor's longest straight corridor, from left to right (the first such from below)."""
+    """Nodes (r,) along the floor's longest straight corridor, from left to right (the first such from below)."""
     joined = floor.nodes[floor.edges]
     level = joined[np.abs(joined[:, 0, 1] - joined[:, 1, 1]) < 1e-6]
     rows, edges_in_row = np.unique(level[:, 0, 1], return_inverse=True)
@@ -199,7 +199,9 @@ def room_nodes(floor: SimulatedFloor) -> set[int]:
 def _met(
     floor: SimulatedFloor, things: FloatArray, route: IntArray, along: FloatArray, reach_m: float
 ) -> tuple[IntArray, FloatArray]:
-    """Which things lie beside the route's corridor legs within ``reach_m``: index and arc length, in order."""
+    """Which things (t, 2) lie beside the corridor legs of a route (r,) within ``reach_m``: index (k,) and arc length
+    (k,), in order.
+    """
     start, stop = floor.nodes[route[:-1]], floor.nodes[route[1:]]
     length = np.diff(along)
     spur = np.isin(route, list(room_nodes(floor)))
@@ -228,7 +230,9 @@ def _normals(centre: FloatArray) -> FloatArray:
 
 
 def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
-    """Slow wandering across the corridor, to the right of its middle (positive is left), metres."""
+    """Slow wandering (p,) across the corridor, to the right of its middle (positive is left), metres, at arc lengths
+    (p,).
+    """
     knots = np.arange(0.0, arc[-1] + 8.0, 4.0)
     straight = settings.control_points or settings.straight_corridor
     keep, spread = float(rng.uniform(*KEEP_RIGHT_M)), 0.08 if straight else 0.15

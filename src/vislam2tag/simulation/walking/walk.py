@@ -10,9 +10,16 @@ from scipy.ndimage import gaussian_filter1d
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.settings import WalkSettings
-from vislam2tag.simulation.walking.gait import RATE_HZ, look_weight, on_path, phone_orientation, steps, walk_along
+from vislam2tag.simulation.walking.floor_tour import FloorTour, floor_of, lay_floor_tour, lifts_ridden, stairs_climbed
+from vislam2tag.simulation.walking.gait import (
+    RATE_HZ,
+    gait_displacement,
+    look_weight,
+    on_path,
+    phone_orientation,
+    walk_along,
+)
 from vislam2tag.simulation.walking.route import STEP_M, Path, make_path
-from vislam2tag.simulation.walking.tour import Tour, floor_of, lifts_ridden, make_tour, stairs_climbed
 
 START_NS = 40_000_000_000_000
 """Boot-clock time of a walk's start where none is given."""
@@ -26,17 +33,17 @@ def make_walk(
     settings: WalkSettings,
     rng: np.random.Generator,
     start_ns: int = START_NS,
-    tour: Tour | None = None,
+    tour: FloorTour | None = None,
 ) -> TrueWalk:
     """Walk ``duration_s`` seconds over a floor, past its landmarks, sampled at 200 Hz from ``start_ns`` on.
 
     On a ``tour`` the walk goes over all its floors; ``floor`` is then the first with all landmarks on it
-    (:func:`~vislam2tag.simulation.walking.tour.seen_from_first`).
+    (:func:`~vislam2tag.simulation.walking.floor_tour.seen_from_first`).
     """
     samples = round(duration_s * RATE_HZ) + 1
     runs = _runs(duration_s, settings, rng)
     longest = duration_s * settings.speed_m_s * 1.9 + float((runs[:, 1] - runs[:, 0]).sum())
-    path = make_path(floor, longest, settings, rng) if tour is None else make_tour(tour, longest, settings, rng)
+    path = make_path(floor, longest, settings, rng) if tour is None else lay_floor_tour(tour, longest, settings, rng)
     travelled = walk_along(path, samples, settings, runs, rng)
     plane, heading = on_path(path, travelled)
     speed = np.linalg.norm(np.gradient(plane, 1 / RATE_HZ, axis=0), axis=1)
@@ -51,7 +58,7 @@ def make_walk(
         floor=floor.number,
         rate_hz=RATE_HZ,
         time_ns=time_ns,
-        position=carried + steps(speed, heading, rng),
+        position=carried + gait_displacement(speed, heading, rng),
         orientation=phone_orientation(yaw, look, speed, rng),
         speed=speed,
         presses_ns=time_ns[presses],
@@ -62,8 +69,8 @@ def make_walk(
     return walk if tour is None else _with_climbs(walk, tour, path, travelled)
 
 
-def _with_climbs(walk: TrueWalk, tour: Tour, path: Path, travelled: FloatArray) -> TrueWalk:
-    """Lift a walk by the stairs and lifts on its way."""
+def _with_climbs(walk: TrueWalk, tour: FloorTour, path: Path, travelled: FloatArray) -> TrueWalk:
+    """Lift a walk by the stairs and lifts on its way; ``travelled`` (n,) metres along the path."""
     ridden, rides = lifts_ridden(path, travelled)
     rise = stairs_climbed(path, travelled) + ridden
     return replace(
@@ -85,7 +92,7 @@ def _runs(duration_s: float, settings: WalkSettings, rng: np.random.Generator) -
 
 
 def _reached(travelled: FloatArray, path_samples: IntArray) -> IntArray:
-    """Time samples at which the walk reaches these samples of the path; those beyond its end are left out."""
+    """Time samples (k,) at which the walk reaches these samples (j,) of the path; those beyond its end are left out."""
     marks = path_samples * STEP_M
     return np.asarray(np.searchsorted(travelled, marks[marks < travelled[-1]]), dtype=np.int64)
 
@@ -105,7 +112,7 @@ def _turn_to_sheets(
 
 
 def _presses(floor: SimulatedFloor, path: Path, travelled: FloatArray, plane: FloatArray) -> tuple[IntArray, IntArray]:
-    """Time samples of the closest approach to each control point passed over, and the points' indices."""
+    """Time samples (k,) of the closest approach to each control point passed over, and the points' indices (k,)."""
     reached = _reached(travelled, path.point_sample)
     points = path.point[: len(reached)]
     window = round(1.5 * RATE_HZ)

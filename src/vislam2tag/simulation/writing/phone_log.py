@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
+import json
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 import polars as pl
 
+from vislam2tag import __version__
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.simulation.model import MapMotion, SimulatedBuilding, TrackerLog
 from vislam2tag.simulation.sensors.beacons import BleLog
@@ -66,17 +70,19 @@ def _images_are_monotonic(device: str) -> bool:
 
 
 def single(values: AnyArray | pl.Series) -> pl.Series:
-    """Round to float32, as the platform gives floats; not finite: null."""
+    """Round values (n,) to float32, as the platform gives floats; not finite: null."""
     return pl.Series(values, dtype=pl.Float32, strict=False).fill_nan(None)
 
 
 def _pose_columns(position: FloatArray, orientation: FloatArray) -> dict[str, pl.Series]:
+    """Columns of positions (n, 3) and quaternions (n, 4)."""
     values = np.column_stack((position, orientation))
     names = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
     return {name: single(values[:, column]) for column, name in enumerate(names)}
 
 
 def _words(mask: AnyArray, yes: str, no: str) -> pl.Series:
+    """One of two words by a mask (n,)."""
     return pl.Series((no, yes)).gather(np.asarray(mask, dtype=np.int64))
 
 
@@ -191,6 +197,7 @@ def _ble(ble: BleLog | None) -> pl.DataFrame:
 
 
 def _presses(presses_ns: IntArray) -> pl.DataFrame:
+    """The table of the presses (p,), boot-clock ns."""
     count = len(presses_ns)
     action = pl.Series(["press"]).gather(np.zeros(count, dtype=np.int64))
     return pl.DataFrame({"time_ns": presses_ns, "n": np.arange(count), "action": action})
@@ -212,3 +219,50 @@ def _events(camera: pl.DataFrame, start_ns: int, end_ns: int) -> pl.DataFrame:
             lost_ns = None
     rows.append((end_ns, "stopped", None))
     return pl.DataFrame(rows, schema={"time_ns": pl.Int64, "event": pl.String, "detail": pl.String}, orient="row")
+
+
+def session_name(key: SessionKey) -> str:
+    """Name of a session's folder: its start without colons."""
+    return key.session.replace(":", "")
+
+
+def phone_text(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> dict[str, bytes]:
+    """Content of each file of a session by name; ``boot_unix_ns`` is wall clock (Unix ns) minus boot clock."""
+    files = {f"{name}.csv": _text(table) for name, table in log.tables.items()}
+    return {"session.json": _record(log, key, boot_unix_ns), **files}
+
+
+def _text(table: pl.DataFrame) -> bytes:
+    buffer = io.BytesIO()
+    table.write_csv(buffer)
+    return buffer.getvalue()
+
+
+def _record(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> bytes:
+    used = set(log.tables["Sensors"]["sensor"].unique().to_list())
+    content = {
+        "format": "vislam2tag-phone",
+        "version": 1,
+        "session": session_name(key),
+        "site": "simulated",
+        "floor": key.floor,
+        "device": key.device,
+        "note": "",
+        "app": {"version": f"simulated {__version__}"},
+        "phone": {"manufacturer": "", "model": key.device, "android": "11", "api": 30, "arcore": "1.43.0"},
+        "start": _clocks(log.start_ns, boot_unix_ns),
+        "end": {"state": "stopped", "detail": "", **_clocks(log.end_ns, boot_unix_ns)},
+        "sensors": [_sensor(name) for name in SENSOR_TYPES if name in used],
+        "landmarks": {"loaded": log.tables["LandmarkPose"]["id"].n_unique(), "refused": []},
+    }
+    return (json.dumps(content, indent=2) + "\n").encode()
+
+
+def _sensor(name: str) -> dict[str, object]:
+    return {"sensor": name, "name": name, "vendor": "simulated", "rate_hz": None}
+
+
+def _clocks(boot_ns: int, boot_unix_ns: int) -> dict[str, object]:
+    wall_ms = (boot_ns + boot_unix_ns) // 1_000_000
+    wall = datetime.fromtimestamp(wall_ms / 1000, UTC).isoformat(timespec="milliseconds")
+    return {"wall": wall, "wall_ms": wall_ms, "boot_ns": boot_ns, "nano_ns": boot_ns - SLEPT_NS}

@@ -9,7 +9,7 @@ from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, Track
 from vislam2tag.simulation.sensors.beacons import BleLog
 from vislam2tag.simulation.sensors.imu import ImuLog
 from vislam2tag.simulation.sensors.radio import WifiLog
-from vislam2tag.simulation.sensors.station import StationTrack
+from vislam2tag.simulation.sensors.station import SimulatedStationTrack
 
 
 @dataclass(frozen=True)
@@ -34,5 +34,5 @@ class SimulatedSession:
     marks: DecimalMarks
     ble: BleLog | None = None
     """None where the phone logs no BLE."""
-    station: StationTrack | None = None
+    station: SimulatedStationTrack | None = None
     station_offset_ns: int = 0

@@ -124,6 +124,7 @@ def _frames(tracker: TrackerLog, kept: BoolArray) -> TrackerLog:
 
 
 def _landmark_rows(log: LandmarkLog, kept: BoolArray) -> LandmarkLog:
+    """Keep the rows of a mask (k,)."""
     return replace(
         log,
         landmark=log.landmark[kept],

@@ -88,6 +88,7 @@ def _landmarks(tracker: TrackerLog, mark: str) -> bytes:
 
 
 def _pose_columns(position: FloatArray, orientation: FloatArray) -> _Columns:
+    """Columns of positions (n, 3) and quaternions (n, 4)."""
     values = np.column_stack((position, orientation))
     names = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
     return {name: values[:, column] for column, name in enumerate(names)}
@@ -135,6 +136,7 @@ def _truth(session: SimulatedSession) -> bytes:
 
 
 def _chosen(names: Sequence[str], index: IntArray) -> pl.Series:
+    """The names at these indices (k,)."""
     return pl.Series(names, dtype=pl.String).gather(index)
 
 

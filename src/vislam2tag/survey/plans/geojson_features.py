@@ -82,6 +82,7 @@ def segments(points: FloatArray) -> FloatArray:
 
 
 def _ring(coordinates: object) -> FloatArray:
+    """Corners (k, 2), k >= 3, of a ring, the first one once."""
     points = _points(coordinates)
     if len(points) > 1 and (points[0] == points[-1]).all():
         points = points[:-1]
@@ -91,6 +92,7 @@ def _ring(coordinates: object) -> FloatArray:
 
 
 def _points(coordinates: object) -> FloatArray:
+    """Points (k, 2) of a list of positions; raises OSError where they are no finite numbers."""
     if not isinstance(coordinates, Sequence):
         raise OSError("has a geometry whose coordinates are no list")
     try:

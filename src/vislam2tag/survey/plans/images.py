@@ -98,7 +98,8 @@ def drawn_plan(
 
 
 def upright(picture: Image.Image, bounds: Bounds, bcs_T_plan: Affine2) -> tuple[npt.NDArray[np.uint8], Bounds]:
-    """Turn a picture between bounds (y upwards) into an image parallel to the BCS axes, and its extent there.
+    """Turn a picture between bounds (y upwards) into an image (rows, columns, 3) parallel to the BCS axes, and its
+    extent there.
 
     What the picture does not cover is white.
     """

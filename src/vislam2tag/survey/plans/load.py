@@ -141,5 +141,6 @@ def _published(floor: Floor, path: Path) -> PlanSource:
 
 
 def _opening(line: FloatArray) -> PlanPolygon:
+    """The polygon about a passage (k, 2), BCS metres."""
     area = LineString(line).buffer(_PASSAGE_M, cap_style="flat", join_style="mitre")
     return PlanPolygon(np.asarray(area.exterior.coords)[:-1], (), Use.OPENING)

@@ -75,6 +75,9 @@ def affine(similarity: Similarity2) -> Affine2:
 
 
 def _axis_parallel(scale: FloatArray, bounds: Bounds, lower_left_m: Point) -> Affine2:
+    """The map that scales the axes by ``scale`` (2,), metres a unit, with the lower left corner of the bounds at a
+    point.
+    """
     return Affine2(np.diag(scale), np.array(lower_left_m) - scale * (bounds[0], bounds[2]))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vislam2tag.common import plugins
+from vislam2tag.common.extras import what_lacks
 from vislam2tag.common.plugins import Registry
 from vislam2tag.survey.plans.drawing import PlanDrawing, refuse_too_many
 from vislam2tag.survey.plans.source import PlanSource
@@ -42,7 +43,10 @@ def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
     suffix = "" if path.is_dir() else path.suffix.lower()
     for known in FORMATS.all().values():
         if suffix in known.suffixes and known.recognises(path):
-            drawing = known.read(path, source)
+            try:
+                drawing = known.read(path, source)
+            except ModuleNotFoundError as error:
+                raise OSError(what_lacks(error) or str(error)) from error
             refuse_too_many(drawing.point_count)
             return drawing
     if suffix == ".dwg":

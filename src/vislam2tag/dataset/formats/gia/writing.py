@@ -123,7 +123,7 @@ def _placed(rows: pl.DataFrame, floor: int, count: _LossCounts) -> pl.DataFrame:
         (
             "uncertain_left_out",
             uncertain & ~elsewhere,
-            "uncertain rows lose their position: the layout cannot say how sure one is; `process --max-sigma` decides",
+            "uncertain rows lose their position: the layout cannot say how sure one is; process --max-sigma-m decides",
         ),
     ):
         count.add(kind, message, int(rows.select(mask.sum()).item()))

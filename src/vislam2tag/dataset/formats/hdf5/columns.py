@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.dataset.model import Split
 from vislam2tag.dataset.schema import UNITS
+
+if TYPE_CHECKING:
+    import h5py
 
 UNKNOWN_NUMBER = -1
 """Stands for a name or time that is not known."""
@@ -64,6 +66,8 @@ def whole_numbers(name: str, kind: npt.DTypeLike) -> Hdf5Column:
 
 def text_column(name: str) -> Hdf5Column:
     """A column of different texts."""
+    import h5py  # of an extra
+
     return Hdf5Column(name, h5py.string_dtype(), lambda rows: rows[name].to_list())
 
 
@@ -105,6 +109,8 @@ class Hdf5Table:
 
 
 def _create(group: h5py.Group, count: int, column: Hdf5Column) -> None:
+    import h5py
+
     size = int(np.prod(column.tail, dtype=np.int64))
     packed = count > 0 and size > 0 and column.kind != h5py.string_dtype()
     height = max(1, min(count, _CHUNK_CELLS // max(1, size)))
@@ -122,6 +128,8 @@ def _create(group: h5py.Group, count: int, column: Hdf5Column) -> None:
 
 def write_texts(group: h5py.Group, name: str, words: Iterable[str]) -> None:
     """Write a list of texts."""
+    import h5py
+
     group.create_dataset(name, data=list(words), dtype=h5py.string_dtype())
 
 

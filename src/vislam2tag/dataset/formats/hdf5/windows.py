@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 import polars as pl
 
@@ -21,6 +20,9 @@ from vislam2tag.dataset.formats.hdf5.columns import (
 )
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, UNITS
+
+if TYPE_CHECKING:
+    import h5py
 
 _NAMES = ("building", "device", "session")
 

@@ -6,12 +6,13 @@ Windows of inertial and magnetic readings stand beside, with the same splits.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.extras import import_extra
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.hdf5.columns import (
@@ -30,6 +31,9 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
 from vislam2tag.dataset.writing.labelled_samples import MatrixLosses, each_labelled, labelled_fingerprints, matrices
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
+
+if TYPE_CHECKING:
+    import h5py
 
 FILE = "fingerprints.h5"
 NOT_HEARD_DBM = -110.0
@@ -64,6 +68,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
     Raises DatasetError where no fingerprint has a position.
     """
+    h5py = import_extra("h5py")
     fingerprints, findings = labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)

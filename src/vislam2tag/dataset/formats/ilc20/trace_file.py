@@ -108,9 +108,9 @@ def _separated(data: bytes) -> tuple[bytes, list[int]]:
     inside = [start for start in starts if start > 0 and data[start - 1 : start] != b"\n" and _is_time(data, start)]
     if not inside:
         return data, []
-    pieces = [data[start:stop] for start, stop in zip([0, *inside], [*inside, len(data)], strict=True)]
-    newlines = accumulate(piece.count(b"\n") + 1 for piece in pieces[:-1])
-    return b"\n".join(pieces), [before + 1 for before in newlines]
+    records = [data[start:stop] for start, stop in zip([0, *inside], [*inside, len(data)], strict=True)]
+    newlines = accumulate(record.count(b"\n") + 1 for record in records[:-1])
+    return b"\n".join(records), [before + 1 for before in newlines]
 
 
 def _is_time(data: bytes, start: int) -> bool:
@@ -168,12 +168,8 @@ def _ble(beacons: pl.DataFrame, adverts: pl.DataFrame) -> pl.DataFrame:
         )
     )
     who = who.drop_nulls().unique("bssid", keep="first")
-    told = heard.join(who, on="bssid", how="left", maintain_order="left").with_columns(
-        bssid=pl.coalesce("beacon", "bssid")
-    )
-    return (
-        told.filter(~pl.col("repeated")).with_columns(bssid=pl.coalesce("beacon", "bssid")).drop("beacon").sort("row")
-    )
+    named = heard.join(who, on="bssid", how="left", maintain_order="left").filter(~pl.col("repeated"))
+    return named.with_columns(bssid=pl.coalesce("beacon", "bssid")).drop("beacon").sort("row")
 
 
 def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:

@@ -10,10 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ezdxf import recover, units
-from ezdxf.enums import InsertUnits
-from ezdxf.lldxf.const import DXFError
-from ezdxf.path import make_path
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.survey.plans.drawing import PlanDrawing, bounds_of, file_bytes, refuse_too_many
@@ -50,6 +46,10 @@ class DxfFormat:
 
     def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the model space."""
+        from ezdxf import recover, units  # of an extra
+        from ezdxf.enums import InsertUnits
+        from ezdxf.lldxf.const import DXFError
+
         try:
             document, _ = recover.read(io.BytesIO(file_bytes(path)))
             code = int(document.header.get("$INSUNITS", 0))
@@ -71,6 +71,8 @@ def _lines(
     entities: Iterable[Any], sag: float, layer: str = "0", in_door: bool = False, depth: int = 0
 ) -> Iterator[_Line]:
     """Lines of a layout or block; what lies on layer 0 of a block lies on the layer of its insertion."""
+    from ezdxf.path import make_path
+
     for entity in entities:
         own = entity.dxf.layer if entity.dxf.layer != "0" else layer
         kind = entity.dxftype()
@@ -86,7 +88,7 @@ def _lines(
 
 
 def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    """Segments of walls and of doors."""
+    """Segments (w, 2, 2) of walls and (d, 2, 2) of doors."""
     layers = sorted({layer for layer, _, _ in lines})
     if not layers:
         raise OSError("holds no line, polyline or arc in its model space")
@@ -107,6 +109,7 @@ def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, Fl
 
 
 def _segments(lines: list[FloatArray]) -> FloatArray:
+    """Segments (w, 2, 2) of polylines, (k, 2) each, without those of no length."""
     pieces = np.concatenate([np.empty((0, 2, 2)), *(segments(line) for line in lines)])
     kept: FloatArray = pieces[(pieces[:, 0] != pieces[:, 1]).any(axis=1)]
     return kept

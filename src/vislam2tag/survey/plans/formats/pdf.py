@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pypdfium2
 from PIL import Image
 
 from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
 from vislam2tag.survey.plans.images import on_paper
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
+
+if TYPE_CHECKING:
+    import pypdfium2
 
 
 class PdfFormat:
@@ -25,6 +28,8 @@ class PdfFormat:
 
     def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the page's size; it is drawn when it is asked for."""
+        import pypdfium2  # of an extra
+
         data = file_bytes(path)
         document = _opened(data)
         try:
@@ -49,6 +54,8 @@ class PdfFormat:
 
 
 def _opened(data: bytes) -> pypdfium2.PdfDocument:
+    import pypdfium2
+
     try:
         return pypdfium2.PdfDocument(data)
     except pypdfium2.PdfiumError as error:

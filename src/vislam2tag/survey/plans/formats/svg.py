@@ -6,7 +6,6 @@ import io
 import re
 from pathlib import Path
 
-import resvg_py
 from PIL import Image
 
 from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
@@ -34,6 +33,8 @@ class SvgFormat:
 
     def read(self, path: Path, source: PlanSource) -> PlanDrawing:
         """Read the size; the drawing is made when it is asked for."""
+        import resvg_py  # of an extra
+
         del source
         text = file_bytes(path).decode("utf-8-sig", errors="replace")
         width, height = _size(text)

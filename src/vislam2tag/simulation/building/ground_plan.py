@@ -34,7 +34,7 @@ class Room:
 
 
 @dataclass(frozen=True)
-class Layout:
+class GroundPlan:
     """Corridor centre lines (c, 2, 2), the rooms along them and wall segments (w, 2, 2), metres."""
 
     corridors: FloatArray
@@ -42,7 +42,7 @@ class Layout:
     walls: FloatArray
 
 
-def make_layout(settings: BuildingSettings, rng: np.random.Generator) -> Layout:
+def make_ground_plan(settings: BuildingSettings, rng: np.random.Generator) -> GroundPlan:
     """Draw a ring of corridors with cross corridors and dead ends, rooms outside and inside of it."""
     width, height, half = settings.width_m, settings.height_m, settings.corridor_width_m / 2
     inset = settings.room_depth_m + half
@@ -58,11 +58,11 @@ def make_layout(settings: BuildingSettings, rng: np.random.Generator) -> Layout:
     lines += [((x, low), (x, high)) for x in (left, *crosses, right)]
     corridors = np.array(lines, dtype=np.float64)
     rooms = _outer_rooms(settings, inset, open_corners, rng) + _inner_rooms(settings, inset, crosses, rng)
-    return Layout(corridors, tuple(rooms), _walls(settings, corridors, rooms))
+    return GroundPlan(corridors, tuple(rooms), _walls(settings, corridors, rooms))
 
 
 def corridor_rects(corridors: FloatArray, half_m: float, width_m: float) -> list[Rect]:
-    """Floor area of each corridor; ends reach half a width further, but not through the outer wall."""
+    """Floor area of each corridor (c, 2, 2); ends reach half a width further, but not through the outer wall."""
     low, high = corridors.min(axis=1) - half_m, corridors.max(axis=1) + half_m
     low[:, 0], high[:, 0] = low[:, 0].clip(min=0.0), high[:, 0].clip(max=width_m)
     return [(x0, y0, x1, y1) for (x0, y0), (x1, y1) in zip(low.tolist(), high.tolist(), strict=True)]
@@ -133,7 +133,9 @@ def _inner_rooms(
 
 
 def _walls(settings: BuildingSettings, corridors: FloatArray, rooms: list[Room]) -> FloatArray:
-    """All edges of rooms and corridors, joined where they overlap, without corridor openings and doors."""
+    """All edges (w, 2, 2) of rooms and corridors (c, 2, 2), joined where they overlap, without corridor openings and
+    doors.
+    """
     floors = corridor_rects(corridors, settings.corridor_width_m / 2, settings.width_m)
     lines: dict[tuple[int, float], list[Interval]] = defaultdict(list)
     for x0, y0, x1, y1 in [*(room.rect for room in rooms), *floors, (0.0, 0.0, settings.width_m, settings.height_m)]:
@@ -175,7 +177,7 @@ ROOM_STEP_M = 2.6
 """How far into a room its node lies."""
 
 
-def walkable_graph(layout: Layout) -> tuple[FloatArray, IntArray]:
+def walkable_graph(layout: GroundPlan) -> tuple[FloatArray, IntArray]:
     """Make nodes (n, 2) and edges (e, 2): corridor ends, crossings and door feet, then one node a room."""
     feet, inside = _door_nodes(layout)
     index: dict[tuple[float, float], int] = {}
@@ -192,14 +194,14 @@ def walkable_graph(layout: Layout) -> tuple[FloatArray, IntArray]:
 
 
 def dead_end_inset(corridors: FloatArray, width_m: float) -> FloatArray:
-    """Keep corridor ends off the outer wall: nobody walks into it."""
+    """Keep the ends of corridors (c, 2, 2) off the outer wall: nobody walks into it."""
     kept = corridors.copy()
     kept[..., 0] = kept[..., 0].clip(DEAD_END_M, width_m - DEAD_END_M)
     return kept
 
 
-def _door_nodes(layout: Layout) -> tuple[FloatArray, FloatArray]:
-    """Foot of each door on the nearest corridor centre line, and the node inside the room."""
+def _door_nodes(layout: GroundPlan) -> tuple[FloatArray, FloatArray]:
+    """Foot (r, 2) of each door on the nearest corridor centre line, and the node (r, 2) inside the room."""
     doors = np.array([room.door for room in layout.rooms])
     inward = np.array([room.inward for room in layout.rooms])
     vertical = layout.corridors[:, 0, 0] == layout.corridors[:, 1, 0]
@@ -213,7 +215,7 @@ def _door_nodes(layout: Layout) -> tuple[FloatArray, FloatArray]:
 
 
 def _points_on(line: FloatArray, corridors: FloatArray, feet: FloatArray) -> FloatArray:
-    """Ends of a corridor, its crossings with the others and the door feet on it."""
+    """Points (n, 2): ends of a corridor (2, 2), crossings with others (c, 2, 2) and the door feet (r, 2) on it."""
     axis = 1 if line[0, 0] == line[1, 0] else 0
     at, low, high = line[0, 1 - axis], line[0, axis], line[1, axis]
     across = corridors[corridors[:, 0, axis] == corridors[:, 1, axis]]

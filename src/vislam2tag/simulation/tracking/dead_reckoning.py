@@ -16,7 +16,7 @@ RUNNING_M_S = 1.7
 
 
 @dataclass(frozen=True)
-class Frames:
+class CameraFrames:
     """The truth at each camera frame, ``f`` frames."""
 
     exposure_ns: IntArray
@@ -36,7 +36,7 @@ class Frames:
 
 
 @dataclass(frozen=True)
-class Odometry:
+class DeadReckoning:
     """Dead reckoning without any map: camera ``plane`` (f,), complex metres, and the local similarity from the BCS.
 
     ``factor`` (f,) is the scale times the rotation by which a true displacement near frame i appears in this frame.
@@ -47,7 +47,7 @@ class Odometry:
     height: FloatArray
 
 
-def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) -> Frames:
+def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) -> CameraFrames:
     """Sample a walk at the camera's frames; stamps come later by the pose lag and its jitter."""
     last = (walk.time_ns[-1] - walk.time_ns[0]) * 1e-9 - settings.pose_lag_s - 6 * settings.frame_jitter_s
     count = int(last * settings.frame_rate_hz)
@@ -59,7 +59,7 @@ def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) 
     orientation = orientation_at(walk, exposure_ns)
     position = position_at(walk, exposure_ns)
     inside = (exposure_ns[:, None] >= walk.blocked_ns[:, 0]) & (exposure_ns[:, None] < walk.blocked_ns[:, 1])
-    return Frames(
+    return CameraFrames(
         exposure_ns=exposure_ns,
         stamp_ns=walk.time_ns[0] + (stamp_s * 1e9).astype(np.int64),
         plane=position[:, 0] + 1j * position[:, 1],
@@ -78,7 +78,7 @@ def _camera_axis(orientation: FloatArray) -> FloatArray:
     return -np.column_stack((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
 
 
-def dead_reckon(frames: Frames, settings: TrackerSettings, rng: np.random.Generator) -> Odometry:
+def dead_reckon(frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator) -> DeadReckoning:
     """Integrate the walk with random walks of heading, position and height and a wandering scale."""
     count, severity = len(frames.plane), settings.severity
     step = np.diff(frames.plane, prepend=frames.plane[0])
@@ -94,7 +94,7 @@ def dead_reckon(frames: Frames, settings: TrackerSettings, rng: np.random.Genera
     noise = rng.standard_normal((3, count)) * slip
     plane = np.cumsum(factor * step + noise[0] + 1j * noise[1])
     seen = frames.height - frames.unseen
-    return Odometry(plane, factor, seen - seen[0] + 0.3 * np.cumsum(noise[2]))
+    return DeadReckoning(plane, factor, seen - seen[0] + 0.3 * np.cumsum(noise[2]))
 
 
 def _wander(count: int, forget: float, rng: np.random.Generator) -> FloatArray:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from tests.walkable.hand_made import plan, rectangles
-from vislam2tag.simulation.building.site_ways import PASSED_M, site_ways
+from vislam2tag.simulation.building.site_paths import PASSED_M, site_paths
 from vislam2tag.walkable.graph import NodeKind, corridor_graph
 from vislam2tag.walkable.space import walkable_space
 
@@ -21,7 +21,7 @@ def distance_to_ways(nodes: np.ndarray, edges: np.ndarray, point: np.ndarray) ->
 
 
 def test_ways_lead_past_sheets_off_the_middle() -> None:
-    ways = site_ways(corridor_graph(WIDE), WIDE, SHEETS, HEADING_RAD)
+    ways = site_paths(corridor_graph(WIDE), WIDE, SHEETS, HEADING_RAD)
     assert not ways.missed
     for sheet in SHEETS:
         assert distance_to_ways(ways.nodes, ways.edges, sheet) < 1.0
@@ -32,19 +32,19 @@ def test_ways_lead_past_sheets_off_the_middle() -> None:
 def test_ways_that_pass_anyway_stay() -> None:
     narrow = rectangles(40, 6, (1, 2, 39, 4))
     graph = corridor_graph(narrow)
-    ways = site_ways(graph, narrow, np.array([(12.0, 2.0)]), np.array([np.pi]))
+    ways = site_paths(graph, narrow, np.array([(12.0, 2.0)]), np.array([np.pi]))
     assert len(ways.nodes) == len(graph.nodes) + sum(len(line) - 2 for line in graph.polylines)
     assert distance_to_ways(ways.nodes, ways.edges, np.array([12.0, 2.0])) < PASSED_M
 
 
 def test_a_sheet_behind_a_wall_is_missed() -> None:
-    ways = site_ways(corridor_graph(WIDE), WIDE, np.array([(12.0, 0.5)]), np.array([0.0]))
+    ways = site_paths(corridor_graph(WIDE), WIDE, np.array([(12.0, 0.5)]), np.array([0.0]))
     assert ways.missed == (0,)
 
 
 def test_rooms_and_their_doors_are_told() -> None:
     space = walkable_space(plan())
     graph = corridor_graph(space)
-    ways = site_ways(graph, space, np.empty((0, 2)), np.empty(0))
+    ways = site_paths(graph, space, np.empty((0, 2)), np.empty(0))
     for node, kind in enumerate(graph.kinds):
         assert (node in ways.rooms) == (kind in (NodeKind.ROOM, NodeKind.DOOR))

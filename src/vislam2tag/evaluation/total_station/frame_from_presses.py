@@ -61,7 +61,9 @@ def clock_by_speed(reference: Trajectory, track: StationTrack) -> int:
 
 
 def _speeds(time_ns: IntArray, position: FloatArray) -> FloatArray:
-    """Speed every :data:`STEP_S` from the first time on, m/s; NaN where not known or far from any point."""
+    """Speed (j,) every :data:`STEP_S` from the first of the times (k,) on, by positions (k, 2), m/s; NaN where not
+    known or far from any time.
+    """
     if not len(time_ns):
         return np.empty(0)
     at_ns = np.arange(time_ns[0], time_ns[-1], round(STEP_S * 1e9), dtype=np.int64)
@@ -76,7 +78,7 @@ def _in_gap(at_ns: IntArray, time_ns: IntArray) -> BoolArray:
 
 
 def _correlation(walked: FloatArray, measured: FloatArray, shift: int, fewest: int) -> float:
-    """Of the speeds where both are known, with ``walked[i]`` beside ``measured[i + shift]``."""
+    """Of the speeds (j,), (l,) where both are known, with ``walked[i]`` beside ``measured[i + shift]``."""
     start, stop = max(0, -shift), min(len(walked), len(measured) - shift)
     one, other = walked[start:stop], measured[start + shift : stop + shift]
     known = np.isfinite(one) & np.isfinite(other)

@@ -13,8 +13,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import Scenario, regular_survey
-from vislam2tag.simulation.survey import WritingOptions, simulate
-from vislam2tag.simulation.world import walk_and_track
+from vislam2tag.simulation.survey import WritingOptions, simulate, walk_and_track
 
 
 def scenario(severity: str = "severe") -> Scenario:

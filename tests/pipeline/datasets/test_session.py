@@ -1,3 +1,5 @@
+"""What sessions' findings add up to."""
+
 from __future__ import annotations
 
 from vislam2tag.common.findings import Finding, Severity

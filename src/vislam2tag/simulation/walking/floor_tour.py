@@ -30,7 +30,7 @@ CABIN_M = 1.6
 
 
 @dataclass(frozen=True)
-class Tour:
+class FloorTour:
     """The floors that a walk may visit, the one where it starts first, and how it gets from one to the other."""
 
     floors: tuple[SimulatedFloor, ...]
@@ -42,12 +42,12 @@ class Tour:
         return np.array([floor.elevation_m for floor in self.floors]) - self.floors[0].elevation_m
 
 
-def tour_from(building: SimulatedBuilding, start: int, climb: Climb) -> Tour:
+def floor_tour_from(building: SimulatedBuilding, start: int, climb: Climb) -> FloorTour:
     """The tour over all floors of a building that starts on the floor of this number."""
-    return Tour(tuple(sorted(building.floors, key=lambda floor: (floor.number != start, floor.number))), climb)
+    return FloorTour(tuple(sorted(building.floors, key=lambda floor: (floor.number != start, floor.number))), climb)
 
 
-def seen_from_first(tour: Tour) -> SimulatedFloor:
+def seen_from_first(tour: FloorTour) -> SimulatedFloor:
     """The first floor with the landmarks of all floors on it, heights above that floor."""
     lifted = [
         floor.landmark_position + np.array((0.0, 0.0, rise))
@@ -62,7 +62,7 @@ def seen_from_first(tour: Tour) -> SimulatedFloor:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _TourStage:
     """One part of a tour: a course on a floor, or the way to another one."""
 
     course: Course
@@ -73,9 +73,9 @@ class _Part:
     lift_rise_m: float = 0.0
 
 
-def make_tour(tour: Tour, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
+def lay_floor_tour(tour: FloorTour, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
     """Lay a path of at least ``length_m`` over the floors of a tour, which need a node in common."""
-    parts: list[_Part] = []
+    parts: list[_TourStage] = []
     here, start, left = 0, None, length_m
     while left > 0:
         floor = tour.floors[here]
@@ -85,14 +85,14 @@ def make_tour(tour: Tour, length_m: float, settings: WalkSettings, rng: np.rando
         leave, start = _stairwell(floor, tour.floors[there], int(route[-1]))
         course = course_on(floor, np.concatenate((route, _shortest(floor, int(route[-1]), leave)[1:])))
         first = sum(len(other.landmark_ids) for other in tour.floors[:here])
-        parts.append(_Part(replace(course, landmark=course.landmark + first), np.zeros(len(course.corners))))
-        parts.append(_way_up(floor, leave, float(tour.rise_m[there] - tour.rise_m[here]), tour.climb, rng))
+        parts.append(_TourStage(replace(course, landmark=course.landmark + first), np.zeros(len(course.corners))))
+        parts.append(_stairs_or_lift(floor, leave, float(tour.rise_m[there] - tour.rise_m[here]), tour.climb, rng))
         left -= float(parts[-1].course.along[-1] + course.along[-1])
         here = there
     return _joined(parts, seen_from_first(tour).landmark_position[:, :2], settings, rng)
 
 
-def _next_floor(tour: Tour, here: int, rng: np.random.Generator) -> int:
+def _next_floor(tour: FloorTour, here: int, rng: np.random.Generator) -> int:
     """Index of a neighbouring floor by height."""
     order = np.argsort(tour.rise_m, kind="stable")
     rank = int(np.flatnonzero(order == here)[0])
@@ -111,7 +111,7 @@ def _stairwell(floor: SimulatedFloor, other: SimulatedFloor, here: int) -> tuple
 
 
 def _shortest(floor: SimulatedFloor, start: int, stop: int) -> IntArray:
-    """Nodes of the shortest way between two nodes, both included."""
+    """Nodes (r,) of the shortest way between two nodes, both included."""
     a, b = floor.edges.T
     length = np.linalg.norm(floor.nodes[a] - floor.nodes[b], axis=1)
     graph = csr_array((length, (a, b)), shape=(len(floor.nodes), len(floor.nodes)))
@@ -122,24 +122,27 @@ def _shortest(floor: SimulatedFloor, start: int, stop: int) -> IntArray:
     return np.array(way[::-1], dtype=np.int64)
 
 
-def _way_up(floor: SimulatedFloor, node: int, rise_m: float, climb: Climb, rng: np.random.Generator) -> _Part:
+def _stairs_or_lift(
+    floor: SimulatedFloor, node: int, rise_m: float, climb: Climb, rng: np.random.Generator
+) -> _TourStage:
     """From a corridor's corner to the same corner of another floor, away from the building's middle."""
     corner = floor.nodes[node]
     outwards = 1.0 if corner[0] > floor.width_m / 2 else -1.0
     by_lift = climb is Climb.LIFT or (climb is Climb.MIXED and bool(rng.random() < 0.5))
     if not by_lift:
-        return _Part(_bare_course(corner + FLIGHTS * (outwards, 1.0)), FLIGHT_SHARES * rise_m)
+        return _TourStage(_bare_course(corner + FLIGHTS * (outwards, 1.0)), FLIGHT_SHARES * rise_m)
     cabin = corner + np.array((outwards * CABIN_M, 0.0))
-    return _Part(_bare_course(np.array([corner, cabin, corner])), np.zeros(3), CABIN_M, rise_m)
+    return _TourStage(_bare_course(np.array([corner, cabin, corner])), np.zeros(3), CABIN_M, rise_m)
 
 
 def _bare_course(corners: FloatArray) -> Course:
+    """A course along corners (r, 2) that passes nothing."""
     nothing, nowhere = np.empty(0, dtype=np.int64), np.empty(0)
     return Course(corners, nothing, nowhere, nothing, nowhere, nowhere)
 
 
-def _joined(parts: Sequence[_Part], sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
-    """One path along all parts, one after the other."""
+def _joined(parts: Sequence[_TourStage], sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
+    """One path along all parts, one after the other, past the sheets (m, 2)."""
     lengths = [float(part.course.along[-1]) for part in parts]
     start = np.concatenate(([0.0], np.cumsum(lengths)))[:-1]
     climbed = np.concatenate(([0.0], np.cumsum([part.rise_m[-1] for part in parts])))[:-1]
@@ -187,7 +190,7 @@ def lifts_ridden(path: Path, travelled: FloatArray) -> tuple[FloatArray, IntArra
     return gained, np.array(rides, dtype=np.int64).reshape(-1, 2)
 
 
-def floor_of(tour: Tour, rise_m: FloatArray) -> IntArray:
+def floor_of(tour: FloorTour, rise_m: FloatArray) -> IntArray:
     """Number (n,) of the floor nearest to each height (n,) above the first floor."""
     numbers = np.array([floor.number for floor in tour.floors], dtype=np.int64)
     order = np.argsort(tour.rise_m, kind="stable")

@@ -24,7 +24,7 @@ _FARTHEST_M = 12.0
 
 
 @dataclass(frozen=True)
-class SiteWays:
+class SitePaths:
     """Nodes (n, 2), straight edges (e, 2), the nodes in rooms and doors of rooms, and landmarks that no way passes."""
 
     nodes: FloatArray
@@ -33,20 +33,22 @@ class SiteWays:
     missed: tuple[int, ...]
 
 
-def site_ways(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, heading_rad: FloatArray) -> SiteWays:
+def site_paths(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, heading_rad: FloatArray) -> SitePaths:
     """Make the ways of a graph that lead past the sheets (m, 2); ``heading_rad`` (m,) is each one's X axis."""
     lines = {edge: line for edge, line in enumerate(graph.polylines) if not graph.shortcut[edge]}
     missed = []
     for landmark, (sheet, heading) in enumerate(zip(sheets, heading_rad.tolist(), strict=True)):
-        if not _led_past(lines, graph, space, sheet, np.array((np.cos(heading), np.sin(heading)))):
+        if not _lead_past(lines, graph, space, sheet, np.array((np.cos(heading), np.sin(heading)))):
             missed.append(landmark)
     return _straight(lines, graph, tuple(missed))
 
 
-def _led_past(
+def _lead_past(
     lines: dict[int, FloatArray], graph: CorridorGraph, space: WalkableSpace, sheet: FloatArray, along: FloatArray
 ) -> bool:
-    """Lead the nearest line from which a sheet can be seen past it; whether there is one."""
+    """Lead the nearest line (k, 2) from which a sheet (2,) can be seen past it, by the wall's direction (2,); whether
+    there is one.
+    """
     feet = {edge: _foot(line, sheet) for edge, line in lines.items()}
     # Rooms come last: a walk looks into few of them.
     order = sorted(feet, key=lambda edge: (bool(graph.in_room[edge]), feet[edge][1], edge))
@@ -67,7 +69,7 @@ def _led_past(
 
 
 def _detour(line: FloatArray, arc: float, sheet: FloatArray, along: FloatArray) -> FloatArray:
-    """A line that leaves another one for a sheet, leads along it and returns."""
+    """A line (j, 2) that leaves another one (k, 2) for a sheet (2,), leads along it and returns."""
     length = float(_arcs(line)[-1])
     leave, rejoin = max(arc - _LEAVE_M, 0.0), min(arc + _LEAVE_M, length)
     outward = np.array((along[1], -along[0]))
@@ -80,7 +82,7 @@ def _detour(line: FloatArray, arc: float, sheet: FloatArray, along: FloatArray) 
 
 
 def _foot(line: FloatArray, point: FloatArray) -> tuple[float, float]:
-    """Arc length of a line's point nearest to a place, and how far off it is."""
+    """Arc length of the point of a line (k, 2) nearest to a place (2,), and how far off it is, metres."""
     start, legs = line[:-1], np.diff(line, axis=0)
     length = np.linalg.norm(legs, axis=1).clip(1e-9)
     share = (np.einsum("lk,lk->l", point - start, legs) / length**2).clip(0, 1)
@@ -90,16 +92,18 @@ def _foot(line: FloatArray, point: FloatArray) -> tuple[float, float]:
 
 
 def _arcs(line: FloatArray) -> FloatArray:
+    """Arc length (k,) of each corner of a line (k, 2), metres."""
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
 
 
 def _at(line: FloatArray, arc: float) -> FloatArray:
+    """Point (2,) of a line (k, 2) at an arc length, metres."""
     arcs = _arcs(line)
     return np.array([np.interp(arc, arcs, line[:, axis]) for axis in (0, 1)])
 
 
-def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[int, ...]) -> SiteWays:
-    """Make every corner of the lines a node."""
+def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[int, ...]) -> SitePaths:
+    """Make every corner of the lines, (k, 2) each, a node."""
     nodes = list(graph.nodes)
     edges: list[tuple[int, int]] = []
     rooms = {node for node, kind in enumerate(graph.kinds) if kind is NodeKind.ROOM}
@@ -111,4 +115,4 @@ def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[
         edges += [pair for pair in pairwise(corners) if np.linalg.norm(nodes[pair[0]] - nodes[pair[1]]) > 1e-6]
         if graph.in_room[edge]:
             rooms.update(corners[1:-1], (end for end in (first, last) if graph.kinds[end] is NodeKind.DOOR))
-    return SiteWays(np.array(nodes), np.array(edges, dtype=np.int64), frozenset(rooms), missed)
+    return SitePaths(np.array(nodes), np.array(edges, dtype=np.int64), frozenset(rooms), missed)

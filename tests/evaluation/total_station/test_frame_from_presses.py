@@ -10,7 +10,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import press_truth
 from vislam2tag.evaluation.total_station.frame import CommonPoints, fit_frame
-from vislam2tag.evaluation.total_station.presses import clock_by_speed, pressed_points
+from vislam2tag.evaluation.total_station.frame_from_presses import clock_by_speed, pressed_points
 from vislam2tag.evaluation.total_station.station_file import StationTrack
 
 POINTS = np.array([[3.0, 0.0], [9.0, 0.0], [15.0, 0.0]])

@@ -15,8 +15,8 @@ from vislam2tag.simulation.sensors.devices import make_device
 from vislam2tag.simulation.sensors.radio import RadioSettings, make_radio_environment, mean_rss_dbm, simulate_wifi
 from vislam2tag.simulation.settings import BuildingSettings, TrackerSettings, WalkSettings, stream
 from vislam2tag.simulation.tracking.tracker import track
+from vislam2tag.simulation.walking.floor_tour import FloorTour, floor_tour_from, seen_from_first
 from vislam2tag.simulation.walking.sampling import floor_at, position_at
-from vislam2tag.simulation.walking.tour import Tour, seen_from_first, tour_from
 from vislam2tag.simulation.walking.walk import make_walk
 
 BUILDING = make_building(BuildingSettings(floors=(0, 1, 2), distinct_ids=True), 3)
@@ -25,8 +25,8 @@ START = 1
 
 
 @cache
-def toured(climb: Climb, duration_s: float = 240.0, seed: int = 5) -> tuple[TrueWalk, Tour, SimulatedFloor]:
-    tour = tour_from(BUILDING, START, climb)
+def toured(climb: Climb, duration_s: float = 240.0, seed: int = 5) -> tuple[TrueWalk, FloorTour, SimulatedFloor]:
+    tour = floor_tour_from(BUILDING, START, climb)
     floor = seen_from_first(tour)
     return make_walk(floor, duration_s, WalkSettings(), stream(seed, climb), tour=tour), tour, floor
 
@@ -136,7 +136,7 @@ def test_radio_waves_are_those_of_the_floor_where_the_walker_is() -> None:
 def test_ids_differ_between_floors() -> None:
     ids = [name for floor in BUILDING.floors for name in floor.landmark_ids]
     assert len(set(ids)) == len(ids) == 36
-    assert seen_from_first(tour_from(BUILDING, START, Climb.MIXED)).landmark_ids[0] == "101"
+    assert seen_from_first(floor_tour_from(BUILDING, START, Climb.MIXED)).landmark_ids[0] == "101"
 
 
 def test_one_seed_same_walk() -> None:

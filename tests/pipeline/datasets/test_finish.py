@@ -1,3 +1,5 @@
+"""A split is added whole or not at all, whatever happens."""
+
 from __future__ import annotations
 
 import os

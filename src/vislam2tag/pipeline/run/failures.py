@@ -1,0 +1,97 @@
+"""What nobody expected: reported in one line and logged with its traceback, in ``OUT/log.txt`` where OUT is a folder.
+
+Workers log as anything does; what they log comes back with their outcomes and is logged again by the main process, in
+the order of the sessions.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from logging.handlers import QueueHandler
+from pathlib import Path
+from queue import SimpleQueue
+from typing import TypeVar
+
+from vislam2tag.common.errors import Vislam2tagError
+
+LOG_FILE = "log.txt"
+LOG = logging.getLogger("vislam2tag")
+LOG.addHandler(logging.NullHandler())  # else Python prints what nobody asked to see
+
+_Job = TypeVar("_Job")
+_Outcome = TypeVar("_Outcome")
+
+
+def unexpected(what: object, error: Exception) -> str:
+    """Log an exception that ends the work on ``what`` alone, and return a line that tells of it."""
+    name = type(error).__name__
+    LOG.error("%s: unexpected %s", what, name, exc_info=error)
+    where = f"OUT/{LOG_FILE}; where there is none, -v shows it"
+    return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
+
+
+@contextmanager
+def logged_to(file: Path) -> Iterator[None]:
+    """Log to ``file``, which is made when there is something to log; an unexpected exception is logged and names it."""
+    handler = logging.FileHandler(file, mode="w", encoding="utf-8", delay=True)
+    handler.setFormatter(logging.Formatter("%(levelname)s %(message)s"))
+    LOG.addHandler(handler)
+    try:
+        yield
+    except Vislam2tagError:
+        raise
+    except Exception as error:
+        LOG.critical("ended by an unexpected %s", type(error).__name__, exc_info=error)
+        error.add_note(f"{_KEPT}{file}")
+        raise
+    finally:
+        LOG.removeHandler(handler)
+        handler.close()
+
+
+_KEPT = "its traceback is kept in "
+
+
+def log_of(error: BaseException) -> str | None:
+    """The file that :func:`logged_to` logged an exception in; None where it did not."""
+    notes = (note.removeprefix(_KEPT) for note in getattr(error, "__notes__", ()) if note.startswith(_KEPT))
+    return next(notes, None)
+
+
+def recorded(work: Callable[[_Job], _Outcome], job: _Job) -> tuple[_Outcome, list[logging.LogRecord]]:
+    """Do the work; return its outcome and what it logged, which is not logged yet."""
+    records: SimpleQueue[logging.LogRecord] = SimpleQueue()
+    handlers, propagate = LOG.handlers, LOG.propagate
+    LOG.handlers, LOG.propagate = [QueueHandler(records)], False
+    try:
+        outcome = work(job)
+    finally:
+        LOG.handlers, LOG.propagate = handlers, propagate
+    return outcome, [records.get() for _ in range(records.qsize())]
+
+
+@dataclass
+class LogInOrder:
+    """Logs what came back with the outcomes, that of the first job first."""
+
+    _waiting: dict[int, list[logging.LogRecord]] = field(default_factory=dict)
+    _next: int = 0
+
+    def add(self, number: int, records: list[logging.LogRecord]) -> None:
+        """Take what job ``number`` logged, and log what has its turn."""
+        self._waiting[number] = records
+        while self._next in self._waiting:
+            self._log(self._next)
+            self._next += 1
+
+    def close(self) -> None:
+        """Log the rest: of jobs behind one that never ended."""
+        for number in sorted(self._waiting):
+            self._log(number)
+
+    def _log(self, number: int) -> None:
+        for record in self._waiting.pop(number):
+            LOG.handle(record)

@@ -1,0 +1,99 @@
+"""What a base installation does, and what it says of the rest: the packages of all extras are hidden."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.surveys import make_survey
+from vislam2tag.common import extras
+
+ROOT = Path(__file__).parents[2]
+HIDING = f"""
+import sys
+
+class Hidden:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {[package for packages in extras._EXTRAS.values() for package in packages]}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Hidden())
+from vislam2tag.cli import main
+for words in sys.argv[1].split(";"):
+    sys.argv = ["vislam2tag", *words.split()]
+    try:
+        main()
+    except SystemExit as end:
+        print(words, "ended with", end.code)
+"""
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 32"><rect width="60" height="32"/></svg>'
+SITE = '[[floors]]\nnumber = 0\n[floors.plan]\nfile = "plan.svg"\nextent = {width_m = 60.0, height_m = 32.0}\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a survey whose plan is an SVG file; commands write beside it."""
+    made = tmp_path_factory.mktemp("base")
+    survey = make_survey(made / "survey", devices=("LG",), seconds=60.0)
+    (survey / "site.toml").write_text(SITE, encoding="utf-8")
+    (survey / "plan.svg").write_text(SVG, encoding="utf-8")
+    return made
+
+
+def base(folder: Path, *commands: str) -> str:
+    """What commands print, one after the other in one process."""
+    done = subprocess.run(
+        [sys.executable, "-c", HIDING, ";".join(commands)], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return done.stdout + done.stderr
+
+
+def test_the_base_serves_from_simulating_to_a_data_set(folder: Path) -> None:
+    commands = (
+        "simulate another --floors 1 --devices 1 --sessions 1 --minutes 0.25",
+        "inspect survey",
+        "process survey --out labels --jobs 1",
+        "check survey --jobs 1",
+        "evaluate survey --out evaluated --jobs 1",
+        "dataset labels --survey survey --out set --jobs 1",
+    )
+    said = base(folder, *commands)
+    ends = [line for line in said.splitlines() if " ended with " in line]
+    assert ends == [f"{each} ended with 0" for each in commands]
+
+
+def test_a_plan_without_its_extra_is_a_finding(folder: Path) -> None:
+    said = base(folder, "inspect survey", "process survey --out with_finding --jobs 1")
+    assert "needs resvg_py: pip install 'vislam2tag[plans]'" in said
+    assert "unreadable_plan 1" in said
+    assert "process survey --out with_finding --jobs 1 ended with 0" in said
+
+
+@pytest.mark.parametrize(
+    ("command", "extra"),
+    [
+        ("plan survey --out planned", "prepare"),
+        ("sheets --ids 1-2 --out printed", "prepare"),
+        ("site walkable survey --out walkable", "prepare"),
+        ("simulate walked --site survey", "prepare"),
+        ("receive survey --port 0", "receive"),
+        ("train set --model knn --out model.v2t", "positioning"),
+        ("locate model.v2t scans.csv", "positioning"),
+        ("benchmark set --model knn --out compared", "positioning"),
+        ("radio-maps set --out maps", "positioning"),
+    ],
+)
+def test_what_needs_an_extra_names_it(folder: Path, command: str, extra: str) -> None:
+    said = base(folder, command)
+    assert f"pip install 'vislam2tag[{extra}]'" in said
+    assert said.count("\n") == 2
+    assert f"{command} ended with 2" in said
+
+
+def test_extras_are_those_of_the_project_file() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert {*extras._EXTRAS, "all"} == set(project["optional-dependencies"])
