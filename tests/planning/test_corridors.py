@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.planning.floors import graph_of, ring
-from vislam2tag.planning.corridors import arc_lengths, corridors_of
+from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.planning.corridors import corridors_of
 from vislam2tag.walkable.graph import NodeKind
 
 

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 
 from tests.planning.floors import graph_of, ring, ways_with
 from tests.planning.test_demands import floor_ways
-from vislam2tag.planning.corridors import Corridors, arc_lengths, corridors_of
+from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.planning.corridors import Corridors, corridors_of
 from vislam2tag.planning.tour import plan_tour
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.smoother.drift import STATES, Directed, Drift, Kind, transitions
+from vislam2tag.smoother.drift import STATES, Directed, Drift, DriftKind, transitions
 
 
 def wiggly(seed: int, n: int) -> tuple[ComplexArray, FloatArray]:
@@ -18,18 +18,20 @@ def wiggly(seed: int, n: int) -> tuple[ComplexArray, FloatArray]:
     return 500 + 300j + np.concatenate(([0.0], np.cumsum(step))), rng.uniform(0, 1, n - 1)
 
 
-def response(kind: Kind, way: complex) -> FloatArray:
+def response(kind: DriftKind, way: complex) -> FloatArray:
     """(4, r) what a unit drift does over the way that remains: a turned or scaled way, and itself."""
-    if kind is Kind.POSITION:
+    if kind is DriftKind.POSITION:
         return np.eye(STATES)[:, :2]
-    turned = way * 1j if kind is Kind.HEADING else way
-    own = (0.0, 1.0) if kind is Kind.HEADING else (1.0, 0.0)
+    turned = way * 1j if kind is DriftKind.HEADING else way
+    own = (0.0, 1.0) if kind is DriftKind.HEADING else (1.0, 0.0)
     return np.array([[turned.real], [turned.imag], [own[0]], [own[1]]])
 
 
-@pytest.mark.parametrize("kind", list(Kind))
+@pytest.mark.parametrize("kind", list(DriftKind))
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(2, 30), data=st.data())
-def test_running_sums_are_the_sums_of_every_steps_share(kind: Kind, seed: int, n: int, data: st.DataObject) -> None:
+def test_running_sums_are_the_sums_of_every_steps_share(
+    kind: DriftKind, seed: int, n: int, data: st.DataObject
+) -> None:
     path, variance = wiggly(seed, n)
     a = data.draw(st.integers(0, n - 1))
     b = data.draw(st.integers(a, n - 1))
@@ -43,7 +45,7 @@ def test_running_sums_are_the_sums_of_every_steps_share(kind: Kind, seed: int, n
 def test_drift_over_two_stretches_is_that_of_the_whole(seed: int, ends: tuple[int, int, int]) -> None:
     path, variance = wiggly(seed, 20)
     a, b, c = (np.array([end]) for end in sorted(ends))
-    for kind in Kind:
+    for kind in DriftKind:
         drift = Drift.along(kind, path, variance)
         carry = transitions(path, b, c)
         joined = carry @ drift.between(a, b) @ carry.transpose(0, 2, 1) + drift.between(b, c)
@@ -64,12 +66,14 @@ def test_random_walks_of_heading_scale_and_position_spread_as_stated() -> None:
     rng = np.random.default_rng(3)
     draws, n = 40_000, 25
     path = np.cumsum(np.exp(1j * np.linspace(0, 4, n)))
-    sigma = {Kind.POSITION: 0.02, Kind.HEADING: 0.01, Kind.SCALE: 0.005}
+    sigma = {DriftKind.POSITION: 0.02, DriftKind.HEADING: 0.01, DriftKind.SCALE: 0.005}
     variance = rng.uniform(0.2, 1.0, n - 1)
     noise = {kind: level * np.sqrt(variance) * rng.standard_normal((2, draws, n - 1)) for kind, level in sigma.items()}
-    heading, scale = (np.cumsum(noise[kind][0], axis=1) for kind in (Kind.HEADING, Kind.SCALE))
+    heading, scale = (np.cumsum(noise[kind][0], axis=1) for kind in (DriftKind.HEADING, DriftKind.SCALE))
     error = scale[:, :-1] + 1j * heading[:, :-1]  # a step is walked with the drift up to it
-    end = (np.diff(path)[1:] * error).sum(axis=1) + (noise[Kind.POSITION][0] + 1j * noise[Kind.POSITION][1]).sum(axis=1)
+    end = (np.diff(path)[1:] * error).sum(axis=1) + (
+        noise[DriftKind.POSITION][0] + 1j * noise[DriftKind.POSITION][1]
+    ).sum(axis=1)
     observed = np.cov(np.stack((end.real, end.imag, scale[:, -1], heading[:, -1])))
     first, last = np.array([0]), np.array([n - 1])
     stated = sum(Drift.along(kind, path, level**2 * variance).between(first, last)[0] for kind, level in sigma.items())

@@ -1,4 +1,6 @@
-"""What counts as way walked: steps between frames half a second apart, so that gait and noise do not count.
+"""Lengths along lines, and what counts as way walked.
+
+Steps are taken between frames half a second apart, so that gait and noise do not count.
 
 The length of a walk and of its labelled part are summed by the same steps, so that no part is longer than the whole.
 """
@@ -27,6 +29,17 @@ def step_lengths(points: FloatArray) -> FloatArray:
     """Distances (k - 1,) between points (k, 2) one after the other; NaN where one is not known."""
     lengths: FloatArray = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return lengths
+
+
+def arc_lengths(line: FloatArray) -> FloatArray:
+    """Distance (k,) of each corner of a line (k, 2) from its first, along it."""
+    return np.concatenate(([0.0], np.cumsum(step_lengths(line))))
+
+
+def points_along(line: FloatArray, distance: FloatArray) -> FloatArray:
+    """Points (n, 2) of a line (k, 2) at these distances (n,) from its first corner, along it."""
+    corners = arc_lengths(line)
+    return np.column_stack([np.interp(distance, corners, line[:, axis]) for axis in (0, 1)])
 
 
 def walked_steps(steps_m: FloatArray, time_ns: IntArray) -> FloatArray:

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.figures.panels import aspect_of, draw_plan, extent_around, in_metres, panel_grid, show
 from vislam2tag.figures.style import LANDMARK, QUIET, print_quality
-from vislam2tag.planning.corridors import arc_lengths
 from vislam2tag.planning.floor import FloorDesign
 from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark
 from vislam2tag.survey.model import Floor

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind
 
 LOOK_AHEAD_M = 1.5
@@ -63,20 +64,13 @@ class Corridors:
 
     def place(self, corridor: int, offset_m: FloatArray) -> FloatArray:
         """Points (k, 2) of a corridor at these distances (k,) from its first end."""
-        line = self.lines[corridor]
-        at = arc_lengths(line)
-        return np.column_stack([np.interp(offset_m, at, line[:, axis]) for axis in (0, 1)])
+        return points_along(self.lines[corridor], offset_m)
 
     def direction(self, corridor: int, offset_m: FloatArray, reach_m: float = 0.5) -> FloatArray:
         """Unit vectors (k, 2) along a corridor at these distances from its first end."""
         high = np.minimum(offset_m + reach_m, self.length_m[corridor])
         step = self.place(corridor, high) - self.place(corridor, np.maximum(offset_m - reach_m, 0.0))
         return np.asarray(step / np.maximum(np.linalg.norm(step, axis=1), 1e-9)[:, None])
-
-
-def arc_lengths(line: FloatArray) -> FloatArray:
-    """Arc length (k,) of each corner of a line (k, 2)."""
-    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
 
 
 Chain = tuple[int, FloatArray, int, tuple[int, ...]]

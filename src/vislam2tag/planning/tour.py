@@ -16,7 +16,8 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.planning.corridors import Corridors, arc_lengths
+from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.planning.corridors import Corridors
 
 LOOK_S = 2.0
 """Passing a landmark costs so much time: to turn the phone to the sheet and back."""

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.walkable.graph import CorridorGraph
 
 STEP_M = 0.1
@@ -89,7 +90,5 @@ def _next(
 
 def smooth_line(corners: FloatArray) -> FloatArray:
     """Sample a line (k, 2) densely and round its corners."""
-    at = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))))
-    along = np.arange(0.0, at[-1] + STEP_M / 2, STEP_M)
-    dense = np.column_stack([np.interp(along, at, corners[:, axis]) for axis in (0, 1)])
+    dense = points_along(corners, np.arange(0.0, arc_lengths(corners)[-1] + STEP_M / 2, STEP_M))
     return np.asarray(gaussian_filter1d(dense, CORNER_M / STEP_M, axis=0, mode="nearest"))

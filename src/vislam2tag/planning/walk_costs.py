@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.planning.corridors import arc_lengths
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.planning.prediction import LEAST_BETWEEN_M, PASSED_M, PassedLandmarks, expected_along
 
 GAPS_M = (1.0, 2.0, 4.0, 7.0, 11.0, 16.0, 22.0, 30.0, 45.0, 70.0, 110.0)

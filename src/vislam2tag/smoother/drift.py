@@ -18,7 +18,7 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 STATES = 4
 
 
-class Kind(Enum):
+class DriftKind(Enum):
     """What drifts."""
 
     POSITION = "position"
@@ -30,17 +30,17 @@ class Kind(Enum):
 class Drift:
     """Running sums along a path of one kind of drift; make it by :meth:`along`."""
 
-    kind: Kind
+    kind: DriftKind
     path: ComplexArray
     sums: FloatArray
     """(6, n): variance, times x, y, xx, xy, yy of the path after each step; (1, n) of the position's drift."""
 
     @classmethod
-    def along(cls, kind: Kind, path: ComplexArray, variance: FloatArray) -> Drift:
+    def along(cls, kind: DriftKind, path: ComplexArray, variance: FloatArray) -> Drift:
         """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
         centred = path - path.mean()
         terms = variance[None]
-        if kind is not Kind.POSITION:
+        if kind is not DriftKind.POSITION:
             x, y = centred.real[1:], centred.imag[1:]
             terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
         return cls(kind, centred, _summed(terms))
@@ -49,7 +49,7 @@ class Drift:
         """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
         sums = self.sums.take(b, axis=1) - self.sums.take(a, axis=1)
         drift = np.zeros((len(a), STATES, STATES))
-        if self.kind is Kind.POSITION:
+        if self.kind is DriftKind.POSITION:
             drift[:, 0, 0] = drift[:, 1, 1] = sums[0]
             return drift
         total, sx, sy, sxx, sxy, syy = sums
@@ -58,9 +58,9 @@ class Drift:
         xx = np.maximum(x * x * total - 2 * x * sx + sxx, 0)
         yy = np.maximum(y * y * total - 2 * y * sy + syy, 0)
         xy = x * y * total - x * sy - y * sx + sxy
-        if self.kind is Kind.HEADING:
+        if self.kind is DriftKind.HEADING:
             xx, yy, xy, mean_x, mean_y = yy, xx, -xy, -mean_y, mean_x
-        row = 3 if self.kind is Kind.HEADING else 2
+        row = 3 if self.kind is DriftKind.HEADING else 2
         drift[:, 0, 0], drift[:, 1, 1], drift[:, row, row] = xx, yy, total
         drift[:, 0, 1] = drift[:, 1, 0] = xy
         drift[:, 0, row] = drift[:, row, 0] = mean_x

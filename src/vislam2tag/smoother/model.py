@@ -13,23 +13,23 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.smoother.drift import STATES, Directed, Drift, Kind, transitions
+from vislam2tag.smoother.drift import STATES, Directed, Drift, DriftKind, transitions
 from vislam2tag.smoother.noise import Source
 from vislam2tag.smoother.observations import Walked
 
 KINDS = {
-    Source.POSITION: (Kind.POSITION,),
-    Source.HEADING: (Kind.HEADING,),
-    Source.SCALE: (Kind.SCALE,),
-    Source.JUMP: (Kind.POSITION,),
-    Source.JUMP_TURN: (Kind.HEADING,),
+    Source.POSITION: (DriftKind.POSITION,),
+    Source.HEADING: (DriftKind.HEADING,),
+    Source.SCALE: (DriftKind.SCALE,),
+    Source.JUMP: (DriftKind.POSITION,),
+    Source.JUMP_TURN: (DriftKind.HEADING,),
 }
 ROUGH_KINDS = {
-    Source.POSITION: (Kind.POSITION,),
-    Source.HEADING: (Kind.HEADING, Kind.SCALE),
+    Source.POSITION: (DriftKind.POSITION,),
+    Source.HEADING: (DriftKind.HEADING, DriftKind.SCALE),
     Source.SCALE: (),
-    Source.JUMP: (Kind.POSITION,),
-    Source.JUMP_TURN: (Kind.HEADING, Kind.SCALE),
+    Source.JUMP: (DriftKind.POSITION,),
+    Source.JUMP_TURN: (DriftKind.HEADING, DriftKind.SCALE),
 }
 """Where the heading is not known even roughly, heading and scale drift alike: then the model is linear in both."""
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
@@ -62,7 +62,7 @@ class Model:
         """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
         doubt = self.walked.odometry.doubt
         if self.rough:
-            return Drift.along(Kind.POSITION, self.path, np.abs(doubt) ** 2)
+            return Drift.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
         return Directed.along(doubt * self.turn[:-1])
 
     def drift(self, source: Source, a: IntArray, b: IntArray) -> FloatArray:

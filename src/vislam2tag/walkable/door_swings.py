@@ -10,6 +10,7 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.tracing import traced
 
 _RADII = 8
@@ -92,7 +93,7 @@ def _swings_on(line: FloatArray, radii: tuple[float, float], off_wall: FloatArra
 
 def _windows(line: FloatArray, radii: tuple[float, float]) -> IntArray:
     """Start and stop (w, 2) of parts of a line that are as long as a swing and bent about as much."""
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
+    along = arc_lengths(line)
     windows = [np.empty((0, 2), dtype=np.int64)]
     for radius in np.geomspace(*radii, _RADII).tolist():
         length = np.pi / 2 * _STAIRS * radius

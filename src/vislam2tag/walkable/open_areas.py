@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.walkable.network import Network
+from vislam2tag.walkable.network import Network, line_length
 from vislam2tag.walkable.rooms import runs_of
 from vislam2tag.walkable.settings import GraphSettings
 from vislam2tag.walkable.space import WalkableSpace
@@ -90,7 +90,7 @@ def _keep(network: Network, line: FloatArray, first: int | None, last: int | Non
     """Keep a piece (k, 2) of a strand; returns the nodes at its cut ends, or the node that is all of it."""
     if len(line) == 1:
         return [node for node in (first, last) if node is not None]
-    if first is None and last is None and np.linalg.norm(np.diff(line, axis=0), axis=1).sum() < _GRAZE_M:
+    if first is None and last is None and line_length(line) < _GRAZE_M:
         return []
     nodes = [network.add_node(place) if node is None else node for node, place in ((first, line[0]), (last, line[-1]))]
     network.add(nodes[0], nodes[1], line)

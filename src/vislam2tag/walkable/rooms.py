@@ -6,6 +6,7 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.network import Network
 from vislam2tag.walkable.settings import GraphSettings
 from vislam2tag.walkable.space import WalkableSpace
@@ -24,7 +25,7 @@ def place_doors(network: Network, space: WalkableSpace, settings: GraphSettings)
 def _doors_on(line: FloatArray, clearance_m: FloatArray, settings: GraphSettings) -> list[int]:
     """Corners of a line (k, 2) in the middle of its doors."""
     narrow = 2 * clearance_m < settings.door_m
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
+    along = arc_lengths(line)
     doors = []
     for start, stop in runs_of(narrow):
         inside = start > 0 and stop < len(line)

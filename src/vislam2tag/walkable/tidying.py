@@ -8,6 +8,7 @@ from scipy.spatial.distance import cdist
 from skimage.measure import approximate_polygon
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.network import Network, Strand, line_length
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walking_distances import WalkingDistances
@@ -145,8 +146,7 @@ def bend_at(network: Network, node: int, first: int, second: int) -> float:
 
 def _direction(line: FloatArray) -> complex:
     """Direction of the first metre and a half of a line (k, 2) as x + iy."""
-    legs = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    along = np.concatenate(([0.0], np.cumsum(legs)))
+    along = arc_lengths(line)
     ahead = min(_AHEAD_M, line_length(line))
     x, y = (float(np.interp(ahead, along, line[:, axis])) - float(line[0, axis]) for axis in (0, 1))
     return complex(x, y)

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -103,7 +104,7 @@ def _kept(points: FloatArray, spacing_m: float) -> IntArray:
     near: IntArray = np.flatnonzero((np.abs(points) < MAX_EXTENT_M).all(axis=1))
     if len(near) == 0:
         return near
-    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points[near], axis=0), axis=1))))
+    way = arc_lengths(points[near])
     keep = np.flatnonzero(np.diff(np.floor(way / spacing_m), prepend=-1.0) > 0)
     kept: IntArray = near[np.unique(np.append(keep, len(near) - 1))]
     return kept

@@ -15,7 +15,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
-from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, Place, ReducedSession
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 
 GREATEST_SIGMA_M = 5.0
@@ -208,7 +208,7 @@ def _z(joint: JointSurvey, index: int) -> float | None:
     return round(float(np.median(known)), 3) if known else None
 
 
-def _told_z(session: ReducedSession, place: Place) -> float:
+def _told_z(session: ReducedSession, place: LandmarkPlace) -> float:
     if session.z_m is None or place not in session.places:
         return math.nan
     return float(session.z_m[session.places.index(place)])

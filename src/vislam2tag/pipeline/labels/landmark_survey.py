@@ -32,7 +32,7 @@ from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.model import SessionKey, Site, Survey
 
 
-class Place(NamedTuple):
+class LandmarkPlace(NamedTuple):
     """A landmark where it hung: one that corrections move is another landmark meanwhile."""
 
     floor: int
@@ -49,7 +49,7 @@ class ReducedSession:
     """
 
     key: SessionKey
-    places: tuple[Place, ...] = ()
+    places: tuple[LandmarkPlace, ...] = ()
     local: LocalMap | None = None
     z_m: FloatArray | None = None
     unused: tuple[str, ...] = ()
@@ -68,7 +68,7 @@ class JointSurvey:
     survey: Survey
     sessions: tuple[ReducedSession, ...]
     mapped: tuple[ReducedSession, ...]
-    places: tuple[Place, ...]
+    places: tuple[LandmarkPlace, ...]
     joined: LandmarkMap
 
 
@@ -130,14 +130,14 @@ def _floor(walked: Walked, heights: Heights, landmarks: Landmarks, index: int, o
     return int(floors[count.argmax()])
 
 
-def _place(site: Landmarks, mine: Landmarks, name: str, floor: int) -> Place:
+def _place(site: Landmarks, mine: Landmarks, name: str, floor: int) -> LandmarkPlace:
     """Name a landmark; corrections for this session may say that it hung elsewhere than its file says."""
     if name not in mine.index or not mine.surveyed[mine.index[name]]:
-        return Place(floor, name)
+        return LandmarkPlace(floor, name)
     here = mine.position_bcs[mine.index[name]]
     there = site.on_floor(floor)
     same = np.array_equal(here, there.position_bcs[there.index[name]])
-    return Place(floor, name, None if same else (float(here[0]), float(here[1])))
+    return LandmarkPlace(floor, name, None if same else (float(here[0]), float(here[1])))
 
 
 def _heights_above_floor(
@@ -204,7 +204,7 @@ def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_si
     """Join the local maps of sessions, in whichever order they come."""
     ordered = tuple(sorted(sessions, key=lambda session: session.key))
     site = survey.site.landmarks
-    in_files = [Place(floor, name) for floor, name in zip(site.floor.tolist(), site.ids, strict=True)]
+    in_files = [LandmarkPlace(floor, name) for floor, name in zip(site.floor.tolist(), site.ids, strict=True)]
     further = {place for session in ordered for place in session.places} - set(in_files)
     places = (*in_files, *sorted(further, key=lambda place: (place.floor, place.landmark, place.moved_to or ())))
     index = {place: i for i, place in enumerate(places)}
@@ -217,7 +217,7 @@ def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_si
     return JointSurvey(survey, ordered, tuple(mapped), places, join(maps, _known(places, site, default_sigma_m)))
 
 
-def _known(places: Sequence[Place], site: Landmarks, default_sigma_m: float) -> KnownLandmarks:
+def _known(places: Sequence[LandmarkPlace], site: Landmarks, default_sigma_m: float) -> KnownLandmarks:
     """What files and corrections say of the places; the first of them are the site's landmarks."""
     known = KnownLandmarks.nothing(len(places))
     count = len(site.ids)

@@ -11,6 +11,7 @@ from pydantic import Field
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.simulation.building.building import furnished
 from vislam2tag.simulation.building.site_paths import site_paths
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
@@ -154,9 +155,8 @@ def _control_points(graph: CorridorGraph, spacing_m: float, rng: np.random.Gener
     ways = ~graph.in_room & ~graph.shortcut & (graph.length_m > spacing_m / 2)
     for edge in np.flatnonzero(ways).tolist():
         line = graph.polylines[edge]
-        along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
-        marks = np.arange(spacing_m / 2, along[-1] - 1.0, spacing_m)
+        marks = np.arange(spacing_m / 2, arc_lengths(line)[-1] - 1.0, spacing_m)
         marks = marks + rng.uniform(-0.6, 0.6, len(marks))
-        points.append(np.column_stack([np.interp(marks, along, line[:, axis]) for axis in (0, 1)]))
+        points.append(points_along(line, marks))
     found = np.vstack(points)
     return (found if len(found) else graph.nodes[[kind is not NodeKind.ROOM for kind in graph.kinds]][:1]).round(3)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind
 from vislam2tag.walkable.space import WalkableSpace
 
@@ -70,13 +71,13 @@ def _lead_past(
 
 def _detour(line: FloatArray, arc: float, sheet: FloatArray, along: FloatArray) -> FloatArray:
     """A line (j, 2) that leaves another one (k, 2) for a sheet (2,), leads along it and returns."""
-    length = float(_arcs(line)[-1])
+    length = float(arc_lengths(line)[-1])
     leave, rejoin = max(arc - _LEAVE_M, 0.0), min(arc + _LEAVE_M, length)
     outward = np.array((along[1], -along[0]))
     stand = sheet + STAND_M * outward
     onward = np.sign(float((_at(line, rejoin) - _at(line, leave)) @ along)) or 1.0
     beside = np.array([stand - onward * _BESIDE_M * along, stand + onward * _BESIDE_M * along])
-    arcs = _arcs(line)
+    arcs = arc_lengths(line)
     before, after = line[arcs < leave - 1e-6], line[arcs > rejoin + 1e-6]
     return np.vstack((before, _at(line, leave), beside, _at(line, rejoin), after))
 
@@ -88,17 +89,12 @@ def _foot(line: FloatArray, point: FloatArray) -> tuple[float, float]:
     share = (np.einsum("lk,lk->l", point - start, legs) / length**2).clip(0, 1)
     off = np.linalg.norm(start + share[:, None] * legs - point, axis=1)
     nearest = int(off.argmin())
-    return float(_arcs(line)[nearest] + share[nearest] * length[nearest]), float(off[nearest])
-
-
-def _arcs(line: FloatArray) -> FloatArray:
-    """Arc length (k,) of each corner of a line (k, 2), metres."""
-    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))))
+    return float(arc_lengths(line)[nearest] + share[nearest] * length[nearest]), float(off[nearest])
 
 
 def _at(line: FloatArray, arc: float) -> FloatArray:
     """Point (2,) of a line (k, 2) at an arc length, metres."""
-    arcs = _arcs(line)
+    arcs = arc_lengths(line)
     return np.array([np.interp(arc, arcs, line[:, axis]) for axis in (0, 1)])
 
 

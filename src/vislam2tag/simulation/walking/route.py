@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.simulation.model import SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
 from vislam2tag.walkable.space import WalkableSpace
@@ -60,9 +61,7 @@ class Course:
     @property
     def along(self) -> FloatArray:
         """Arc length (r,) of each corner."""
-        legs = np.linalg.norm(np.diff(self.corners, axis=0), axis=1)
-        along: FloatArray = np.concatenate(([0.0], np.cumsum(legs)))
-        return along
+        return arc_lengths(self.corners)
 
 
 def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
@@ -74,7 +73,7 @@ def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rn
 def course_on(floor: SimulatedFloor, route: IntArray) -> Course:
     """Make the course along a route (r,) of a floor's nodes."""
     corners = floor.nodes[route]
-    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))))
+    along = arc_lengths(corners)
     landmarks, landmark_s = _met(floor, floor.landmark_position[:, :2], route, along, 2.0)
     points, point_s = _met(floor, floor.control_points, route, along, 0.4)
     entered = along[np.isin(route, list(room_nodes(floor)))]
@@ -93,8 +92,7 @@ def lay_path(
     Where there is a ``space`` the path keeps within it, an elbow's length off its walls.
     """
     centre_s = np.arange(0.0, course.along[-1], STEP_M)
-    centre = np.column_stack([np.interp(centre_s, course.along, course.corners[:, k]) for k in (0, 1)])
-    centre = gaussian_filter1d(centre, CORNER_M / STEP_M, axis=0, mode="nearest")
+    centre = gaussian_filter1d(points_along(course.corners, centre_s), CORNER_M / STEP_M, axis=0, mode="nearest")
     landmark_sample = sample_at(course.landmark_s, len(centre))
     normal = _normals(centre)
     offset = _sway(centre_s, settings, rng) * _door_squeeze(course.room_s, centre_s)
