@@ -18,16 +18,14 @@ from vislam2tag.cli.options import (
     SurveyFolder,
     selection_of,
 )
+from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from vislam2tag.labeling.results import Summary
-    from vislam2tag.pipeline.labels.session import Outcome
 
 DEFAULT_STRATEGY = Settings().strategy
 HELP = """
@@ -77,8 +75,6 @@ def _process(
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
-    from rich.console import Console
-
     from vislam2tag.pipeline.labels.process import process
 
     settings = settings_of(
@@ -94,9 +90,8 @@ def _process(
         },
     )
     selection = selection_of(floor, device)
-    progress = SessionProgress(Console(stderr=True))
     try:
-        with progress:
+        with session_bar("sessions") as bar:
             summary = process(
                 survey,
                 out,
@@ -105,65 +100,16 @@ def _process(
                 selection=selection,
                 jobs=jobs,
                 replace=replace,
-                progress=progress.advance,
+                progress=lambda outcome, total: bar.advance(total, outcome.error, outcome.rows),
             )
     except KeyboardInterrupt:
         typer.echo(
-            f"interrupted: {progress.done} sessions are done and kept in {out}; run the same command again to go on",
+            f"interrupted: {bar.done} sessions are done and kept in {out}; run the same command again to go on",
             err=True,
         )
         raise typer.Exit(INTERRUPTED) from None
     _print_summary(summary, out)
     raise typer.Exit(1 if summary.failed else 0)
-
-
-class SessionProgress:
-    """A progress bar over sessions on a terminal; one line for each failed session anywhere."""
-
-    def __init__(self, console: Console) -> None:
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        self._console = console
-        self._bar = Progress(
-            TextColumn("sessions"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            console=console,
-            disable=not console.is_terminal,
-        )
-        self._task = self._bar.add_task("", total=None, rate="")
-        self._rows = 0
-        self.done = 0
-        """Sessions finished so far."""
-
-    def __enter__(self) -> SessionProgress:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.stop()
-
-    def advance(self, outcome: Outcome, total: int) -> None:
-        """Count one finished session."""
-        from rich.text import Text
-
-        self.done += 1
-        self._rows += outcome.rows
-        elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
-        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s"
-        self._bar.update(self._task, advance=1, total=total, rate=rate)
-        if outcome.error:
-            self._console.print(Text("failed ", "bold red") + Text(outcome.error), soft_wrap=True)
 
 
 def _print_summary(summary: Summary, out: Path) -> None:

@@ -16,11 +16,18 @@ class SessionBar:
 
     def __init__(self, console: Console, bar: Progress) -> None:
         self._console, self._bar = console, bar
-        self._task = bar.add_task("", total=None)
+        self._task = bar.add_task("", total=None, rate="")
+        self._rows = 0
+        self.done = 0
+        """Sessions finished so far."""
 
-    def advance(self, total: int, error: str | None) -> None:
-        """Count one finished session of ``total``, and say why it failed if it did."""
-        self._bar.update(self._task, advance=1, total=total)
+    def advance(self, total: int, error: str | None, rows: int = 0) -> None:
+        """Count one finished session of ``total``, and say why it failed if it did; ``rows`` are those written."""
+        self.done += 1
+        self._rows += rows
+        elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
+        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
+        self._bar.update(self._task, advance=1, total=total, rate=rate)
         if error:
             self.print_line("failed", "red", error)
 
@@ -45,6 +52,7 @@ def session_bar(name: str) -> Iterator[SessionBar]:
     )
 
     console = Console(stderr=True)
-    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    rate = TextColumn("{task.fields[rate]}")
+    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), rate, TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         yield SessionBar(console, bar)
