@@ -108,10 +108,10 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) ->
     alone = np.where(known, 1 / np.maximum(sigma_m, 1e-3) ** 2, 0.0)
     step, trust, tracked = _steps(seen, alone, gap_s, track_m)
 
-    def solved(weight: FloatArray, step_weight: FloatArray) -> _Weighted:
-        return _Weighted(_solved(weight, seen, step_weight, step), step_weight)
+    def solved(weight: FloatArray, step_weight: FloatArray) -> _WeightedWalk:
+        return _WeightedWalk(_solved(weight, seen, step_weight, step), step_weight)
 
-    def reweighted(before: _Weighted, _number: int) -> _Weighted:
+    def reweighted(before: _WeightedWalk, _number: int) -> _WeightedWalk:
         step_off = np.diff(before.xy, axis=0) - step
         step_weight = np.where(tracked, trust / _doubt(step_off, trust), trust)
         return solved(alone / _doubt(before.xy - seen, alone), step_weight)
@@ -141,7 +141,7 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) ->
 
 
 @dataclass(frozen=True)
-class _Weighted:
+class _WeightedWalk:
     """Places ``xy`` (n, 2) of a walk, metres, by weighted answers and by steps, these of ``step_weight`` (n-1,)."""
 
     xy: FloatArray
