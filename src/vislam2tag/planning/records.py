@@ -154,26 +154,36 @@ def floor_summary(
         ),
         unmet=tuple(_unmet(gap.kind, gap.start, gap.stop, gap.length_m, settings) for gap in design.gaps),
         expected_error_m=None if math.isnan(error_m) else _metres(error_m, 4),
-        expected=tuple(
-            ClassSummary(
-                from_m=one.low_m,
-                to_m=one.high_m,
-                share=round(one.share, 4),
-                sigma_m=_metres(one.sigma_m, 4),
-                error_m=_metres(one.error_m, 4),
-            )
-            for one in design.classes
-        ),
-        further=tuple(
-            FurtherLandmark(
-                x_m=_metres(design.places.position[one.place, 0]),
-                y_m=_metres(design.places.position[one.place, 1]),
-                gain_m=_metres(one.gain_m, 4),
-            )
-            for one in design.further
-        ),
+        expected=_expected(design),
+        further=_further(design),
         tour=_tour(design, every, settings.speed_m_s),
         findings=design.space.findings,
+    )
+
+
+def _expected(design: FloorDesign) -> tuple[ClassSummary, ...]:
+    """What is expected of labels by their distance from the nearest landmark."""
+    return tuple(
+        ClassSummary(
+            from_m=one.low_m,
+            to_m=one.high_m,
+            share=round(one.share, 4),
+            sigma_m=_metres(one.sigma_m, 4),
+            error_m=_metres(one.error_m, 4),
+        )
+        for one in design.classes
+    )
+
+
+def _further(design: FloorDesign) -> tuple[FurtherLandmark, ...]:
+    """The landmarks that would help most beside those of the plan."""
+    return tuple(
+        FurtherLandmark(
+            x_m=_metres(design.places.position[one.place, 0]),
+            y_m=_metres(design.places.position[one.place, 1]),
+            gain_m=_metres(one.gain_m, 4),
+        )
+        for one in design.further
     )
 
 
