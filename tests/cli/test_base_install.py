@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -22,6 +23,10 @@ class Hidden:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Hidden())
+"""
+"""What Python imports at its start (``sitecustomize``), in this process and in those that it starts."""
+RUNNING = """
+import sys
 from vislam2tag.cli import main
 for words in sys.argv[1].split(";"):
     sys.argv = ["vislam2tag", *words.split()]
@@ -38,6 +43,7 @@ SITE = '[[floors]]\nnumber = 0\n[floors.plan]\nfile = "plan.svg"\nextent = {widt
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a survey whose plan is an SVG file; commands write beside it."""
     made = tmp_path_factory.mktemp("base")
+    (made / "sitecustomize.py").write_text(HIDING, encoding="utf-8")
     survey = make_survey(made / "survey", devices=("LG",), seconds=60.0)
     (survey / "site.toml").write_text(SITE, encoding="utf-8")
     (survey / "plan.svg").write_text(SVG, encoding="utf-8")
@@ -46,9 +52,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def base(folder: Path, *commands: str) -> str:
     """What commands print, one after the other in one process."""
-    done = subprocess.run(
-        [sys.executable, "-c", HIDING, ";".join(commands)], cwd=folder, capture_output=True, text=True, check=True
-    )
+    path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
+    command = [sys.executable, "-c", RUNNING, ";".join(commands)]
+    environment = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
     return done.stdout + done.stderr
 
 
