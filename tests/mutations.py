@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
+
+some_or_many = pytest.mark.parametrize("files", [250, pytest.param(2000, marks=pytest.mark.slow)])
+"""How many damaged files a test reads."""
 
 NASTY = [
     b"\x00",

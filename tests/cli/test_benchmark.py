@@ -21,6 +21,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("benchmark", dataset, "--model", "knn", "--set", "knn.k=2", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.changing import Survey, bssid, surveyed, usual_places
 from tests.dataset.factory import small_dataset
 from vislam2tag.dataset.folder import write_dataset
+
+pytestmark = pytest.mark.usefixtures("undrawn_figures")
 
 
 def test_a_later_survey_joins(tmp_path: Path) -> None:

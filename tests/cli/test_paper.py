@@ -8,6 +8,8 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import make_survey
 
+pytestmark = pytest.mark.usefixtures("undrawn_figures")
+
 
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -9,6 +9,8 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.planning.floors import write_ring_site
 
+pytestmark = pytest.mark.usefixtures("undrawn_figures")
+
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:

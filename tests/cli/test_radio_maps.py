@@ -20,6 +20,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.usefixtures("undrawn_figures")
 def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", "--cell", "2m", "--most", "2")
     assert done.returncode == 0, done.stderr

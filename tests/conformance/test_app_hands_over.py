@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.cli.test_receive import large_session, receiving
 from tests.conformance.java import upload
 from tests.receiving.zips import SESSION, digest, session_zip
+
+pytestmark = pytest.mark.slow
 
 PLACE = f"floor_4/LG/{SESSION}"
 

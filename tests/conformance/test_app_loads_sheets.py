@@ -9,6 +9,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import polars as pl
+import pytest
+
+pytestmark = pytest.mark.slow
 
 LOADER = "org.vislam2tag.tools.LandmarksMain"
 

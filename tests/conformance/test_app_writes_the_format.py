@@ -30,6 +30,8 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 from vislam2tag.survey.model import Survey
 
+pytestmark = pytest.mark.slow
+
 SITE_FILES = ("floor_dimensions.csv", "floor_0/marker_dict.csv")
 SECONDS = 75.0
 PLENTY = 100_000_000

@@ -18,6 +18,7 @@ from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.settings import Settings
 
+pytestmark = pytest.mark.slow
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 

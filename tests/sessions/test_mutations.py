@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from tests.mutations import mutate
+from tests.mutations import mutate, some_or_many
 from tests.sessions.raw import clean_files, count_lines, to_bytes
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.clock import clock_mismatch
@@ -22,7 +22,6 @@ from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.survey.names import landmark_id
 
-MUTATIONS = 2000
 LINES = 30
 SETTINGS = FindingSettings()
 UUID = "32ff6e37-9a5b-457c-a5f3-bf91dfa4426e"
@@ -89,11 +88,12 @@ READERS = {
 }
 
 
+@some_or_many
 @pytest.mark.parametrize("name", READERS)
-def test_two_thousand_damaged_files_raise_nothing_and_account_for_every_line(name: str) -> None:
+def test_damaged_files_raise_nothing_and_account_for_every_line(name: str, files: int) -> None:
     rng = np.random.default_rng(20220114)
     clean = to_bytes((clean_files() | {"ble.csv": BLE})[name][:LINES])
-    for number in range(MUTATIONS):
+    for number in range(files):
         data = mutate(clean, rng)
         table = READERS[name](data)
         unreadable = sum(f.count for f in table.findings if f.kind in ("malformed_lines", "partial_last_line"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.mutations import mutate
+from tests.mutations import mutate, some_or_many
 from tests.survey.site import write_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SurveyError
@@ -193,10 +193,11 @@ def test_landmarks_that_may_have_been_seen_without_being_surveyed_are_no_finding
     assert open_survey(write_survey(tmp_path, {"corrections.toml": text})).findings == ()
 
 
-def test_two_thousand_damaged_files_raise_only_our_error(tmp_path: Path) -> None:
+@some_or_many
+def test_damaged_files_raise_only_our_error(tmp_path: Path, files: int) -> None:
     rng = np.random.default_rng(9)
     path = tmp_path / "corrections.toml"
-    for _ in range(2000):
+    for _ in range(files):
         path.write_bytes(mutate(EXAMPLE.encode(), rng))
         with suppress(SurveyError):
             read_corrections(tmp_path)

@@ -143,6 +143,7 @@ def page(text: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[
         yield page, problems
 
 
+@pytest.mark.slow
 def test_the_browser_draws_every_map_and_chart_without_complaint(page: tuple[Page, list[str]]) -> None:
     opened, problems = page
     assert opened.locator(".map .scatterlayer .trace").count() >= 4
@@ -153,6 +154,7 @@ def test_the_browser_draws_every_map_and_chart_without_complaint(page: tuple[Pag
     assert problems == []
 
 
+@pytest.mark.slow
 def test_fingerprints_are_coloured_by_what_is_chosen_and_back(page: tuple[Page, list[str]]) -> None:
     opened, problems = page
     script = """() => document.querySelector('#floor-0 .map').data.filter((trace) => trace.meta)
@@ -169,6 +171,7 @@ def test_fingerprints_are_coloured_by_what_is_chosen_and_back(page: tuple[Page, 
     assert problems == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [390, 1280])
 def test_the_page_is_no_wider_than_the_window(page: tuple[Page, list[str]], width: int) -> None:
     opened, _ = page
