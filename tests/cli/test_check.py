@@ -18,7 +18,7 @@ def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     before = bytes_of(survey)
-    done = vislam2tag("check", survey, "--out", tmp_path / "out", "--jobs", "2")
+    done = vislam2tag("check", survey, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     for text in ("estimated", "90 % interval", "bad landmarks: none", "One more landmark", "sessions: 2 (0 failed)"):
         assert text in done.stdout

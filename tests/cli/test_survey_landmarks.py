@@ -23,7 +23,7 @@ def _survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_path: Path) -> None:
     raw = bytes_of(survey)
     file, report = tmp_path / "completed.csv", tmp_path / "landmarks.json"
-    done = vislam2tag("survey-landmarks", survey, "--out", file, "--report", report, "--jobs", "2")
+    done = vislam2tag("survey-landmarks", survey, "--out", file, "--report", report, "--jobs", "1")
     assert (done.returncode, done.stderr) == (0, "")
     assert "12 landmarks: 3 surveyed, " in done.stdout
     assert done.stdout.endswith(f"landmarks: {file}\n")
@@ -34,7 +34,7 @@ def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_pa
     assert bytes_of(survey) == raw
 
     mapped = vislam2tag(
-        "process", survey, "--out", tmp_path / "out", "--landmarks", file, "--strategy", "smoother", "--jobs", "2"
+        "process", survey, "--out", tmp_path / "out", "--landmarks", file, "--strategy", "smoother", "--jobs", "1"
     )
     assert mapped.returncode == 0, mapped.stderr
     errors = [json.loads(path.read_text())["errors"] for path in (tmp_path / "out/sessions").glob("*.json")]

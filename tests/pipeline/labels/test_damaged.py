@@ -18,8 +18,7 @@ from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 
-ROUNDS = 15
-SITE_ROUNDS = 6
+some_or_many = pytest.mark.parametrize("rounds", [4, pytest.param(15, marks=pytest.mark.slow)])
 FILES = ("poses.csv", "initPoses.csv", "wifi.csv", "sensors.csv")
 UNREADABLE = ("malformed_lines", "partial_last_line")
 
@@ -54,14 +53,19 @@ def check_account(result: SessionResult, folder: Path, out: Path) -> None:
         assert len(read) == rows[RAW[table]]
 
 
+@some_or_many
 @pytest.mark.parametrize("damage", [mutate, exaggerate])
 def test_damaged_files_are_findings_of_their_session_alone(
-    damage: Callable[[bytes, np.random.Generator], bytes], damaged: Path, whole: dict[str, str], tmp_path: Path
+    damage: Callable[[bytes, np.random.Generator], bytes],
+    damaged: Path,
+    whole: dict[str, str],
+    tmp_path: Path,
+    rounds: int,
 ) -> None:
     rng = np.random.default_rng(2)
     session = next(damaged.glob("floor_*/LG/*"))
     clean = {name: (session / name).read_bytes() for name in FILES}
-    for number in range(ROUNDS):
+    for number in range(rounds):
         hurt = rng.choice(FILES, size=rng.integers(1, 3), replace=False)
         for name in FILES:
             (session / name).write_bytes(damage(clean[name], rng) if name in hurt else clean[name])
@@ -78,14 +82,15 @@ def test_damaged_files_are_findings_of_their_session_alone(
         shutil.rmtree(out)
 
 
+@some_or_many
 @pytest.mark.parametrize("name", ["floor_dimensions.csv", "floor_0/marker_dict.csv", "corrections.toml"])
-def test_damaged_site_files_are_findings_or_our_errors(damaged: Path, tmp_path: Path, name: str) -> None:
+def test_damaged_site_files_are_findings_or_our_errors(damaged: Path, tmp_path: Path, name: str, rounds: int) -> None:
     rng = np.random.default_rng(3)
     path = damaged / name
     corrections = b'[[exclude_landmark]]\nid = "2"\n\n[[shift_clock]]\ntable = "wifi"\noffset_s = -0.25\n'
     clean = path.read_bytes() if path.exists() else corrections
     done = 0
-    for number in range(SITE_ROUNDS):
+    for number in range(rounds):
         path.write_bytes(mutate(clean, rng))
         try:
             summary = process(damaged, tmp_path / "out")

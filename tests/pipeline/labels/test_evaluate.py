@@ -268,7 +268,7 @@ def test_nothing_of_an_earlier_evaluation_stays(survey: Path, tmp_path: Path) ->
 
 def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path: Path) -> None:
     before = bytes_of(station_survey)
-    found = evaluate(station_survey, tmp_path / "out", strategies=("smoother",), jobs=2)
+    found = evaluate(station_survey, tmp_path / "out", strategies=("smoother",))
     assert [(row.truth.value, row.way) for row in found.rows if row.over == "walks"][::2] == [
         ("total_station", AT_PRISM),
         ("total_station", AT_CAMERA),
