@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.results import Summary as Summary
     from vislam2tag.labeling.settings import LabelRule as LabelRule
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
+    from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
     from vislam2tag.mapping.registry import MappingStrategy as MappingStrategy
     from vislam2tag.mapping.registry import strategy_named as strategy_named
     from vislam2tag.mapping.registry import strategy_names as strategy_names
@@ -124,7 +125,7 @@ _NAMES = {
     "heights.settings": "HeightSettings",
     "labeling.readings": "label_readings",
     "labeling.results": "SessionResult Summary",
-    "labeling.settings": "LabelRule LabelSettings",
+    "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "mapping.registry": "MappingStrategy strategy_named strategy_names",
     "mapping.settings": "MappingSettings",
     "pipeline.datasets.build": "BuildOptions build_dataset",

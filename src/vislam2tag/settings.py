@@ -6,7 +6,6 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -14,33 +13,20 @@ from pydantic.fields import FieldInfo
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
-from vislam2tag.labeling.settings import LabelSettings
-from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.registration.settings import RegistrationSettings
-from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.survey.settings import SurveySettings
 
 
-class Settings(FiniteRecord):
+class Settings(ProcessSettings):
     """The settings of all commands; each takes its part."""
 
-    strategy: str = "smoother"
-    """Name of the mapping strategy."""
-    survey: SurveySettings = SurveySettings()
-    findings: FindingSettings = FindingSettings()
-    mapping: MappingSettings = MappingSettings()
-    labels: LabelSettings = LabelSettings()
     dataset: DatasetSettings = DatasetSettings()
     split: SplitSettings = SplitSettings()
     coverage: CoverageSettings = CoverageSettings()
     radio_maps: RadioMapSettings = RadioMapSettings()
     plan: PlanSettings = PlanSettings()
     registration: RegistrationSettings = RegistrationSettings()
-
-    def of_labels(self) -> dict[str, Any]:
-        """Those that labels follow from, as JSON holds them: kept with results, which change only with these."""
-        return self.model_dump(mode="json", include={"strategy", "survey", "findings", "mapping", "labels"})
 
 
 def setting_fields(record: type[FiniteRecord] = Settings, prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import tan
+from math import radians, tan
 
 import pytest
 from hypothesis import given
@@ -13,6 +13,10 @@ from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 CAMERA = CameraSettings()
 ALL = tuple(SHEET_SIZES)
+
+
+def test_the_camera_sees_what_the_command_says_it_does_by_default() -> None:
+    assert CAMERA.field_of_view_rad == tuple(round(radians(angle), 4) for angle in (67, 53))
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -109,9 +109,12 @@ def _owner(full_name: str) -> tuple[type[FiniteRecord], FieldInfo]:
 @cache
 def _texts(record: type[FiniteRecord]) -> dict[str, str]:
     """What stands below each field of a class, on one line, for people who see no markup."""
+    texts: dict[str, str] = {}
+    for base in record.__bases__:  # what it inherits is described there
+        if issubclass(base, FiniteRecord):
+            texts |= _texts(base)
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(record))).body
     assert isinstance(body, ast.ClassDef)
-    texts: dict[str, str] = {}
     last = ""
     for node in body.body:
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):

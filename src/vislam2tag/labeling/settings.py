@@ -1,13 +1,17 @@
-"""How readings are labelled."""
+"""How readings are labelled, and all settings that labels follow from."""
 
 from __future__ import annotations
 
 import math
 from enum import StrEnum
+from typing import Any
 
 from pydantic import Field, field_serializer
 
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.survey.settings import SurveySettings
 
 
 class LabelRule(StrEnum):
@@ -36,3 +40,18 @@ class LabelSettings(FiniteRecord):
     def _as_json(self, value: float) -> float | str:
         """JSON has no infinity; as an option, ``inf`` is read back."""
         return value if math.isfinite(value) else "inf"
+
+
+class ProcessSettings(FiniteRecord):
+    """The settings that labels follow from: those of ``process`` and of all that maps sessions as it does."""
+
+    strategy: str = "smoother"
+    """Name of the mapping strategy."""
+    survey: SurveySettings = SurveySettings()
+    findings: FindingSettings = FindingSettings()
+    mapping: MappingSettings = MappingSettings()
+    labels: LabelSettings = LabelSettings()
+
+    def of_labels(self) -> dict[str, Any]:
+        """As JSON holds them, without those that a class made of this one adds: kept with results."""
+        return self.model_dump(mode="json", include=set(ProcessSettings.model_fields))

@@ -17,11 +17,11 @@ from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_names
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
-from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
 
@@ -38,7 +38,7 @@ def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], No
     scores = {}
     for strategy in strategy_names():
         say(f"mapping and labelling with {strategy}")
-        process(out / SURVEY, out / strategy, Settings(strategy=strategy), jobs=jobs)
+        process(out / SURVEY, out / strategy, ProcessSettings(strategy=strategy), jobs=jobs)
         scores[strategy] = score(out / SURVEY, out / strategy)
     rows = [{"strategy": strategy} | asdict(errors) for strategy, errors in scores.items()]
     table = pl.DataFrame(rows).fill_nan(None)

@@ -16,7 +16,7 @@ Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 class CameraSettings(FiniteRecord):
     """What a phone's camera sees, and how near the phone comes to a wall."""
 
-    field_of_view_rad: tuple[Angle, Angle] = (1.169, 0.925)
+    field_of_view_rad: tuple[Angle, Angle] = (1.1694, 0.925)
     """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
     filled: float = Field(default=0.25, gt=0, le=1)
     """A sheet is recognised at first where its image fills this share of the picture (ARCore)."""

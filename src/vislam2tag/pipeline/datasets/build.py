@@ -21,12 +21,12 @@ from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.dataset.transmitters.merged_radios import merged_radios
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
 from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.settings import Settings
 from vislam2tag.survey.names import unique_slugs
 
 Progress = Callable[[str, str | None, int], None]
@@ -46,7 +46,7 @@ class BuildOptions:
     """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
     labels: Path | None = None
     """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
-    labelling: Settings = field(default_factory=Settings)
+    labelling: ProcessSettings = field(default_factory=ProcessSettings)
     """What ``process`` is told if the source is a survey."""
     max_sigma_m: float | None = None
     """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""

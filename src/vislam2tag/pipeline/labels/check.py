@@ -11,6 +11,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.whole_file import whole_file
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
@@ -19,7 +20,6 @@ from vislam2tag.self_check.bad_landmarks import bad_landmarks
 from vislam2tag.self_check.gain_map import GainMap
 from vislam2tag.self_check.record import SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
@@ -49,7 +49,7 @@ class _Collected:
 
 def check(
     survey_root: Path,
-    settings: Settings | None = None,
+    settings: ProcessSettings | None = None,
     *,
     out: Path | None = None,
     landmarks: Path | None = None,
@@ -65,7 +65,7 @@ def check(
     ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
     cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
     """
-    settings = settings or Settings()
+    settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = selected(survey, corrections, selection or Selection())

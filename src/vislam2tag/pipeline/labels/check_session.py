@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
@@ -20,7 +21,6 @@ from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
-from vislam2tag.settings import Settings
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.settings import SmootherSettings
@@ -35,7 +35,7 @@ class CheckedSession:
     gains: SessionGains | None = None
 
 
-def check_session(settings: Settings, task: SessionTask) -> CheckedSession:
+def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     """Read, map and check one session; one that cannot be read or mapped becomes a record with an error."""
     try:
         return _check(settings, task)
@@ -45,7 +45,7 @@ def check_session(settings: Settings, task: SessionTask) -> CheckedSession:
         return CheckedSession(_record(task, error=unexpected(task.ref.key, error)))
 
 
-def _check(settings: Settings, task: SessionTask) -> CheckedSession:
+def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     prepared = prepared_session(task).longest_section()
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)

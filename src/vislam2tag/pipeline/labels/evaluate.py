@@ -14,6 +14,7 @@ from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.evaluation.trajectory_files import READERS
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named, strategy_names
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
@@ -23,7 +24,6 @@ from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.pages.evaluation_page import write_evaluation_page
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 
 PROGRAM = "vislam2tag evaluate"
@@ -37,7 +37,7 @@ Progress = Callable[[SessionEvaluation, int], None]
 def evaluate(
     survey_root: Path,
     out: Path,
-    settings: Settings | None = None,
+    settings: ProcessSettings | None = None,
     *,
     strategies: Sequence[str] = (),
     landmarks: Path | None = None,
@@ -56,7 +56,7 @@ def evaluate(
     or has no truth at all, UsageError for an unknown strategy or a selection that matches nothing, OutputError where
     ``out`` cannot be written or is not ours; a bad session is only counted in ``SurveyEvaluation.failed``.
     """
-    settings, selection = settings or Settings(), selection or Selection()
+    settings, selection = settings or ProcessSettings(), selection or Selection()
     names = tuple(dict.fromkeys(strategies)) or strategy_names()
     for name in names:
         strategy_named(name, settings.mapping)
@@ -130,7 +130,7 @@ def _clear(root: Path) -> None:
         raise OutputError(f"{root}: cannot be written ({error.strerror}); choose another --out") from error
 
 
-def _summed(settings: Settings, names: Sequence[str], sessions: Sequence[SessionEvaluation]) -> SurveyEvaluation:
+def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[SessionEvaluation]) -> SurveyEvaluation:
     return SurveyEvaluation(
         version=__version__,
         strategies=list(names),

@@ -30,13 +30,13 @@ from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE
 from vislam2tag.evaluation.trajectory_files import find_truth, tum_text, tum_text_of_truth
 from vislam2tag.evaluation.truth import Truth
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
@@ -54,7 +54,7 @@ class EvaluationJob:
     """All that a worker needs to evaluate one session."""
 
     task: SessionTask
-    settings: Settings
+    settings: ProcessSettings
     strategies: tuple[str, ...]
     truth: Path | None
     """Folder with a truth file for each session, called by its slug; None: in the sessions' folders."""

@@ -8,9 +8,9 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.trajectory_builder import surveyed_part
 from vislam2tag.sessions.prepared import PreparedSession
-from vislam2tag.settings import Settings
 
 
 def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m: float, needs: str) -> list[Finding]:
@@ -96,7 +96,7 @@ def _not_converged(trajectory: Trajectory) -> list[Finding]:
     return [Finding(kind="not_converged", file="", count=1, message=message)]
 
 
-def pose_lag_findings(lag_s: float | None, settings: Settings) -> list[Finding]:
+def pose_lag_findings(lag_s: float | None, settings: ProcessSettings) -> list[Finding]:
     """Poses stamped later (seconds) than the settings put up with, where the smoother does not allow for it."""
     allowed_for = settings.strategy == "smoother" and settings.mapping.smoother.allow_for_pose_lag
     if lag_s is None or abs(lag_s) <= settings.findings.pose_lag_s or allowed_for:

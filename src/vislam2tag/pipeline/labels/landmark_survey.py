@@ -15,6 +15,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
@@ -24,7 +25,6 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.floors_walked import CLIMB_M
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
@@ -164,7 +164,7 @@ def _heights_above_floor(
 
 def survey_landmarks(
     root: Path,
-    settings: Settings | None = None,
+    settings: ProcessSettings | None = None,
     *,
     floors: tuple[int, ...] = (),
     jobs: int = 1,
@@ -176,7 +176,7 @@ def survey_landmarks(
     that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
     OutputError where a worker is ended from outside; a session that cannot be read is told in its own ``error``.
     """
-    settings = settings or Settings()
+    settings = settings or ProcessSettings()
     survey = open_survey(root, settings.survey.landmark_sigma_m)
     corrections = read_corrections(root)
     there = {ref.key.floor for ref in survey.sessions}

@@ -16,6 +16,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
@@ -24,7 +25,6 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
@@ -37,7 +37,7 @@ Progress = Callable[[Outcome, int], None]
 def process(
     survey_root: Path,
     out: Path,
-    settings: Settings | None = None,
+    settings: ProcessSettings | None = None,
     *,
     landmarks: Path | None = None,
     selection: Selection | None = None,
@@ -54,7 +54,7 @@ def process(
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``Summary.failed``.
     """
-    settings = settings or Settings()
+    settings = settings or ProcessSettings()
     selection = selection or Selection()
     report = progress or _silent
     strategy_named(settings.strategy, settings.mapping)
@@ -112,7 +112,9 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
     return replace(survey, findings=(*survey.findings, *excluded))
 
 
-def run_record(root: Path, landmarks: Path | None, settings: Settings, selection: Selection) -> dict[str, object]:
+def run_record(
+    root: Path, landmarks: Path | None, settings: ProcessSettings, selection: Selection
+) -> dict[str, object]:
     """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
     return {
         "site_files": site_hashes(root),
@@ -163,7 +165,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _reduce(survey: Survey, refs: list[SessionRef], settings: Settings, folder: OutputFolder) -> Summary:
+def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, folder: OutputFolder) -> Summary:
     """Reduce the sessions' results, one at a time, to summary and report."""
 
     def results() -> Iterator[SessionResult]:

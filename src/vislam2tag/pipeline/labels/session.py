@@ -19,6 +19,7 @@ import polars as pl
 from vislam2tag.common.errors import OutputError, SessionError
 from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
 from vislam2tag.mapping.registry import strategy_modules, strategy_named
 from vislam2tag.pipeline.labels.accuracy import truth_mark
@@ -29,7 +30,6 @@ from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.floors_walked import ambiguous_landmarks
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import format_module, hash_inputs
-from vislam2tag.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Job:
     """All that a worker needs to process one session."""
 
     task: SessionTask
-    settings: Settings
+    settings: ProcessSettings
     out: OutputFolder
     code: str
     """Key of the source that processes it (:func:`code_of`)."""
@@ -59,7 +59,7 @@ class Outcome:
     rows: int
 
 
-def code_of(format_name: str, settings: Settings) -> str:
+def code_of(format_name: str, settings: ProcessSettings) -> str:
     """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import."""
     return code_key(__name__, format_module(format_name), *strategy_modules(settings.strategy, settings.mapping))
 

@@ -9,6 +9,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.results import FileAccount, SessionResult
 from vislam2tag.labeling.results_in_new_frame import turned_result
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels import statistics
 from vislam2tag.pipeline.labels.accuracy import error_record
@@ -17,11 +18,10 @@ from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findi
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
-from vislam2tag.settings import Settings
 
 
 def session_result(
-    prepared: PreparedSession, walk: LabelledWalk, settings: Settings, needs: str, fingerprint: str
+    prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings, needs: str, fingerprint: str
 ) -> SessionResult:
     """Reduce a session to its result; ``needs`` is what its strategy says that a walk must have had to be mapped."""
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory

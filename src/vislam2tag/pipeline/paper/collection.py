@@ -17,11 +17,11 @@ from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.transmitters.access_points import access_point_table
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.model import SessionKey, Survey
 
@@ -45,7 +45,7 @@ class Collection:
 
 def paper_collection(
     data: PaperData,
-    settings: Settings,
+    settings: ProcessSettings,
     progress: Progress = lambda _done, _total: None,
     keep: Path | None = None,
 ) -> Collection:

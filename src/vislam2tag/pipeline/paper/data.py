@@ -7,11 +7,11 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.discover import floor_folders, subfolders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
@@ -69,7 +69,7 @@ def _subfolders(folder: Path) -> list[Path]:
         return []
 
 
-def read_mappable(survey: Survey, ref: SessionRef, settings: Settings) -> tuple[Session, Landmarks]:
+def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) -> tuple[Session, Landmarks]:
     """Read a session and the landmarks that it may use, corrected; raises SessionError where it cannot be read."""
     prepared = prepared_session(session_task(ref, survey, read_corrections(survey.root), settings))
     return prepared.session, prepared.landmarks

@@ -29,11 +29,11 @@ from vislam2tag.figures.mapping_figures import landmark_distances, local_mapping
 from vislam2tag.figures.site_figures import landmark_configuration, scan_labels, workflow
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.results import ErrorRecord
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.pipeline.paper.walks import PaperWalks, walk_of
 from vislam2tag.sessions.model import Session
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import Floor, SessionKey
 
 SPLIT = SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30")
@@ -53,7 +53,7 @@ class PaperResults:
 
     data: PaperData
     walks: PaperWalks
-    settings: Settings
+    settings: ProcessSettings
     collected: DatasetStatistics | None
     """The paper's own data set, counted; None where the data has none of it."""
 

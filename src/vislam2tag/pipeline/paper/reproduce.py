@@ -17,6 +17,7 @@ from vislam2tag.evaluation.paper.table_text import csv_text, latex_text, markdow
 from vislam2tag.evaluation.paper.tables import PaperTable, WalkErrors, table_1, table_2
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, labelled_shares
 from vislam2tag.figures.style import name_of, rendered
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
@@ -25,7 +26,6 @@ from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
-from vislam2tag.settings import Settings
 
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3 = "index.html", "walks.csv", "table_3"
@@ -51,7 +51,7 @@ class Reproduced:
 def reproduce(
     root: Path,
     out: Path,
-    settings: Settings | None = None,
+    settings: ProcessSettings | None = None,
     progress: Progress = lambda _what, _done, _total: None,
     model_seeds: int | None = None,
 ) -> Reproduced:
@@ -64,7 +64,7 @@ def reproduce(
     written.
     """
     refuse_without_networks(model_seeds)
-    settings = settings or Settings()
+    settings = settings or ProcessSettings()
     data = open_paper_data(root)
     for survey in data.surveys:
         refuse_among_sessions(survey, out)

@@ -18,8 +18,8 @@ from vislam2tag.evaluation.paper.walks import (
 )
 from vislam2tag.evaluation.total_station.frame import fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
 Progress = Callable[[int, int], None]
@@ -52,7 +52,9 @@ class PaperWalks:
         return [walk for phone in self.phones.values() for walk in phone.found.walks]
 
 
-def paper_walks(data: PaperData, settings: Settings, progress: Progress = lambda _done, _total: None) -> PaperWalks:
+def paper_walks(
+    data: PaperData, settings: ProcessSettings, progress: Progress = lambda _done, _total: None
+) -> PaperWalks:
     """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only told."""
     pressed, phones = _sorted_out(data)
     total = len(pressed) + sum(map(len, phones.values()))
@@ -82,7 +84,7 @@ def _sorted_out(data: PaperData) -> tuple[Refs, dict[Phone, list[tuple[Survey, S
     return pressed, phones
 
 
-def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: Settings) -> None:
+def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: ProcessSettings) -> None:
     try:
         session, landmarks = read_mappable(survey, ref, settings)
     except Vislam2tagError as error:
@@ -93,7 +95,7 @@ def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: S
         walks.pressed.append(press_walk(session, survey.site.floor(ref.key.floor), mapped, settings.labels.max_sigma_m))
 
 
-def _station_phone(refs: Refs, settings: Settings) -> StationPhone:
+def _station_phone(refs: Refs, settings: ProcessSettings) -> StationPhone:
     """Evaluate the walks of one phone; raises SurveyError or SessionError where something of it cannot be used."""
     strict = station_settings(settings.mapping)
     survey, first = refs[0]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.sessions.prepared import SessionTask
-from vislam2tag.settings import Settings
 from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.model import SessionRef, Survey
 
@@ -42,7 +42,7 @@ def selected(survey: Survey, corrections: Corrections, selection: Selection) -> 
     ]
 
 
-def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: Settings) -> SessionTask:
+def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: ProcessSettings) -> SessionTask:
     """Say how a session of a survey is to be read."""
     return SessionTask(ref, survey.site, corrections, settings.survey.landmark_sigma_m, settings.findings)
 

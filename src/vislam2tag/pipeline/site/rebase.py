@@ -17,6 +17,7 @@ from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.results_in_new_frame import changed_result, floors_of_result
 from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import write_table
 from vislam2tag.labeling.tables_in_new_frame import changed_table
 from vislam2tag.pipeline.labels.process import floor_records, site_hashes
@@ -24,7 +25,6 @@ from vislam2tag.pipeline.site.rebase_dataset import rebase_dataset
 from vislam2tag.pipeline.site.write import write_changed_site
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
-from vislam2tag.settings import Settings
 from vislam2tag.survey.changed_files import changed_landmarks_text
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
@@ -134,7 +134,7 @@ def _write_session(labelled: LabelledSurvey, slug: str, folder: Path, changes: M
 def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
     """Write report and summary of what has been changed."""
     try:
-        settings = Settings.model_validate(labelled.settings)
+        settings = ProcessSettings.model_validate(labelled.settings)
     except ValidationError as error:
         raise DatasetError(
             f"{labelled.root}: was made by another version, with other settings; run `vislam2tag process` again"

@@ -17,6 +17,7 @@ from markupsafe import Markup
 
 from vislam2tag.common.palette import STATUS_STYLES, style_of
 from vislam2tag.labeling.results import SessionResult, Summary
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.report.floor_map.arrows import size_m
 from vislam2tag.report.floor_map.figures import TimeBar, time_figure
 from vislam2tag.report.floor_map.layers import session_part
@@ -24,14 +25,13 @@ from vislam2tag.report.page import embedded, write_page
 from vislam2tag.report.run_page.floor_view import FloorView
 from vislam2tag.report.run_page.uncertainty_view import UncertaintyView, event_style
 from vislam2tag.report.run_page.views import Overview, SessionView
-from vislam2tag.settings import Settings
 from vislam2tag.survey.model import Survey
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
 
 def write_report(
-    out_file: Path, survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary
+    out_file: Path, survey: Survey, settings: ProcessSettings, results: Iterable[SessionResult], summary: Summary
 ) -> None:
     """Write the page ``out_file`` about a run over a survey.
 
@@ -47,7 +47,7 @@ class _Pages:
     """Lets the sessions pass once, floor by floor, and keeps of each only its column of the overview."""
 
     survey: Survey
-    settings: Settings
+    settings: ProcessSettings
     results: Iterable[SessionResult]
     summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
@@ -80,7 +80,9 @@ class _Pages:
         return embedded(time_figure(self.bars))
 
 
-def _context(survey: Survey, settings: Settings, results: Iterable[SessionResult], summary: Summary) -> dict[str, Any]:
+def _context(
+    survey: Survey, settings: ProcessSettings, results: Iterable[SessionResult], summary: Summary
+) -> dict[str, Any]:
     pages = _Pages(survey, settings, results, summary)
     assets = resources.files("vislam2tag.report") / "templates"
     return {
