@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,15 @@ from vislam2tag.survey.changed_files import changed_landmarks_text, changed_poin
 from vislam2tag.survey.frame_change import (
     FrameChange,
     FrameChanges,
+    changes_from,
     changes_text,
     estimated_changes,
+    in_frame_of,
     read_changes,
 )
-from vislam2tag.survey.landmark_file import landmarks_from, read_landmark_file
+from vislam2tag.survey.landmark_file import SurveyedLandmark, landmarks_from, read_landmark_file
 from vislam2tag.survey.model import ControlPoints, Floor, Site
+from vislam2tag.survey.site_file import Relation
 
 changes = st.builds(
     FrameChange,
@@ -171,3 +175,42 @@ def test_change_files_that_cannot_be(tmp_path: Path, text: str, message: str) ->
         read_changes(tmp_path / "rebase.toml")
     with pytest.raises(SurveyError, match="no such file"):
         read_changes(tmp_path / "gone.toml")
+
+
+NAN = float("nan")
+MARKS = landmarks_from(
+    [
+        SurveyedLandmark("a", 0, 1.0, 2.0, 1.4, 0.1, 0.5, 0.05, ""),
+        SurveyedLandmark("b", 1, 3.0, 0.0, 1.4, 0.1, 0.5, 0.05, ""),
+        SurveyedLandmark("c", 1, NAN, NAN, NAN, 0.1, NAN, NAN, ""),
+    ]
+)
+
+
+def two_floors(relation: Relation) -> Site:
+    floors = [
+        Floor(number, "", None, None, None, None, ControlPoints((), np.empty((0, 2))), site_T_bcs=each.similarity())
+        for number, each in enumerate((Relation(), relation))
+    ]
+    return Site(tuple(floors), MARKS)
+
+
+def test_floors_that_share_a_frame_change_nothing() -> None:
+    site = two_floors(Relation())
+    assert changes_from(site, 0) == {}
+    assert in_frame_of(MARKS, site, 0) is MARKS
+
+
+def test_landmarks_of_the_other_floor_turn() -> None:
+    site = two_floors(Relation(x_m=10.0, y_m=20.0, angle_deg=90.0))
+    long = replace(MARKS, covariance_bcs=np.where(np.isinf(MARKS.covariance_bcs), np.inf, np.diag([4.0, 1.0])))
+    turned = in_frame_of(long, site, 0)
+    assert turned.position_bcs[:2] == pytest.approx(np.array([[1, 2], [10, 23]]))
+    assert turned.covariance_bcs[1] == pytest.approx(np.diag([1.0, 4.0]))
+    assert turned.heading_rad[:2] == pytest.approx([0.5, 0.5 + np.pi / 2])
+    assert turned.surveyed.tolist() == [True, True, False]
+    assert np.isposinf(turned.covariance_bcs[2]).any()
+    back = in_frame_of(long, site, 1)
+    assert back.position_bcs[1] == pytest.approx([3, 0])
+    change = changes_from(site, 0)[1].new_T_old
+    assert change @ np.array([10.0, 23.0]) == pytest.approx([3, 0])

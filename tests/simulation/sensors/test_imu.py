@@ -7,7 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.simulation.hand_made import START_NS, make_test_walk
+from tests.simulation.worlds import sessions_of
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.context import PressureLog
+from vislam2tag.heights.rides import altitude_m
 from vislam2tag.simulation.building.building import make_building
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.sensors.imu import (
@@ -17,8 +20,9 @@ from vislam2tag.simulation.sensors.imu import (
     ImuLog,
     ImuSettings,
     simulate_imu,
+    with_pressure,
 )
-from vislam2tag.simulation.settings import BuildingSettings, WalkSettings
+from vislam2tag.simulation.settings import BuildingSettings, WalkSettings, stream
 from vislam2tag.simulation.walking.sampling import orientation_at, position_at
 from vislam2tag.simulation.walking.walk import make_walk
 
@@ -142,3 +146,21 @@ def test_magnetic_disturbance_depends_on_the_place() -> None:
 def test_the_walk_starts_the_clock() -> None:
     log = simulated(make_test_walk(), ImuSettings())
     assert START_NS < log.time_ns[0] < START_NS + 30_000_000
+
+
+def test_pressure_falls_with_height_and_leaves_the_other_sensors_alone() -> None:
+    session = sessions_of("clean")[0]
+    walk = session.walk
+    rising = walk.position.copy()
+    rising[:, 2] += np.linspace(0, 12.0, len(rising))
+    walk = type(walk)(**{**vars(walk), "position": rising})
+    log = with_pressure(session.imu, walk, 20.0, stream(1, "pressure"))
+    rows = log.sensor == SENSOR_TYPES.index("PRESSURE")
+    assert rows.sum() == pytest.approx(10 * 80, abs=2)
+    assert np.array_equal(log.values[~rows], session.imu.values)
+    assert set(log.sensor[~rows].tolist()) == set(range(len(INERTIAL_TYPES)))
+    assert np.all(np.diff(log.time_ns) >= 0)
+    time_ns = log.time_ns[rows]
+    height = altitude_m(PressureLog(time_ns, log.values[rows, 0]), time_ns)
+    truth = position_at(walk, time_ns)[:, 2]
+    assert np.abs((height - height[20]) - (truth - truth[20])).max() < 1.0

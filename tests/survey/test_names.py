@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.names import session_slugs, unique_slugs
+from vislam2tag.survey.names import landmark_id, session_slugs, unique_slugs
 
 KEYS = st.builds(SessionKey, st.integers(-3, 3), st.text(min_size=1, max_size=6), st.text(min_size=1, max_size=200))
 
@@ -39,3 +39,44 @@ def test_slugs_are_safe_and_unique_on_every_file_system(keys: list[SessionKey]) 
     slugs = session_slugs(keys)
     assert len({slug.lower() for slug in slugs}) == len(keys)
     assert all(re.fullmatch(r"[A-Za-z0-9._-]{1,140}", slug) for slug in slugs)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("10", "10"),
+        (" 10\t", "10"),
+        ("10.0", "10"),
+        ("10,000", "10"),
+        ("-3.", "-3"),
+        ("007", "7"),
+        ("07.0", "7"),
+        ("+7", "7"),
+        ("-07", "-7"),
+        ("0", "0"),
+        ("00", "0"),
+        ("-0", "0"),
+        ("0A", "0A"),
+        ("07.5", "07.5"),
+        ("10.5", "10.5"),
+        ("1e1", "1e1"),
+        ("Tür A", "Tür A"),
+        ("", ""),
+        ("  ", ""),
+        ("a\x00", ""),
+        ("a;b", ""),
+        ("\ufffd", ""),
+    ],
+)
+def test_ids_have_one_form(text: str, expected: str) -> None:
+    assert landmark_id(text) == expected
+
+
+@given(st.text())
+def test_the_form_is_final(text: str) -> None:
+    assert landmark_id(landmark_id(text)) == landmark_id(text)
+
+
+@given(st.integers())
+def test_integers_are_themselves_however_spelled(number: int) -> None:
+    assert landmark_id(str(number)) == landmark_id(f" {number}.0") == str(number)

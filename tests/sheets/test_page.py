@@ -11,7 +11,7 @@ import pytest
 
 from tests.sheets.printed import printed
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
-from vislam2tag.sheets.page import SheetPage, write_pdf
+from vislam2tag.sheets.page import MISSING, SheetPage, printable, write_pdf
 from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.survey.sheet_size import SHEET_SIZES
@@ -141,3 +141,13 @@ def test_one_image_on_two_pages_is_stored_once(tmp_path: Path) -> None:
     one = len(written(tmp_path, sheet(LOBBY)).read_bytes())
     two = len(written(tmp_path, sheet(LOBBY), sheet(SheetRequest("lobby", floor=2))).read_bytes())
     assert two < 1.2 * one
+
+
+@pytest.mark.parametrize("text", ["lobby 7", "Küche", "Αθήνα", "Москва", "n° 4 – 5", ""])
+def test_european_letters_are_drawn(text: str) -> None:
+    assert printable(text) == text
+
+
+def test_what_is_not_drawn_is_marked() -> None:
+    assert printable("7日") == f"7{MISSING}"
+    assert printable(MISSING) == MISSING
