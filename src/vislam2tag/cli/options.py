@@ -29,7 +29,8 @@ LandmarkFile: TypeAlias = Annotated[
 Floors: TypeAlias = Annotated[list[int] | None, typer.Option(help="Only this floor; repeatable.")]
 Devices: TypeAlias = Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")]
 Replace: TypeAlias = Annotated[
-    bool, typer.Option("--replace", help="Replace what another command or another strategy left in OUT.")
+    bool,
+    typer.Option("--replace", help="Replace labels of another strategy, or a data set of another command, in OUT."),
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
 

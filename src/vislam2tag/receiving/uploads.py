@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
+from vislam2tag.common.records import Record
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip, lies_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
@@ -28,7 +29,7 @@ MOST_WAITING_SIZES = 20
 """... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
 
 
-class _FiledRecord(BaseModel):
+class _FiledRecord(Record, extra="ignore"):
     """Where an upload was filed, and the SHA-256 of its list of checksums."""
 
     session: str

@@ -55,6 +55,23 @@ def test_a_foreign_folder_is_refused_and_untouched(tmp_path: Path) -> None:
     assert names(tmp_path) == {"thesis.txt", "run.json"}
 
 
+@pytest.mark.parametrize(
+    ("made_by", "opened_by", "named"),
+    [
+        ("vislam2tag evaluate", "vislam2tag", "vislam2tag evaluate"),
+        ("vislam2tag", "vislam2tag evaluate", "vislam2tag process"),
+    ],
+)
+def test_what_another_command_wrote_is_refused_by_its_name(
+    tmp_path: Path, made_by: str, opened_by: str, named: str
+) -> None:
+    with claim(tmp_path / "out", {}, made_by):
+        pass
+    with pytest.raises(OutputError, match=f"holds what `{named}` wrote"), claim(tmp_path / "out", {}, opened_by):
+        pass
+    assert names(tmp_path / "out") == {"run.json"}
+
+
 def test_a_file_or_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "out"):

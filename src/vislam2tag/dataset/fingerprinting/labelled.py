@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
@@ -18,7 +19,7 @@ from vislam2tag.labeling.schemas import SCHEMAS
 _AGAIN = "run `vislam2tag process` again"
 
 
-class _RunFile(BaseModel):
+class _RunFile(Record, extra="ignore"):
     """What ``run.json`` says that matters here."""
 
     program: str

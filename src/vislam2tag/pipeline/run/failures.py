@@ -29,7 +29,7 @@ def unexpected(what: object, error: Exception) -> str:
     """Log an exception that ends the work on ``what`` alone, and return a line that tells of it."""
     name = type(error).__name__
     LOG.error("%s: unexpected %s", what, name, exc_info=error)
-    where = f"OUT/{LOG_FILE}; where there is none, -v shows it"
+    where = f"OUT/{LOG_FILE}; where there is none, `vislam2tag -v COMMAND` shows it"
     return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
 
 

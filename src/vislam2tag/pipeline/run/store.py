@@ -109,14 +109,20 @@ def _refuse_foreign(root: Path, program: str) -> None:
     if {path.name for path in root.iterdir()} <= {PARTIAL, LOCK}:
         return
     try:
-        ours = json.loads((root / RUN_FILE).read_bytes())["program"] == program
+        made_by = json.loads((root / RUN_FILE).read_bytes())["program"]
     except (OSError, ValueError, KeyError, TypeError):
-        ours = False
-    if not ours:
+        made_by = None
+    if made_by == program:
+        return
+    if made_by == PROGRAM or str(made_by).startswith(f"{PROGRAM} "):
+        command = f"{PROGRAM} process" if made_by == PROGRAM else made_by
         raise OutputError(
-            f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
-            "choose an empty or new folder for --out"
+            f"{root}: holds what `{command}` wrote; other commands never replace it: choose another --out"
         )
+    raise OutputError(
+        f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
+        "choose an empty or new folder for --out"
+    )
 
 
 def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
