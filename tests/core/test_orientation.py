@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from vislam2tag.core.orientation import camera_to_bcs, multiply
+from vislam2tag.core.orientation import camera_to_bcs, multiply, wrapped
 from vislam2tag.core.tracks import to_plane
 
 seeds = st.integers(0, 2**32 - 1)
@@ -36,3 +36,11 @@ def test_result_is_a_unit_quaternion_with_positive_w(seed: int) -> None:
     result = camera_to_bcs(Rotation.random(9, rng=seed).as_quat(), 0.3)
     np.testing.assert_allclose(np.linalg.norm(result, axis=1), 1, atol=1e-12)
     assert (result[:, 3] >= 0).all()
+
+
+@given(st.floats(-50, 50))
+def test_wrapped_angles_are_the_same_directions_and_those_in_range_stay(angle_rad: float) -> None:
+    found = float(wrapped(np.array([angle_rad]))[0])
+    assert abs(found) <= np.pi + 1e-12
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle_rad), atol=1e-12)
+    assert abs(angle_rad) > np.pi or found == angle_rad

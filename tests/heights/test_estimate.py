@@ -204,12 +204,13 @@ def test_frames_that_cannot_be_used_have_no_height_but_a_floor() -> None:
     assert heights.floor[[0, 1500]].tolist() == [0, 1]
 
 
-@pytest.mark.parametrize("frames", [0, 1, 2])
-def test_tiny_sessions_pass(frames: int) -> None:
+@pytest.mark.parametrize(("frames", "height_m"), [(0, []), (1, [np.nan]), (2, [4.4, 4.4])])
+def test_tiny_sessions_pass_and_one_frame_has_no_height(frames: int, height_m: list[float]) -> None:
     camera = camera_on(np.zeros((frames, 2)))
     landmarks = replace(landmarks_at(STATIONS), storeys=Storeys(0, np.array([0]), np.array([3.0])))
     heights = estimate_heights(camera, _empty_log(), landmarks)
-    assert heights.z_m.tolist() == pytest.approx([4.4] * frames)
+    assert heights.z_m == pytest.approx(np.array(height_m), nan_ok=True)
+    assert heights.floor.tolist() == [0] * frames
 
 
 def _empty_log() -> LandmarkLog:

@@ -19,6 +19,9 @@ from vislam2tag.heights.floors import floor_of_heights
 from vislam2tag.heights.rides import Tie, with_rides_by_landmarks, with_rides_by_pressure
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.heights.vertical import VerticalTrack, vertical_track
+from vislam2tag.smoother.map_moves import seen_rows
+from vislam2tag.smoother.observations import FEWEST_FRAMES
+from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
 CARRIED_SIGMA_M = 0.5
 """How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""
@@ -28,8 +31,6 @@ STOREY_SIGMA_M = 1.0
 """How well the usual height of a storey is known, where elevations are not."""
 SIGHTING_SIGMA_M = 0.1
 SIGHTING_REACH_M = 2.5
-OUT_OF_SIGHT_M = 6.0
-"""A landmark farther off is not seen: when it moves, the tracker moved its map, and with it what is near."""
 BLOCK_S = 1.0
 """Sightings of a landmark within this time count once."""
 PINNED_M = 1e-3
@@ -62,9 +63,15 @@ class _Sightings:
 
 
 def estimate_heights(
-    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, settings: HeightSettings | None = None
+    camera: CameraTrack,
+    log: LandmarkLog,
+    landmarks: Landmarks,
+    settings: HeightSettings | None = None,
+    odometry: Odometry | None = None,
 ) -> Heights:
     """Find the height and floor of each frame of a session; linear in the number of frames.
+
+    ``odometry`` is the session's, where it is known already; a session without a step has none, and no heights.
 
     Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m`` and ``camera.pressure``. A session starts on its
     own floor. Where several floors are possible and none has an elevation, floors are told by the landmarks' floors and
@@ -76,10 +83,12 @@ def estimate_heights(
         return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
     floor = np.full(n, storeys.own, dtype=np.int64)
     z = np.full(n, np.nan)
-    if not camera.usable.any() or (len(storeys.number) < 2 and np.isnan(storeys.elevation_m).all()):
+    told = len(storeys.number) > 1 or np.isfinite(storeys.elevation_m).any()
+    if camera.usable.sum() < FEWEST_FRAMES or not told:
         return Heights(z, floor)
-    track = _track(camera, log)
-    seen = _sightings(camera, log, landmarks, track)
+    odometry = odometry or continuous_odometry(camera, log)
+    track = _track(camera, log, odometry)
+    seen = _sightings(camera, log, landmarks, odometry, track)
     track, rise = _with_rides(track, seen, landmarks, storeys, settings)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
     height, elevation, converged = _solve(track, seen, landmarks, storeys, settings)
@@ -95,14 +104,15 @@ def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
 
     The hundredth of the time spent highest and lowest does not count.
     """
-    if not camera.usable.any():
+    if camera.usable.sum() < FEWEST_FRAMES:
         return 0.0
-    return float(np.ptp(np.quantile(_track(camera, log).height_m, (0.01, 0.99))))
+    track = _track(camera, log, continuous_odometry(camera, log))
+    return float(np.ptp(np.quantile(track.height_m, (0.01, 0.99))))
 
 
-def _track(camera: CameraTrack, log: LandmarkLog) -> VerticalTrack:
+def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:
     """The vertical track, with the rides that air pressure tells where there is any."""
-    track = vertical_track(camera, log)
+    track = vertical_track(camera, log, odometry)
     if camera.pressure is None or not len(camera.pressure.time_ns):
         return track
     return with_rides_by_pressure(track, camera.time_ns[track.frame], camera.pressure)
@@ -128,39 +138,18 @@ def _index(storeys: Storeys, floor: IntArray) -> IntArray:
     return np.searchsorted(storeys.number, floor).astype(np.int64)
 
 
-def _sightings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, track: VerticalTrack) -> _Sightings:
-    """Fresh sightings (:func:`_fresh_rows`) of landmarks of known floor, reduced to one for each block of time."""
+def _sightings(
+    camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, odometry: Odometry, track: VerticalTrack
+) -> _Sightings:
+    """Sightings of landmarks of known floor from nearby, reduced to one for each block of time."""
     known = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
-    rows = _fresh_rows(camera, log)
-    rows = rows[known[log.landmark[rows]] >= 0]
-    rank = usable_rank(camera)[log.frame[rows]]
+    rank = usable_rank(camera)
+    rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
+    away = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
+    rows = rows[(away < SIGHTING_REACH_M) & (known[log.landmark[rows]] >= 0)]
+    rank = rank[log.frame[rows]]
     height = log.position_acs[rows, 1] + track.shift_m[rank]
     return _in_blocks(known[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
-
-
-def _fresh_rows(camera: CameraTrack, log: LandmarkLog) -> IntArray:
-    """Rows at which a landmark was seen near the camera, by the tracker's word where the log has it.
-
-    Otherwise its pose has just changed, and not because the tracker moved its map. Where landmarks out of sight move at
-    all frames, as those of some trackers may, that tells nothing.
-    """
-    position, lost = log.position_acs, log.lost
-    if log.seen is not None:
-        told = np.flatnonzero(log.seen & ~lost)
-        away = np.linalg.norm(position[told] - camera.position_acs[log.frame[told]], axis=1)
-        return np.asarray(told[away < SIGHTING_REACH_M])
-    moved = np.zeros(len(lost), dtype=bool)
-    for axis in range(3):
-        moved[1:] |= position[1:, axis] != position[:-1, axis]
-    moved[1:] &= ~lost[:-1]
-    first = np.diff(log.landmark, prepend=-1) != 0
-    rows = np.flatnonzero((first | moved) & ~lost)
-    apart = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
-    map_moved = np.zeros(len(camera.time_ns), dtype=bool)
-    map_moved[log.frame[rows[(apart > OUT_OF_SIGHT_M) & ~first[rows]]]] = True
-    near: IntArray = rows[apart < SIGHTING_REACH_M]
-    seen: IntArray = near[~map_moved[log.frame[near]]]
-    return seen if len(seen) else near
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:

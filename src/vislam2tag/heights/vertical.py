@@ -9,18 +9,14 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import usable_rank
-from vislam2tag.smoother.medians import running_median
+from vislam2tag.smoother.losses import runs
+from vislam2tag.smoother.odometry import Odometry
+from vislam2tag.smoother.steps import impossible, predicted, usual_miss_m
 
-USUAL_STEPS = 7
-"""Steps between frames of which the median is what the camera was doing."""
 ODD_STEP_M = 0.03
-"""A step this far from the usual one may be the tracker's; only then the landmarks are asked."""
-JUMP_M = 0.1
-JUMP_M_PER_S = 1.5
-"""Nobody changes height faster than this (plus :data:`JUMP_M`): such a step is a jump of the tracker."""
-WALK_M = 0.3
-WALK_M_PER_S = 3.0
-"""Nor does anybody walk faster than this (plus :data:`WALK_M`)."""
+"""A step this far from the predicted one may be the tracker's; only then the landmarks are asked."""
+FASTEST_M_PER_S = 1.5
+"""Nobody changes height faster than this."""
 LARGEST_JUMP_M = 2.0
 """A jump frees the height by its own size, at most by this (standard deviation, metres)."""
 DRIFT_M = 0.015
@@ -63,33 +59,23 @@ class VerticalTrack:
         )
 
 
-def vertical_track(camera: CameraTrack, log: LandmarkLog) -> VerticalTrack:
-    """Take jumps and re-expressions out of the camera's ``ty``; needs at least one usable frame."""
-    frame = np.flatnonzero(camera.usable)
-    time_s = (camera.time_ns[frame] - camera.time_ns[frame[0]]) * 1e-9
+def vertical_track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:
+    """Take jumps and re-expressions out of the camera's ``ty``; ``odometry`` is that of the same walk."""
+    frame, elapsed = odometry.frame, np.diff(odometry.time_s)
     logged = camera.position_acs[frame, 1]
-    elapsed = np.diff(time_s)
     step = np.diff(logged)
-    usual = _usual_steps(step, elapsed)
+    usual = predicted(step, elapsed)
     step = step - _common_steps(camera, log, step, usual)
-    odd = step - usual
-    jump = np.abs(odd) > JUMP_M + JUMP_M_PER_S * elapsed
+    odd = np.abs(step - usual)
+    jump = impossible(odd, usual_miss_m(odd, elapsed, dimensions=1), elapsed, FASTEST_M_PER_S)
+    jump |= odometry.jumped & ~odometry.blind
     step[jump] = usual[jump]
-    plane = camera.plane_acs[frame]
-    walked = np.minimum(np.linalg.norm(np.diff(plane, axis=0), axis=1), JUMP_M_PER_S * elapsed)
-    variance = DRIFT_M**2 * walked + STAIRS_DRIFT_M**2 * np.abs(step) + REST_DRIFT_M**2 * elapsed
-    variance += np.where(jump, np.minimum(np.abs(odd), LARGEST_JUMP_M), 0.0) ** 2
-    variance += _loss_variance(camera, log, elapsed)
+    variance = DRIFT_M**2 * odometry.walked_m + STAIRS_DRIFT_M**2 * np.abs(step) + REST_DRIFT_M**2 * elapsed
+    variance += np.where(jump, np.minimum(odd, LARGEST_JUMP_M), 0.0) ** 2
+    variance += _loss_variance(odometry.blind, elapsed)
     height = logged[0] + np.concatenate(([0.0], np.cumsum(step)))
     gained = np.concatenate(([0.0], np.cumsum(variance)))
-    return VerticalTrack(frame, time_s, height, height - logged, gained, _speed(time_s, plane))
-
-
-def _usual_steps(step: FloatArray, elapsed: FloatArray) -> FloatArray:
-    """Vertical steps (f - 1,) that the neighbouring ones lead to expect, metres."""
-    if not len(step):
-        return step
-    return running_median(step / elapsed, USUAL_STEPS) * elapsed
+    return VerticalTrack(frame, odometry.time_s, height, height - logged, gained, _speed(odometry))
 
 
 def _common_steps(camera: CameraTrack, log: LandmarkLog, step: FloatArray, usual: FloatArray) -> FloatArray:
@@ -120,32 +106,18 @@ def _medians(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
     return median
 
 
-def _loss_variance(camera: CameraTrack, log: LandmarkLog, elapsed: FloatArray) -> FloatArray:
-    """Variance (f - 1,) of the height gained in steps to frames at which tracking was lost, and out of a loss."""
-    lost = _lost(camera, log)
-    blind: BoolArray = lost[1:] | lost[:-1]
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], blind, [False]))))
+def _loss_variance(blind: BoolArray, elapsed: FloatArray) -> FloatArray:
+    """Variance (f - 1,) of the height gained in steps over which tracking was lost, m^2; ``elapsed`` (f - 1,) s."""
     variance = np.zeros(len(elapsed))
-    for start, stop in edges.reshape(-1, 2).tolist():
+    for start, stop in runs(blind):
         lasting = elapsed[start:stop]
         variance[start:stop] = LOSS_M_PER_S**2 * lasting * lasting.sum()
     return variance
 
 
-def _lost(camera: CameraTrack, log: LandmarkLog) -> BoolArray:
-    """Mask (f,) of the usable frames without tracking: by the tracker's word, or all landmarks logged are lost."""
-    if camera.state is not None:
-        return np.asarray(~camera.state.tracking[camera.usable])
-    rank, frames = usable_rank(camera), int(np.count_nonzero(camera.usable))
-    logged = np.bincount(rank[log.frame], minlength=frames)
-    gone = np.bincount(rank[log.frame[log.lost]], minlength=frames)
-    return np.asarray((logged > 0) & (gone == logged))
-
-
-def _speed(time_s: FloatArray, plane: FloatArray) -> FloatArray:
-    """Horizontal speed (f,): the way between half a second before and after, jumps left out, m/s."""
-    step = np.diff(plane, axis=0, prepend=plane[:1])
-    step[np.linalg.norm(step, axis=1) > WALK_M + WALK_M_PER_S * np.diff(time_s, prepend=time_s[0])] = 0.0
-    before, after, walk = time_s - 0.5, time_s + 0.5, np.cumsum(step, axis=0)
-    way = [np.interp(after, time_s, walk[:, axis]) - np.interp(before, time_s, walk[:, axis]) for axis in (0, 1)]
+def _speed(odometry: Odometry) -> FloatArray:
+    """Horizontal speed (f,): the way between half a second before and after, m/s."""
+    time_s = odometry.time_s
+    axes = (odometry.path.real, odometry.path.imag)
+    way = [np.interp(time_s + 0.5, time_s, part) - np.interp(time_s - 0.5, time_s, part) for part in axes]
     return np.asarray(np.hypot(*way))

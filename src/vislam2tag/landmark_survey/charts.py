@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 
@@ -156,7 +157,7 @@ def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
     for turn in turns.tolist():
         shift = a - b * np.exp(1j * turn)
         middle = complex(np.median(shift.real), np.median(shift.imag))
-        off, off_rad = np.abs(shift - middle) / place_m, _wrapped(heading - turn) / SAME_HEADING_RAD
+        off, off_rad = np.abs(shift - middle) / place_m, wrapped(heading - turn) / SAME_HEADING_RAD
         agreeing = int(np.sum(off < 1) + np.sum(np.abs(off_rad) < 1))
         cost = float(np.log1p(off**2).sum() + np.log1p(off_rad**2).sum())
         if agreeing >= FEWEST_AGREEING and cost < least:
@@ -172,7 +173,3 @@ def _turns_of_pairs(a: ComplexArray, b: ComplexArray) -> FloatArray:
     chosen = np.argsort(-apart, kind="stable")[:MOST_PAIRS]
     chosen = chosen[apart[chosen] > LEAST_APART_M]
     return np.angle(way_a[chosen] * way_b[chosen].conj())
-
-
-def _wrapped(angle_rad: FloatArray) -> FloatArray:
-    return np.asarray((angle_rad + np.pi) % (2 * np.pi) - np.pi)

@@ -14,6 +14,7 @@ from math import ceil, log
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
 from vislam2tag.landmark_survey.local_map import LocalMap
@@ -173,8 +174,7 @@ def _linear(joined: LandmarkMap, number: int) -> _Linear:
     frame[: 2 * k, :2] = np.tile(-rotation, (k, 1))
     frame[: 2 * k, 2] = np.column_stack((arm.imag, -arm.real)).ravel()
     frame[2 * k :, 2] = -1
-    wrapped = (turned + np.pi) % (2 * np.pi) - np.pi
-    residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped))
+    residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped(turned)))
     column = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * len(joined.position) + landmark))
     shift = np.concatenate((np.repeat(joined.doubts.shift_m**2 * joined.doubts.shift[number], 2), np.zeros(k)))
     rows = own.observed
@@ -233,7 +233,7 @@ def _survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
     turned = np.where(headed, known.heading_rad - joined.heading_rad, 0.0)
     heading = np.arange(2 * marks, 3 * marks)
     information[heading, heading] = worth
-    right[heading] = worth * ((turned + np.pi) % (2 * np.pi) - np.pi)
+    right[heading] = worth * wrapped(turned)
     return information, right
 
 

@@ -149,6 +149,7 @@ def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, lan
         rewritten=np.zeros(count, dtype=np.bool_),
         aside_m2=zero,
         jumped=np.zeros(count - 1, dtype=np.bool_),
+        blind=np.zeros(count - 1, dtype=np.bool_),
         events=(),
     )
     away = as_complex(sheets.position[landmark]) - as_complex(path[at])

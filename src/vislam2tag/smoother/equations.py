@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.smoother.chain import NormalEquations
 from vislam2tag.smoother.drift import STATES
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
@@ -102,7 +103,7 @@ def heading_origin(model: Model, known: KnownLandmarks) -> FloatArray:
 def heading_residual(model: Model, known: KnownLandmarks) -> FloatArray:
     """(p,) from each logged heading to the landmark's, rad, wrapped; 0 where none is logged."""
     miss = heading_origin(model, known)[model.walked.passes.landmark] - model.heading_rad
-    return np.where(model.headed, (miss + np.pi) % (2 * np.pi) - np.pi, 0.0)
+    return np.where(model.headed, wrapped(miss), 0.0)
 
 
 def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, pinned: bool) -> NormalEquations:

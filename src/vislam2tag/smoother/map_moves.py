@@ -1,4 +1,4 @@
-"""Steps in which the tracker rewrote its map: landmarks and anchors moved that nobody was looking at."""
+"""When landmarks were seen, and when they moved because the tracker rewrote its map: nobody was looking at them."""
 
 from __future__ import annotations
 
@@ -77,6 +77,20 @@ def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> M
     tells = moved[step] & changed
     lever = LEVER_M if orientation_is_estimated(log) else 0.0
     return _fit(points, lever, before[tells], after[tells], step[tells], moved, np.asarray(sighted))
+
+
+def seen_rows(log: LandmarkLog, rewritten: BoolArray) -> IntArray:
+    """Rows (r,) in which a landmark was seen at that moment, by the tracker's word where the log has it.
+
+    Otherwise a landmark's first row, and those whose place has just changed in the plane though the tracker did not
+    rewrite its map: ``rewritten`` (k,) tells of each row whether it did so at that frame. What is held unseen stays.
+    """
+    if log.seen is not None:
+        return np.flatnonzero(log.seen & ~log.lost)
+    held = np.flatnonzero(~log.lost)
+    first = np.diff(log.landmark[held], prepend=-1) != 0
+    changed = np.abs(np.diff(as_complex(log.plane_acs[held]), prepend=np.inf)) > MOVED_M
+    return np.asarray(held[first | (changed & ~rewritten[held])])
 
 
 def _points(camera: CameraTrack, log: LandmarkLog) -> _Points:

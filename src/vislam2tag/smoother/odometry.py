@@ -16,6 +16,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.faults import EventKind, TrackerEvent
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.smoother.excursions import find_excursions, returned
@@ -29,16 +30,10 @@ from vislam2tag.smoother.losses import (
     walkable_m,
 )
 from vislam2tag.smoother.map_moves import MapMoves, map_moves
-from vislam2tag.smoother.medians import median_of
+from vislam2tag.smoother.steps import AFTER, BEFORE, IMPOSSIBLE, impossible, predicted, predicted_in_plane, usual_miss_m
 
-BEFORE, AFTER = (-3, -2, -1), (1, 2, 3)
-"""Neighbouring steps whose median predicts a step."""
 SUSPICIOUS = 5.0
 """A step that misses its prediction by more than this many standard deviations may have slipped by the excess."""
-IMPOSSIBLE = 10.0
-"""... and by more than this, and by more than anybody walks, is none at all."""
-LEAST_SPREAD_M = 0.003
-"""Predictions of steps are not trusted better than this."""
 JUMP_SHARE = 0.1
 """Where a jump led is known within this share of its size, of a metre at most."""
 TURN_SIGMA_RAD = 0.03
@@ -79,6 +74,8 @@ class Odometry:
     """(n,) variances per axis of where the camera was amid an excursion, beyond what its neighbours leave open."""
     jumped: BoolArray
     """(n - 1,) steps over which nothing connects: breaks, corrections, losses."""
+    blind: BoolArray
+    """(n - 1,) steps into, in and out of a loss of tracking, and those without any frame for long."""
     events: tuple[TrackerEvent, ...]
 
 
@@ -134,7 +131,8 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     local = np.where(verdict.update, with_map * turn[1:], local)
     jump_m2, jump_rad2 = _freedom(steps, moves, verdict)
     aside_m2 = np.zeros(len(frame))
-    alone, unknown = verdict.jump & ~moves.moved, lost[1:] | lost[:-1] | frozen[1:] | frozen[:-1] | hole
+    alone, blind = verdict.jump & ~moves.moved, lost[1:] | lost[:-1] | hole
+    unknown = blind | frozen[1:] | frozen[:-1]
     for trip in find_excursions((steps.moved - steps.expected) * turn[:-1], alone, unknown, np.abs(local)):
         span = slice(trip.away, trip.back + 1)
         local[span], aside_m2[trip.away + 1 : trip.back + 2] = returned(trip, local[span])
@@ -159,30 +157,16 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         rewritten=np.concatenate(([False], moves.moved)),
         aside_m2=aside_m2,
         jumped=verdict.jump | lost[1:] | frozen[1:] | hole,
+        blind=blind,
         events=_events(frame, steps, moves, verdict, with_map, _loss_events(camera, frame, losses, raw)),
     )
 
 
 def _steps(raw: ComplexArray, time_s: FloatArray, twist: FloatArray) -> _Steps:
     moved, dt = np.diff(raw), np.diff(time_s)
-    expected, before, after = (_predicted(moved, dt, those) for those in (BEFORE + AFTER, BEFORE, AFTER))
-    miss = np.abs(moved - expected)
-    moving = miss[miss > 0]
-    # The median of a two-dimensional normal's length is 1.18 standard deviations per axis.
-    usual = float(np.median(moving)) / 1.18 if moving.size else 0.0
-    spread = np.maximum(usual, LEAST_SPREAD_M) * np.maximum(dt / np.median(dt), 1.0)
+    expected, before, after = (predicted_in_plane(moved, dt, those) for those in (BEFORE + AFTER, BEFORE, AFTER))
+    spread = usual_miss_m(np.abs(moved - expected), dt, dimensions=2)
     return _Steps(moved, dt, twist, expected, before, after, spread)
-
-
-def _predicted(step: ComplexArray, dt: FloatArray, neighbours: tuple[int, ...]) -> ComplexArray:
-    """Median rate of the neighbours of each step (n - 1,), times its time."""
-    rate = step / dt
-    reach = max(AFTER)
-    padded = np.pad(rate, reach, mode="edge")
-    x, y = (
-        median_of([part[reach + k : reach + k + len(rate)] for k in neighbours]) for part in (padded.real, padded.imag)
-    )
-    return np.asarray((x + 1j * y) * dt)
 
 
 def _twist(orientation_acs: FloatArray) -> FloatArray:
@@ -191,7 +175,7 @@ def _twist(orientation_acs: FloatArray) -> FloatArray:
     bx, by, bz, bw = orientation_acs[1:].T
     y = -bw * ay + by * aw + bx * az - bz * ax
     w = bw * aw + bx * ax + by * ay + bz * az
-    return np.asarray((2 * np.arctan2(y, w) + np.pi) % (2 * np.pi) - np.pi)
+    return wrapped(2 * np.arctan2(y, w))
 
 
 def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolArray) -> _Verdict:
@@ -202,8 +186,7 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
     miss_with_map = np.abs(with_map - np.where(frozen, 0, likely)).min(axis=0)
     limit = np.where(frozen, walkable_m(frozen, steps.dt), IMPOSSIBLE * steps.spread_m)
     update = moves.moved & (miss_with_map < np.minimum(miss, limit))
-    impossible = np.maximum(IMPOSSIBLE * steps.spread_m, FASTEST_M_S * steps.dt)
-    jump = ~update & ~frozen & (miss > impossible)
+    jump = ~update & ~frozen & impossible(miss, steps.spread_m, steps.dt, FASTEST_M_S)
     turned = np.where(update | (jump & _told(moves)), np.angle(moves.turn), 0.0)
     return _Verdict(update, jump, ~update & ~jump & ~frozen, turned)
 
@@ -218,7 +201,7 @@ def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatAr
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
     jump_m2 = np.where(verdict.jump, led, 0.0)
     # A camera that turned in no time may have been turned with its map, or not.
-    camera_turn = steps.twist - np.real(_predicted(steps.twist.astype(np.complex128), steps.dt, BEFORE + AFTER))
+    camera_turn = steps.twist - predicted(steps.twist, steps.dt)
     turn = np.where(_told(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
     uneven = np.minimum(moves.misfit_m / 1.0, TURN_SIGMA_RAD)
     return jump_m2, np.where(verdict.jump, turn, np.where(verdict.update, uneven, 0.0)) ** 2

@@ -1,8 +1,7 @@
 """Passes of landmarks: what the tracker saw of a sheet while the camera went by, condensed to one observation.
 
-Only fresh sightings count: rows in which the tracker says that it saw the sheet; where the log does not tell, those in
-which the logged pose just changed, near enough, and not because the tracker rewrote its map. Hundreds of neighbouring
-frames share their error, so a pass counts once.
+Only those rows count in which the sheet was seen at that moment (:func:`vislam2tag.smoother.map_moves.seen_rows`), near
+enough. Hundreds of neighbouring frames share their error, so a pass counts once.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.smoother.map_moves import MOVED_M, group_sums, orientation_is_estimated, sheet_heading
+from vislam2tag.smoother.map_moves import group_sums, orientation_is_estimated, seen_rows, sheet_heading
 from vislam2tag.smoother.odometry import Odometry
 
 PAUSE_S = 2.0
@@ -45,13 +44,13 @@ class Passes:
 
 
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
-    """Condense the fresh sightings within ``range_m`` (horizontal, metres) to passes.
+    """Condense the sightings within ``range_m`` (horizontal, metres) to passes.
 
     Where the tracker jumps amid a pass, only the sightings on the nearest one's side of the jump count.
     """
     rank = np.full(len(camera.time_ns), -1, dtype=np.int64)
     rank[odometry.frame] = np.arange(len(odometry.frame))
-    rows = _fresh_rows(log, rank, odometry)
+    rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
     at = rank[log.frame[rows]]
     away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
     distance = np.abs(away)
@@ -85,18 +84,6 @@ def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:
     new = (np.diff(landmark) != 0) | (np.diff(time_s) > PAUSE_S)
     group = np.concatenate((np.zeros(min(len(landmark), 1), dtype=np.int64), np.cumsum(new)))
     return group, int(group[-1]) + 1 if len(group) else 0
-
-
-def _fresh_rows(log: LandmarkLog, rank: IntArray, odometry: Odometry) -> IntArray:
-    """Rows in which a landmark was seen: those told, or first ones and those that changed without a rewritten map."""
-    if log.seen is not None:
-        return np.flatnonzero(log.seen & ~log.lost)
-    held = np.flatnonzero(~log.lost)
-    plane = as_complex(log.plane_acs[held])
-    first = np.diff(log.landmark[held], prepend=-1) != 0
-    changed = np.abs(np.diff(plane, prepend=np.inf)) > MOVED_M
-    rewritten = odometry.rewritten[rank[log.frame[held]]]
-    return np.asarray(held[first | (changed & ~rewritten)])
 
 
 def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:

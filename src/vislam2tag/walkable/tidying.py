@@ -8,6 +8,7 @@ from scipy.spatial.distance import cdist
 from skimage.measure import approximate_polygon
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.network import Network, Strand, line_length
 from vislam2tag.walkable.space import WalkableSpace
@@ -124,7 +125,7 @@ def _turns(line: FloatArray, least_rad: float) -> list[int]:
     """Corners of a line (k, 2) at which it turns."""
     legs = np.diff(line, axis=0)
     heading = np.arctan2(legs[:, 1], legs[:, 0])
-    bend = (np.diff(heading) + np.pi) % (2 * np.pi) - np.pi
+    bend = wrapped(np.diff(heading))
     along = np.cumsum(np.linalg.norm(legs, axis=1))[:-1]
     turns: list[int] = []
     start = 0

@@ -41,7 +41,8 @@ class Smoother:
         smoothed = smooth(walked, KnownLandmarks.of(log.ids, landmarks))
         if smoothed is None:
             return nothing
-        frame, heights = walked.odometry.frame, estimate_heights(camera, log, landmarks, self.heights)
+        heights = estimate_heights(camera, log, landmarks, self.heights, walked.odometry)
+        frame = walked.odometry.frame
         path, spread, rotation = mapped_path(smoothed)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         position = np.column_stack((path, heights.z_m[frame]))

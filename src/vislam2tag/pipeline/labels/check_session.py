@@ -23,6 +23,7 @@ from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import KnownLandmarks
 from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
@@ -50,7 +51,8 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
-    floor = _floors(prepared, settings.mapping.heights)[smoothed.model.walked.odometry.frame]
+    odometry = smoothed.model.walked.odometry
+    floor = _floors(prepared, settings.mapping.heights, odometry)[odometry.frame]
     metres = walked_metre_by_metre(smoothed)
     found = session_gains(
         gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
@@ -70,10 +72,10 @@ def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed
     return smoothed
 
 
-def _floors(prepared: PreparedSession, settings: HeightSettings) -> IntArray:
+def _floors(prepared: PreparedSession, settings: HeightSettings, odometry: Odometry) -> IntArray:
     """Floor (n,) of each camera frame."""
     session = prepared.session
-    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks, settings).floor
+    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks, settings, odometry).floor
     return floor if len(floor) else np.full(len(session.camera.time_ns), session.key.floor)
 
 

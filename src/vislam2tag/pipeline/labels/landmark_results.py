@@ -194,7 +194,7 @@ def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None
     sigma = float(joined.heading_sigma_rad[index])
     if not sigma < GREATEST_HEADING_SIGMA_RAD:
         return None, None
-    heading = (float(joined.heading_rad[index]) + math.pi) % (2 * math.pi) - math.pi
+    heading = math.remainder(float(joined.heading_rad[index]), math.tau)
     return round(heading, 4), max(round(sigma, 4), 1e-4)
 
 

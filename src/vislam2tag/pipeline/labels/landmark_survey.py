@@ -97,7 +97,7 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     local = LocalMap.of(smoothed)
     climbed = vertical_span_m(camera, log) >= CLIMB_M
     around = _over_all_floors(site, landmarks) if climbed else landmarks
-    heights = estimate_heights(camera, log, around, settings.heights)
+    heights = estimate_heights(camera, log, around, settings.heights, walked.odometry)
     floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
         _place(site.landmarks, landmarks, log.ids[index], floor)

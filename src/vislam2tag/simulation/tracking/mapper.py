@@ -7,6 +7,7 @@ landmark is seen, or when a loop correction moves it. Everything horizontal is i
 from __future__ import annotations
 
 import cmath
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 from itertools import pairwise
@@ -162,7 +163,7 @@ class Mapper:
         seen_at = complex(self._observed(slice(frame, frame + 1), landmark)[0])
         drift = seen_at - complex(self._anchor[landmark])
         turned = float(np.angle(self._turn * self._odometry.factor[frame]) - self._seen_turn[landmark])
-        turned = (turned + np.pi) % (2 * np.pi) - np.pi
+        turned = math.remainder(turned, math.tau)
         relocalised = abs(drift) > RELOCALISE_M
         share = 1.0 if relocalised else float(self._rng.uniform(*self._settings.loop_share))
         self._displace(seen_at, -share * turned, -share * drift)

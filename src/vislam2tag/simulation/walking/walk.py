@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.settings import WalkSettings
 from vislam2tag.simulation.walking.floor_tour import FloorTour, floor_of, lay_floor_tour, lifts_ridden, stairs_climbed
@@ -107,7 +108,7 @@ def _turn_to_sheets(
     nearest = passed[np.searchsorted(middles, np.arange(len(heading)))]
     to_sheet = floor.landmark_position[nearest, :2] - plane
     bearing = np.arctan2(to_sheet[:, 1], to_sheet[:, 0])
-    turn = (bearing - heading + np.pi) % (2 * np.pi) - np.pi
+    turn = wrapped(bearing - heading)
     return np.asarray(gaussian_filter1d(heading + look * turn, 0.12 * RATE_HZ, mode="nearest"))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import stream
@@ -51,7 +52,7 @@ def _marker_dict(floor: SimulatedFloor, columns: frozenset[SiteColumn], seed: in
         xy = xy + further["sigma_m"][:, None] * rng[SiteColumn.SIGMA].standard_normal((count, 2))
     if SiteColumn.HEADING in columns:
         off = HEADING_SIGMA_RAD * rng[SiteColumn.HEADING].standard_normal(count)
-        further["heading_rad"] = (floor.landmark_heading_rad + off + np.pi) % (2 * np.pi) - np.pi
+        further["heading_rad"] = wrapped(floor.landmark_heading_rad + off)
         further["heading_sigma_rad"] = np.full(count, HEADING_SIGMA_RAD)
     frame = pl.DataFrame({"id": floor.landmark_ids, "x": xy[:, 0], "y": xy[:, 1], **further})
     return comma_separated(frame, header=True)
