@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import UNKNOWN_M, SpreadRadii, fitted_radii, radius_scale
 
 
@@ -33,7 +34,7 @@ def test_radii_hold_new_errors_and_are_saved() -> None:
     error = np.hypot(1.0, spread) * rng.rayleigh(1.0, 4000)
     radii = fitted_radii(error[:2000], spread[:2000])
     assert radii.base_m == pytest.approx(np.median(error[:2000]))
-    r68, r95 = SpreadRadii.restored({"radii": radii.array()}, "radii").radii_m(spread[2000:])
+    r68, r95 = SpreadRadii.restored(CheckedArrays({"radii": radii.array()}), "radii").radii_m(spread[2000:])
     assert np.mean(error[2000:] <= r68) == pytest.approx(0.68, abs=0.03)
     assert np.mean(error[2000:] <= r95) == pytest.approx(0.95, abs=0.015)
     assert (np.diff(r95[np.argsort(spread[2000:])]) >= 0).all()

@@ -93,6 +93,8 @@ def test_unknown_models_are_told() -> None:
         ({"k": "five"}, "model knn: k='five': give something like 3"),
         ({"k": 2.5}, "model knn: k=2.5: give something like"),
         ({"k": True}, "model knn: k=True: give something like"),
+        ({"k": 10**20}, "model knn: k=100000000000000000000: give something like"),
+        ({"exponent": -1e300}, r"model knn: exponent=-1e\+300: give something like"),
         ({"exponent": float("nan")}, "model knn: exponent=nan: give something like 0.0"),
         ({"distance": ["cosine"]}, r"model knn: distance=\['cosine'\]: give something like 'sorensen'"),
     ],

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
-from vislam2tag.core.arrays import AnyArray, FloatArray
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
 SMALLEST_SCALE_M = 0.1
@@ -65,9 +65,9 @@ class SpreadRadii:
         return np.array([self.base_m, self.scale.factor_68, self.scale.factor_95])
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray], name: str) -> Self:
-        """Take back what :meth:`array` gave."""
-        base_m, factor_68, factor_95 = (float(number) for number in arrays[name])
+    def restored(cls, arrays: CheckedArrays, name: str) -> Self:
+        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        base_m, factor_68, factor_95 = (float(number) for number in arrays.floats(name, 3, least=0.0))
         return cls(base_m, RadiusScale(factor_68, factor_95))
 
 

@@ -11,15 +11,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import JsonValue, ValidationError
+from pydantic import BaseModel, Field, JsonValue, ValidationError
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import ModelError
+from vislam2tag.common.errors import ModelError, UsageError, first_line
 from vislam2tag.common.records import Record
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
@@ -53,11 +53,17 @@ class ModelHeader(Record):
     model: str
     """Name of the model."""
     parameters: dict[str, JsonValue]
-    access_points: tuple[str, ...]
-    storeys: tuple[Storey, ...]
+    access_points: Annotated[tuple[str, ...], Field(min_length=1)]
+    storeys: Annotated[tuple[Storey, ...], Field(min_length=1)]
     origin: ModelOrigin
     checksum: str = ""
     """SHA-256 over the rest of the header and all arrays; empty while it is computed."""
+
+
+class _Version(BaseModel):
+    """The one field that headers of all versions have."""
+
+    format_version: int
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def save_model(saved: SavedModel, path: Path) -> None:
 
 
 def load_model(path: Path) -> SavedModel:
-    """Read a model's file.
+    """Read a model's file; nothing of it is used before header and arrays were checked.
 
     Raises ModelError where it is none, damaged, or of a later version, and UsageError where the model needs what is
     not installed.
@@ -100,24 +106,26 @@ def load_model(path: Path) -> SavedModel:
     model.access_points_, model.storeys_ = header.access_points, header.storeys
     try:
         model.restore(arrays)
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except Exception as error:  # a model may be of another package
         raise ModelError(
             f"{path}: holds a {header.model} model of version {header.program_version} that version {__version__} "
-            f"cannot use ({error}); train again"
+            f"cannot use ({first_line(error)}); train again"
         ) from error
     return SavedModel(header.model, model, header.origin)
 
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
+    if path.exists() and not path.is_file():
+        raise ModelError(f"{path}: cannot be read: it is no plain file; give a file that train wrote")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - it is no dictionary
     except OSError as error:
         raise ModelError(f"{path}: cannot be read ({error.strerror or error}); give a file that train wrote") from error
-    except SafetensorError as error:
+    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:  # types that NumPy has not
         raise ModelError(
-            f"{path}: is no model, or damaged ({error}); give a file that `vislam2tag train` wrote"
+            f"{path}: is no model, or damaged ({first_line(error)}); give a file that `vislam2tag train` wrote"
         ) from error
     if _KEY not in metadata:
         raise ModelError(f"{path}: is of another program; give a file that `vislam2tag train` wrote")
@@ -126,12 +134,17 @@ def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
 
 def _header(path: Path, text: str) -> ModelHeader:
     try:
-        version = int(json.loads(text)["format_version"])
+        version = _Version.model_validate_json(text).format_version
         if version > FORMAT_VERSION:
             raise ModelError(f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update")
-        return ModelHeader.model_validate_json(text)
-    except (ValueError, KeyError, TypeError, ValidationError) as error:
-        raise ModelError(f"{path}: is damaged ({str(error).splitlines()[0]}); train again") from error
+        header = ModelHeader.model_validate_json(text)
+    except ValidationError as error:
+        wrong = error.errors()[0]
+        where = ".".join(map(str, wrong["loc"])) or "header"
+        raise ModelError(f"{path}: is damaged ({where}: {wrong['msg']}); train again") from error
+    if len(set(header.access_points)) < len(header.access_points):
+        raise ModelError(f"{path}: is damaged (access_points: one is named twice); train again")
+    return header
 
 
 def _made(path: Path, header: ModelHeader) -> Positioner:
@@ -143,8 +156,12 @@ def _made(path: Path, header: ModelHeader) -> Positioner:
     unknown = sorted(header.parameters.keys() - model.get_params().keys())
     if unknown:
         raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
-    model.set_params(**{name: tuple(v) if isinstance(v, list) else v for name, v in header.parameters.items()})
-    return model
+    try:
+        return model_named(
+            header.model, **{name: tuple(v) if isinstance(v, list) else v for name, v in header.parameters.items()}
+        )
+    except UsageError as error:
+        raise ModelError(f"{path}: is damaged ({error}); train again") from error
 
 
 def _checksum(fields: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
@@ -89,6 +88,8 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Take back what :meth:`arrays` gave; ``access_points_`` and ``storeys_`` are set already."""
 
 
+GREATEST = 2**32 - 1
+"""No parameter is greater; seeds go so far."""
 ModelFactory = Callable[..., Positioner]
 MODELS: Registry[ModelFactory] = Registry(plugins.MODELS)
 register = MODELS.add
@@ -102,7 +103,7 @@ def model_named(name: str, **parameters: Any) -> Positioner:
     for parameter, value in parameters.items():
         if parameter not in own:
             raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
-        if not _alike(value, own[parameter]):
+        if not _alike(value, own[parameter]) or (parameter == "seed" and value < 0):
             raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
     return factory(**parameters)
 
@@ -114,13 +115,15 @@ def model_modules(name: str) -> tuple[str, str]:
 
 
 def _alike(value: Any, default: Any) -> bool:
-    """Whether a value is of its default's kind; a whole number will do for any number."""
+    """Whether a value is of its default's kind, and no number beyond ``GREATEST``; a whole one will do for any."""
     if default is None:
         return True
     if isinstance(default, bool) or isinstance(value, bool):
         return isinstance(default, bool) and isinstance(value, bool)
+    if isinstance(value, int | float) and not abs(value) <= GREATEST:
+        return False
     if isinstance(default, float):
-        return isinstance(value, int | float) and math.isfinite(value)
+        return isinstance(value, int | float)
     if isinstance(default, list | tuple):
         return isinstance(value, list | tuple)
     return isinstance(value, type(default))

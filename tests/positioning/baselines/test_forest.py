@@ -7,6 +7,7 @@ import pytest
 from sklearn.ensemble import ExtraTreesRegressor
 
 from vislam2tag.positioning.baselines.forest import Forest, forest_of
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 
 @pytest.mark.parametrize("leaf", [1, 4])
@@ -14,7 +15,7 @@ def test_leaves_are_those_of_scikit_learn(leaf: int, monkeypatch: pytest.MonkeyP
     rng = np.random.default_rng(3)
     levels = rng.integers(0, 6, (80, 5)).astype(np.float32)
     grown = ExtraTreesRegressor(7, min_samples_leaf=leaf, random_state=1).fit(levels, rng.normal(size=(80, 2)))
-    forest = Forest.restored(forest_of(grown.estimators_).arrays())
+    forest = Forest.restored(CheckedArrays(forest_of(grown.estimators_).arrays(), a=levels.shape[1]))
     new = rng.uniform(-1, 7, (50, 5)).astype(np.float32)
     for asked in (levels, new, new[:0], new[:1]):
         expected = grown.apply(asked) if len(asked) else np.empty((0, 7))

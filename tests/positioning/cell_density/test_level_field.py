@@ -10,6 +10,7 @@ import pytest
 from tests.positioning.radio_fields import surveyed
 from vislam2tag.positioning.cell_density import level_field as module
 from vislam2tag.positioning.cell_density.level_field import LevelField, learned_fields
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 
 def learned(*rows: slice, noise_db: float = 3.0) -> LevelField:
@@ -71,7 +72,7 @@ def test_one_scan() -> None:
 def test_it_comes_back_from_its_arrays() -> None:
     scans, places = surveyed(30)
     field = learned()
-    back = LevelField.restored(field.arrays())
+    back = LevelField.restored(CheckedArrays(field.arrays(), s=9, a=field.level_dbm.shape[1]))
     np.testing.assert_array_equal(back.place(scans.dense(), places.storey), field.place(scans.dense(), places.storey))
 
 

@@ -13,6 +13,7 @@ from vislam2tag.positioning.cell_density.novelty import (
     ReferenceScans,
     fitted_novelty_radii,
 )
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import UNKNOWN_M
 
 
@@ -49,7 +50,7 @@ def test_few_scans_can_be_compared_with(count: int) -> None:
 
 def test_circles_hold_familiar_and_strange_errors() -> None:
     radii = fitted_novelty_radii(held_out(2000, 0.02, 8.0, 0), held_out(2000, 0.3, 8.0, 1))
-    radii = NoveltyRadii.restored({"radii": radii.array()}, "radii")
+    radii = NoveltyRadii.restored(CheckedArrays({"radii": radii.array()}), "radii")
     for part in (held_out(4000, 0.02, 8.0, 2), held_out(4000, 0.3, 8.0, 3)):
         r68, r95 = radii.radii_m(part.scale_m, part.novelty)
         assert np.mean(part.error_m <= r68) == pytest.approx(0.68, abs=0.04)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays as numpy_arrays
 
 from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 LEVELS = numpy_arrays(np.float64, (5, 6), elements=st.floats(0.0, 1.0)).filter(lambda level: bool((level > 0).any()))
 
@@ -35,7 +36,7 @@ def test_who_is_faintly_heard_counts() -> None:
 def test_it_comes_back_from_its_arrays() -> None:
     level = np.random.default_rng(0).random((7, 5)) * (np.arange(5) > 0)
     kernel = StoreyKernel.around(level)
-    back = StoreyKernel.restored(kernel.centre, kernel.arrays())
+    back = StoreyKernel.restored(kernel.centre, CheckedArrays(kernel.arrays(), m=len(kernel.centre)))
     np.testing.assert_array_equal(back(level), kernel(level))
 
 

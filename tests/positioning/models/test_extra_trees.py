@@ -8,7 +8,7 @@ import pytest
 from tests.positioning.radio_world import radio_world
 from vislam2tag.common.errors import UsageError
 from vislam2tag.positioning.metrics import score
-from vislam2tag.positioning.models.extra_trees import ExtraTrees
+from vislam2tag.positioning.models.extra_trees import MOST_TREES, ExtraTrees
 from vislam2tag.positioning.registry import model_named
 
 
@@ -61,7 +61,9 @@ def test_one_scan_is_enough_and_a_validation_part_is_used() -> None:
     assert (calibrated.radius_68_m < 1).all()
 
 
-@pytest.mark.parametrize("parameters", [{"trees": 0}, {"levels_a_split": 0.0}, {"storey_m": -1.0}])
+@pytest.mark.parametrize(
+    "parameters", [{"trees": 0}, {"trees": MOST_TREES + 1}, {"levels_a_split": 0.0}, {"storey_m": -1.0}]
+)
 def test_wrong_parameters_are_told(parameters: dict[str, float]) -> None:
-    with pytest.raises(UsageError, match="there must be a tree"):
+    with pytest.raises(UsageError, match="there are 1 to 100000 trees"):
         model_named("extra-trees", **parameters).fit(*radio_world(walks=1))

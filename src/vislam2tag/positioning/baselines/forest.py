@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 LEAF = -1
 _AT_ONCE = 1_000_000
@@ -56,9 +57,18 @@ class Forest:
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray]) -> Self:
-        """Take back what :meth:`arrays` gave."""
-        return cls(**{name: arrays[name] for name in cls.__dataclass_fields__})
+    def restored(cls, arrays: CheckedArrays) -> Self:
+        """Take back what :meth:`arrays` gave; ``nodes`` is the number of nodes, ``a`` that of numbers asked for.
+
+        Raises ValueError where it does not fit: a node leads to later ones only, so that every way ends.
+        """
+        threshold = arrays.floats("threshold", "nodes")
+        feature = arrays.integers("feature", "nodes", least=LEAF, below=arrays.sizes["a"])
+        ways = [arrays.integers(name, "nodes", least=LEAF, below=len(threshold)) for name in ("left", "right")]
+        for way in ways:
+            if (way <= np.arange(len(threshold)))[feature != LEAF].any():
+                raise ValueError("a node of a tree leads back, or nowhere")
+        return cls(arrays.integers("root", "trees", below=len(threshold)), feature, threshold, *ways)
 
 
 def forest_of(trees: Sequence[Any]) -> Forest:

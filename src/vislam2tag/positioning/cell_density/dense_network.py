@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.cell_density.scan_kernels import directions
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 INPUT_LENGTH = 5.0
 """Of a scan's vector, where its direction alone is looked at."""
@@ -49,13 +51,24 @@ def network_arrays(networks: Sequence[DenseNetwork]) -> dict[str, AnyArray]:
     return arrays
 
 
-def networks_restored(arrays: Mapping[str, AnyArray], exponents: Sequence[float]) -> tuple[DenseNetwork, ...]:
-    """Take back what :func:`network_arrays` gave; one exponent for each network."""
+def networks_restored(arrays: CheckedArrays, exponents: Sequence[float]) -> tuple[DenseNetwork, ...]:
+    """Take back what :func:`network_arrays` gave, from ``a`` access points to ``c`` cells; one exponent a network.
+
+    Raises ValueError where it does not fit.
+    """
     networks = []
     for number, exponent in enumerate(exponents):
-        count = sum(name.startswith(f"network_{number}_weight_") for name in arrays)
-        weights, biases = (
-            tuple(arrays[f"network_{number}_{kind}_{layer}"] for layer in range(count)) for kind in ("weight", "bias")
-        )
+        count = arrays.count(f"network_{number}_weight_")
+        ends = ["a", *(f"network {number}, layer {layer}" for layer in range(count - 1)), "c"][: count + 1]
+        layers = [
+            (
+                arrays.floats(f"network_{number}_weight_{layer}", ends[layer], ends[layer + 1]),
+                arrays.floats(f"network_{number}_bias_{layer}", ends[layer + 1]),
+            )
+            for layer in range(count)
+        ]
+        if not layers or not 0 < exponent < math.inf:
+            raise ValueError(f"network {number} has no layers, or the exponent {exponent}")
+        weights, biases = zip(*layers, strict=True)
         networks.append(DenseNetwork(weights, biases, exponent))
     return tuple(networks)

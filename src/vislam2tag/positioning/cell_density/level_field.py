@@ -7,7 +7,7 @@ them those that the distance tells.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -17,6 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
 from vislam2tag.positioning.cell_density.path_loss import PathLoss, fitted_path_loss, unheard_dbm
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.scans.places import ScanPlaces
 
 NOISES_DB = (3.0, 6.0, 12.0)
@@ -89,10 +90,15 @@ class LevelField:
         }
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray]) -> Self:
-        """Take back what :meth:`arrays` gave."""
-        cells = DensityCells(arrays["field_storey"], arrays["field_centre_m"])
-        return cls(cells, arrays["field_level_dbm"], arrays["field_variance"])
+    def restored(cls, arrays: CheckedArrays) -> Self:
+        """Take back what :meth:`arrays` gave, over ``a`` access points and ``s`` storeys.
+
+        Raises ValueError where it does not fit.
+        """
+        storey = arrays.integers("field_storey", "f", below=arrays.sizes["s"])
+        cells = DensityCells(storey, arrays.floats("field_centre_m", "f", 2))
+        level_dbm = arrays.floats("field_level_dbm", "f", "a")
+        return cls(cells, level_dbm, arrays.floats("field_variance", "f", least=np.finfo(np.float64).tiny))
 
 
 def learned_fields(level_dbm: FloatArray, places: ScanPlaces, noises_db: Sequence[float]) -> list[LevelField]:

@@ -7,13 +7,13 @@ the local outlier factor of Breunig et al. 2000 compares), and the places of tho
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
-from vislam2tag.core.arrays import AnyArray, FloatArray
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, UNKNOWN_M, conformal_quantile
 from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
@@ -134,9 +134,9 @@ class NoveltyRadii:
         return np.array([self.base_m, *numbers, self.most_novel])
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray], name: str) -> Self:
-        """Take back what :meth:`array` gave."""
-        base_m, *growth, most_novel = (float(number) for number in arrays[name])
+    def restored(cls, arrays: CheckedArrays, name: str) -> Self:
+        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        base_m, *growth, most_novel = (float(number) for number in arrays.floats(name, 6))
         return cls(base_m, RadiusGrowth(*growth[:2]), RadiusGrowth(*growth[2:]), most_novel)
 
 

@@ -8,7 +8,6 @@ the direction of powed levels is joined by one of steps, who is heard at all, an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, Self
@@ -16,6 +15,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -96,9 +96,13 @@ class StoreyKernel:
         return {"storey_threshold": self.threshold, "storey_above": self.above}
 
     @classmethod
-    def restored(cls, centre: FloatArray, arrays: Mapping[str, AnyArray]) -> Self:
-        """Take back what :meth:`arrays` gave, with the centres' directions (m, a)."""
-        return cls(centre, arrays["storey_threshold"], arrays["storey_above"])
+    def restored(cls, centre: FloatArray, arrays: CheckedArrays) -> Self:
+        """Take back what :meth:`arrays` gave, with the centres' directions (m, a).
+
+        Raises ValueError where it does not fit.
+        """
+        threshold = arrays.floats("storey_threshold", "q")
+        return cls(centre, threshold, arrays.booleans("storey_above", "m", centre.shape[1] * len(threshold)))
 
 
 def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:

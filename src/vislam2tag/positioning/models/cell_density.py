@@ -37,11 +37,13 @@ from vislam2tag.positioning.cell_density.novelty import (
     fitted_novelty_radii,
 )
 from vislam2tag.positioning.cell_density.scan_kernels import DirectionKernel, StoreyKernel
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import area_numbers, folds, usable_validation, walk_numbers
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
+MOST_COPIES = 1000
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
 WIDTHS_M = (2.5, 5.0)
@@ -116,8 +118,8 @@ class CellDensity(Positioner):
         self._report(1.0)
 
     def _setup(self, networks: int | None = None) -> LearningSetup:
-        if self.copies < 0 or any(exponent <= 0 for exponent in self.networks):
-            raise UsageError(f"copies={self.copies}, networks={self.networks}: must be 0 or more, and above 0")
+        if not 0 <= self.copies <= MOST_COPIES or any(exponent <= 0 for exponent in self.networks):
+            raise UsageError(f"copies={self.copies}, networks={self.networks}: 0 to {MOST_COPIES}, and above 0")
         return LearningSetup(self.copies, self.networks[:networks], self.seed)
 
     def _report(self, share: float) -> None:
@@ -224,20 +226,25 @@ class CellDensity(Positioner):
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        centre, (sharpness,), (half,) = arrays["centre"], arrays["sharpness"], arrays["half"]
-        by_direction, by_steps = DirectionKernel(centre, float(sharpness)), StoreyKernel.restored(centre, arrays)
-        self.density_ = DensityModel(
-            DensityCells(arrays["cell_storey"], arrays["cell_centre_m"]),
-            KernelRegression(by_direction, arrays["density_weight"], arrays["density_mean"]),
-            KernelRegression(by_steps, arrays["storey_weight"], arrays["storey_mean"]),
-            None if np.isinf(half) else LevelField.restored(arrays),
-            ReferenceScans(centre, arrays["centre_xy"], arrays["centre_apart"]),
-            networks_restored(arrays, self.networks),
-            int(arrays["contradicted"][0]),
+        without_field = bool(np.isposinf(arrays["half"]).all())
+        known = CheckedArrays(arrays, a=len(self.access_points_), s=len(self.storeys_))
+        centre, (sharpness,) = known.floats("centre", "m", "a"), known.floats("sharpness", 1, least=0.0)
+        by_direction, by_steps = DirectionKernel(centre, float(sharpness)), StoreyKernel.restored(centre, known)
+        cells = DensityCells(
+            known.integers("cell_storey", "c", below=len(self.storeys_)), known.floats("cell_centre_m", "c", 2)
         )
-        self.half_novelty_ = float(half)
-        self.radii_ = NoveltyRadii.restored(arrays, "radii")
-        self.height_m_ = arrays["height_m"]
+        self.density_ = DensityModel(
+            cells,
+            KernelRegression(by_direction, known.floats("density_weight", "m", "c"), known.floats("density_mean", "c")),
+            KernelRegression(by_steps, known.floats("storey_weight", "m", "s"), known.floats("storey_mean", "s")),
+            None if without_field else LevelField.restored(known),
+            ReferenceScans(centre, known.floats("centre_xy", "m", 2), known.floats("centre_apart", "m")),
+            networks_restored(known, self.networks),
+            int(known.integers("contradicted", 1)[0]),
+        )
+        self.half_novelty_ = np.inf if without_field else float(known.floats("half", 1, least=0.0)[0])
+        self.radii_ = NoveltyRadii.restored(known, "radii")
+        self.height_m_ = known.floats("height_m", "s", unknown=True)
 
 
 def _answered(model: DensityModel, labelled: LabelledScans) -> HeldOutAnswers:

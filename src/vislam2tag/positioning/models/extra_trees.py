@@ -13,8 +13,9 @@ from sklearn.ensemble import ExtraTreesRegressor
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
-from vislam2tag.positioning.baselines.forest import Forest, Levels, forest_of
+from vislam2tag.positioning.baselines.forest import LEAF, Forest, Levels, forest_of
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import folds, usable_validation, walk_numbers
@@ -26,6 +27,7 @@ FOLDS = 5
 """Forests that are grown without some walks to calibrate the radii, where no validation part is given."""
 FOLD_TREES = 40
 """Most trees of these: more make little difference to their errors."""
+MOST_TREES = 100_000
 _AT_ONCE = 2000
 
 
@@ -46,10 +48,10 @@ class ExtraTrees(Positioner):
         self.seed = seed
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
-        if self.trees < 1 or not 0 < self.levels_a_split <= 1 or self.storey_m < 0:
+        if not (1 <= self.trees <= MOST_TREES and 0 < self.levels_a_split <= 1 and self.storey_m >= 0):
             raise UsageError(
                 f"trees={self.trees}, levels_a_split={self.levels_a_split}, storey_m={self.storey_m}: "
-                "there must be a tree, the share lies above 0 and up to 1, the distance is 0 or more"
+                f"there are 1 to {MOST_TREES} trees, the share lies above 0 and up to 1, the distance is 0 or more"
             )
         levels = _levels(scans)
         self._places = places
@@ -104,9 +106,13 @@ class ExtraTrees(Positioner):
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        self._forest, self._scan = Forest.restored(arrays), arrays["scan"]
-        self._places = ScanPlaces.restored(arrays, self.storeys_)
-        self.radii_ = SpreadRadii.restored(arrays, "radii")
+        checked = CheckedArrays(arrays, a=len(self.access_points_))
+        self._places = ScanPlaces.restored(checked, self.storeys_)
+        self._forest = Forest.restored(checked)
+        self._scan = checked.integers("scan", "nodes", least=LEAF, below=len(self._places))
+        if (self._scan[self._forest.feature == LEAF] < 0).any():
+            raise ValueError("a leaf holds no scan")
+        self.radii_ = SpreadRadii.restored(checked, "radii")
 
 
 def _levels(scans: RadioScans) -> Levels:

@@ -14,6 +14,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.baselines.level_maps import LevelMaps, level_maps
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, folds, usable_validation, walk_numbers
@@ -58,9 +59,7 @@ class Probabilistic(Positioner):
         self.sharpness = sharpness
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
-        for name, value in self.get_params().items():
-            if value <= 0:
-                raise UsageError(f"{name}={value}: must be above 0")
+        self._check()
         self._learn(scans, places)
         held_out = usable_validation(validation)
         if held_out is None:
@@ -69,6 +68,11 @@ class Probabilistic(Positioner):
             answer = self._answer(self._maps, held_out[0])
             error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
+
+    def _check(self) -> None:
+        for name, value in self.get_params().items():
+            if value <= 0:
+                raise UsageError(f"{name}={value}: must be above 0")
 
     def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
         self._scans, self._places = scans, places
@@ -132,9 +136,11 @@ class Probabilistic(Positioner):
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        scans = RadioScans.restored(arrays, self.access_points_)
-        self._learn(scans, ScanPlaces.restored(arrays, self.storeys_))
-        self.radii_ = SpreadRadii.restored(arrays, "radii")
+        self._check()
+        checked = CheckedArrays(arrays)
+        scans = RadioScans.restored(checked, self.access_points_)
+        self._learn(scans, ScanPlaces.restored(checked, self.storeys_))
+        self.radii_ = SpreadRadii.restored(checked, "radii")
 
 
 register("probabilistic", Probabilistic)

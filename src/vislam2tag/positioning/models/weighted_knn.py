@@ -15,6 +15,7 @@ from scipy.spatial.distance import cdist
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
@@ -118,9 +119,11 @@ class NearestNeighbours(Positioner):
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
         """Take back what :meth:`arrays` gave."""
-        scans = RadioScans.restored(arrays, self.access_points_)
-        self._learn(scans, ScanPlaces.restored(arrays, self.storeys_))
-        self.radii_ = SpreadRadii.restored(arrays, "radii")
+        self._check()
+        checked = CheckedArrays(arrays)
+        scans = RadioScans.restored(checked, self.access_points_)
+        self._learn(scans, ScanPlaces.restored(checked, self.storeys_))
+        self.radii_ = SpreadRadii.restored(checked, "radii")
 
 
 register("weighted-knn", NearestNeighbours)

@@ -12,6 +12,7 @@ import torch
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import fitted_radii
 from vislam2tag.positioning.networks.layers import InputScale
 from vislam2tag.positioning.networks.locator import OUTPUTS, Locator
@@ -174,6 +175,14 @@ class NetworkPositioner(Positioner):
 
     def restore(self, arrays: Mapping[str, FloatArray]) -> None:
         """Take weights and constants back; raises ValueError where they are not those of this model."""
+        refuse_impossible(self.get_params())
+        checked = CheckedArrays(arrays)
+        for name, array in ((name, array) for name, array in arrays.items() if array.size):
+            checked.floats(name, *array.shape, unknown=name == "height_m")
+        # Widths that no array has would be allocated before they are found not to fit.
+        sizes = {size for array in arrays.values() for size in array.shape}
+        if not {width for name in _WIDTHS for width in self.get_params().get(name, ())} <= sizes:
+            raise ValueError("arrays do not fit the model: none has the widths of its layers")
         try:
             locator = self._empty_locator(arrays).double()
             locator.load_state_dict({name: torch.tensor(value) for name, value in arrays.items()})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vislam2tag.dataset.model import Storey
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.scans.radio_scans import RadioScans, Rows
 
 SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
@@ -46,14 +46,14 @@ class ScanPlaces:
         return {"storey": self.storey.astype(np.int32), "xy": self.xy, "z": self.z}
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray], storeys: tuple[Storey, ...]) -> Self:
-        """Take back what :meth:`arrays` gave."""
+    def restored(cls, arrays: CheckedArrays, storeys: tuple[Storey, ...]) -> Self:
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
         return cls(
             storeys=storeys,
-            storey=arrays["storey"].astype(np.int64),
-            xy=arrays["xy"],
-            z=arrays["z"],
-            sigma_m=np.full(len(arrays["z"]), np.nan),
+            storey=arrays.integers("storey", "n", below=len(storeys)).astype(np.int64),
+            xy=arrays.floats("xy", "n", 2),
+            z=arrays.floats("z", "n", unknown=True),
+            sigma_m=np.full(arrays.sizes["n"], np.nan),
         )
 
     def distance_m(self, xy: FloatArray) -> FloatArray:

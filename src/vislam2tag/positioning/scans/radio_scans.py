@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
+from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 TextArray = npt.NDArray[np.str_]
 Rows = IntArray | BoolArray | slice
@@ -92,15 +93,20 @@ class RadioScans:
         return {"start": self.start, "column": self.column.astype(np.int32), "rssi_dbm": self.rssi_dbm}
 
     @classmethod
-    def restored(cls, arrays: Mapping[str, AnyArray], access_points: Sequence[str]) -> Self:
-        """Take back what :meth:`arrays` gave."""
-        n = len(arrays["start"]) - 1
+    def restored(cls, arrays: CheckedArrays, access_points: Sequence[str]) -> Self:
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
+        column = arrays.integers("column", "readings", below=len(access_points)).astype(np.int64)
+        rssi_dbm = arrays.floats("rssi_dbm", "readings")
+        start = arrays.integers("start", "ends", below=len(column) + 1)
+        n = arrays.sizes.setdefault("n", len(start) - 1)
+        if start[0] != 0 or start[-1] != len(column) or (np.diff(start) < 0).any() or len(start) != n + 1:
+            raise ValueError("start has other numbers of readings than there are")
         nowhere = np.full(n, "", dtype=np.str_)
         return cls(
             access_points=tuple(access_points),
-            start=arrays["start"],
-            column=arrays["column"].astype(np.int64),
-            rssi_dbm=arrays["rssi_dbm"],
+            start=start,
+            column=column,
+            rssi_dbm=rssi_dbm,
             device=nowhere,
             session=nowhere,
             time_ns=np.zeros(n, dtype=np.int64),
