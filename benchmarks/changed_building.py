@@ -73,7 +73,7 @@ def two_surveys(
 
     The base by two phones, ``base_walks`` each on each floor; the later one by one of them and a third.
     """
-    building = make_building(BuildingSettings(floors=FLOORS), seed)
+    building = make_building(BuildingSettings(), seed, FLOORS)
     names = building.ap_bssid
     gone = {*changes.removed}
     before = _with_points(building, [index for index in range(len(names)) if index not in changes.added], {})

@@ -16,6 +16,9 @@ from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, Radio
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.registration.settings import RegistrationSettings
+from vislam2tag.sheets.settings import SheetSettings
+from vislam2tag.simulation.settings import SimulationSettings
+from vislam2tag.walkable.settings import WalkableSettings
 
 
 class Settings(ProcessSettings):
@@ -27,6 +30,9 @@ class Settings(ProcessSettings):
     radio_maps: RadioMapSettings = RadioMapSettings()
     plan: PlanSettings = PlanSettings()
     registration: RegistrationSettings = RegistrationSettings()
+    walkable: WalkableSettings = WalkableSettings()
+    sheets: SheetSettings = SheetSettings()
+    simulation: SimulationSettings = SimulationSettings()
 
 
 def setting_fields(record: type[FiniteRecord] = Settings, prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,13 @@ def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
     assert "1 Floor 1" in done.stdout
     assert done.stdout.endswith(f"page: {tmp_path / 'plan' / 'index.html'}\n")
     assert len((tmp_path / "plan" / "landmarks.csv").read_text().splitlines()) == 7
+
+
+def test_a_file_says_where_walls_are_and_what_is_demanded(site: Path, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text("[walkable]\ncell_m = 0.2\n[plan]\nspacing_m = 10\nfurther = 0\n")
+    vislam2tag("plan", site, "--out", tmp_path / "plan", "--config", tmp_path / "own.toml", "--spacing-m", "12")
+    kept = json.loads((tmp_path / "plan" / "plan.json").read_text())
+    assert (kept["walkable"]["cell_m"], kept["settings"]["spacing_m"]) == (0.2, 12.0)
 
 
 def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_path: Path) -> None:

@@ -40,6 +40,13 @@ def test_ids_alone_and_the_same_bytes_again(tmp_path: Path) -> None:
     assert "lobby,lobby.png,0.19" in (tmp_path / "a/images/manifest.csv").read_text()
 
 
+def test_a_file_gives_seed_and_paper_and_options_win(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text("[sheets]\nseed = 7\npaper = 'A3'\n")
+    for name, *options in (("file", "--config", tmp_path / "own.toml", "--paper", "A4"), ("typed", "--seed", "7")):
+        assert vislam2tag("sheets", "--ids", "1", "--out", tmp_path / name, *options).returncode == 0
+    assert (tmp_path / "file" / "sheets.pdf").read_bytes() == (tmp_path / "typed" / "sheets.pdf").read_bytes()
+
+
 def test_own_images_keep_their_width(tmp_path: Path) -> None:
     own = tmp_path / "own"
     own.mkdir()

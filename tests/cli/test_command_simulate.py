@@ -28,6 +28,18 @@ def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys
     assert len(list(tmp_path.rglob("CameraPose.csv"))) == 1
 
 
+def test_a_file_furnishes_the_building_and_options_win(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    config = tmp_path / "own.toml"
+    config.write_text("[simulation.building]\nlandmarks = 8\nwidth_m = 50.0\n")
+    for name, *options in (("file",), ("option", "--landmarks", "7")):
+        assert run(monkeypatch, str(tmp_path / name), *SMALL, "--config", str(config), *options) == 0
+    for name, landmarks in (("file", 8), ("option", 7)):
+        description = json.loads((tmp_path / name / "simulation.json").read_text())
+        assert description["building"] == {"landmarks": landmarks, "width_m": 50.0}
+        assert len((tmp_path / name / "floor_0" / "marker_dict.csv").read_text().splitlines()) == landmarks + 1
+        assert (tmp_path / name / "floor_dimensions.csv").read_text().splitlines()[1].startswith("0,50")
+
+
 def test_writes_walks_over_floors_with_pressure_and_columns(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     size = ["--floors", "2", "--devices", "1", "--sessions", "1", "--minutes", "2", "--seed", "2"]
     wanted = ["--climb", "stairs", "--pressure", "--column", "elevation", "--column", "z", "--column", "heading"]

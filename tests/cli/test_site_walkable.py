@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -30,4 +31,9 @@ def test_tells_what_it_found_and_what_is_closed_off(
     assert "Walkable space" in shown
     assert "floor 0: closed off by walls and left out" in shown
     assert "written" in shown
+    (tmp_path / "own.toml").write_text("[walkable]\nwall_contrast = 0.3\ncell_m = 0.2\n")
+    config = ("--config", str(tmp_path / "own.toml"), "--wall-contrast", "0.4")
+    assert run(monkeypatch, str(site), "--out", str(tmp_path / "out"), *config) == 0
+    kept = json.loads((tmp_path / "out" / "walkable.json").read_text())["settings"]["walkable"]
+    assert (kept["wall_contrast"], kept["cell_m"]) == (0.4, 0.2)
     assert run(monkeypatch, str(site), "--floor", "9", "--out", str(tmp_path / "out")) == 2

@@ -11,6 +11,7 @@ from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.making import SheetOptions, make_sheets
+from vislam2tag.sheets.settings import SheetSettings
 
 
 @pytest.fixture(name="own")
@@ -30,7 +31,7 @@ def test_every_step_is_told(tmp_path: Path) -> None:
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_other_images(tmp_path: Path) -> None:
     for name, seed in (("a", 5), ("b", 5), ("c", 6)):
-        make_sheets(SheetOptions(ids="1-2", seed=seed), tmp_path / name)
+        make_sheets(SheetOptions(ids="1-2", settings=SheetSettings(seed=seed)), tmp_path / name)
     first, again, other = (bytes_of(tmp_path / name) for name in "abc")
     assert first == again
     assert other["images/1.png"] != first["images/1.png"]
@@ -38,7 +39,7 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_other_images(tmp_pa
 
 
 def test_own_images_make_sheets_of_all_of_them(own: Path, tmp_path: Path) -> None:
-    record = make_sheets(SheetOptions(images=own, width_m=0.15), tmp_path / "out")
+    record = make_sheets(SheetOptions(images=own, settings=SheetSettings(width_m=0.15)), tmp_path / "out")
     assert [(one.landmark, one.width_m) for one in record.images] == [("3", 0.15), ("4", 0.15), ("spare", 0.15)]
     assert record.seed is None
 

@@ -100,12 +100,16 @@ def _plan(
             "plan.further": further,
             "plan.time_limit_s": time_limit_s,
         },
-    ).plan
-    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write)
+    )
+    request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write, settings.walkable)
     try:
         with session_bar("steps") as bar:
             result = write_plans(
-                site, out, settings, request, lambda _step, floors: bar.advance(floors * (len(STEPS) + 1), error=None)
+                site,
+                out,
+                settings.plan,
+                request,
+                lambda _step, floors: bar.advance(floors * (len(STEPS) + 1), error=None),
             )
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {out} holds no new plans", err=True)

@@ -10,8 +10,8 @@ import typer
 
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.survey.sheet_size import SHEET_SIZES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -51,20 +51,14 @@ def _sheets(
     ids: Annotated[
         str | None, typer.Option(metavar="LIST", help="Only these landmarks, or all of them without SITE: 1-40,lobby.")
     ] = None,
-    paper: Annotated[str, typer.Option(help=f"Where SITE names no sheet; one of: {', '.join(SHEET_SIZES)}.")] = "A4",
-    width_m: Annotated[
-        float | None,
-        typer.Option(
-            metavar="METRES",
-            min=0.01,
-            help="Width of the image where SITE names none; else as wide as the paper holds.",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Another seed, another set of images.")] = 0,
+    paper: Annotated[str | None, setting("sheets.paper")] = None,
+    width_m: Annotated[float | None, setting("sheets.width_m")] = None,
+    seed: Annotated[int | None, setting("sheets.seed")] = None,
     images: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Your own images, ID.png or ID.jpg, in place of generated ones."),
     ] = None,
+    config: ConfigFile = None,
 ) -> None:
     from rich.markup import escape
 
@@ -72,7 +66,8 @@ def _sheets(
     from vislam2tag.sheets.recognition import ENOUGH_INLIERS
     from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
-    options = SheetOptions(source=site, ids=ids, images=images, paper=paper, width_m=width_m, seed=seed)
+    settings = settings_of(config, {"sheets.paper": paper, "sheets.width_m": width_m, "sheets.seed": seed})
+    options = SheetOptions(site, ids, images, settings.sheets)
     try:
         with session_bar("images and pages") as bar:
             found = make_sheets(options, out, lambda total: bar.advance(total, error=None))

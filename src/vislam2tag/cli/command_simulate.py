@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.simulation.choices import (
     TRAP_FINDINGS,
@@ -19,7 +20,6 @@ from vislam2tag.simulation.choices import (
     SeverityLevel,
     SiteColumn,
 )
-from vislam2tag.simulation.settings import BuildingSettings
 
 if TYPE_CHECKING:
     from vislam2tag.simulation.scenario import Scenario
@@ -59,7 +59,7 @@ def _simulate(
     devices: Annotated[int, typer.Option(min=1, help="Number of phones.")] = 2,
     sessions: Annotated[int, typer.Option(min=1, help="Walks on each floor with each phone.")] = 2,
     minutes: Annotated[float, typer.Option(min=0.25, max=600, help="Length of each walk.")] = 2.0,
-    landmarks: Annotated[int, typer.Option(min=2, max=25, help="Landmarks on each floor.")] = 12,
+    landmarks: Annotated[int | None, setting("simulation.building.landmarks")] = None,
     severity: Annotated[SeverityLevel, typer.Option(help="How much goes wrong with tracking.")] = SeverityLevel.DEFAULT,
     seed: Annotated[int, typer.Option(help="One seed, same bytes.")] = 0,
     locale: Annotated[Locale, typer.Option(help="Decimal comma, point, or each phone its own.")] = Locale.MIXED,
@@ -98,6 +98,7 @@ def _simulate(
         Path | None,
         typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
     ] = None,
+    config: ConfigFile = None,
 ) -> None:
     from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
     from vislam2tag.simulation.sensors.devices import device_names
@@ -117,15 +118,18 @@ def _simulate(
         raise UsageError("--floor, --landmark-file and --mask: need --site")
     if mask is not None and len(floor or ()) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
+    settings = settings_of(config, {"simulation.building.landmarks": landmarks})
     if site is not None:
         from vislam2tag.simulation.building.site_building import site_building
         from vislam2tag.simulation.building.site_survey import site_floors
         from vislam2tag.simulation.scenario import site_survey
 
         masks = {} if mask is None else dict.fromkeys(floor or (), mask)
-        building = site_building(site_floors(site, floor or (), landmark_file, masks), seed)
+        building = site_building(
+            site_floors(site, floor or (), landmark_file, masks, settings.walkable), seed, settings.simulation.site
+        )
         walks = site_survey(building, site, seed, severity.value, device_names(devices), sessions, minutes * 60)
-        scenario = replace(walks, pressure=pressure, ble=ble)
+        scenario = replace(walks, pressure=pressure, ble=ble, settings=settings.simulation.site)
     elif like is CopiedSurvey.PAPER:
         scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
     else:
@@ -136,7 +140,7 @@ def _simulate(
             device_names(devices),
             sessions,
             minutes * 60,
-            BuildingSettings(landmarks=landmarks),
+            settings.simulation.building,
             climb=climb,
             pressure=pressure,
             ble=ble,

@@ -91,6 +91,10 @@ max_sigma_m = 0.3
 and of the file what concerns it. Options win over the file; the resolved settings are kept with each result. An
 option is named like its setting and ends, as that does, with the unit of its number.
 
+A positioning model's parameters are no settings of this tree but arguments of its `__init__`, as in scikit-learn, and
+described there with their defaults (`vislam2tag.positioning.models`). `train --model knn --set k=3` and
+`benchmark --set knn.k=3` set one; the model's file and the benchmark's record keep them.
+
 | setting | default | range | |
 | --- | --- | --- | --- |"""
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.options import Floors
+from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.walkable.settings import WalkableSettings
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
     from vislam2tag.pipeline.site.walkable import WalkableFloor
@@ -40,19 +40,14 @@ def site_walkable(
     mask: Annotated[
         Path | None, typer.Option(metavar="IMAGE", help="With one floor: green can be walked, red cannot.")
     ] = None,
-    wall_contrast: Annotated[
-        float | None,
-        typer.Option(
-            min=0.01,
-            max=0.99,
-            help="Ink that differs from the paper by more (1: black on white) is wall. [default: found by itself]",
-        ),
-    ] = None,
+    wall_contrast: Annotated[float | None, setting("walkable.wall_contrast")] = None,
+    config: ConfigFile = None,
 ) -> None:
     """Find and draw walkable space."""
     from vislam2tag.pipeline.site.walkable import write_walkable
 
-    found = write_walkable(site, out, floor or (), WalkableSettings(wall_contrast=wall_contrast), mask)
+    settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
+    found = write_walkable(site, out, floor or (), settings, mask)
     _print(found)
     typer.echo(f"written: {out}")
 

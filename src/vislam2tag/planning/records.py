@@ -15,6 +15,7 @@ from vislam2tag.planning.prediction import mean_error_m
 from vislam2tag.planning.refine import NARROW_M
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.survey.sheet_size import SHEET_SIZES
+from vislam2tag.walkable.settings import WalkableSettings
 
 COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m")
 
@@ -116,6 +117,7 @@ class PlanSummary(Record):
 
     version: str
     settings: PlanSettings
+    walkable: WalkableSettings = WalkableSettings()
     floors: tuple[FloorPlanRecord, ...]
     findings: tuple[Finding, ...]
     """Problems of the landmarks that the site has."""

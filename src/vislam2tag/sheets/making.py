@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
+from vislam2tag.sheets.settings import SheetSettings
 from vislam2tag.sheets.sheet_folder import (
     SheetsRecord,
     checked_lookalikes,
@@ -36,11 +37,7 @@ class SheetOptions:
     ids: str | None = None
     images: Path | None = None
     """Folder of users' own images; None: they are generated."""
-    paper: str = "A4"
-    """For landmarks whose file names no sheet."""
-    width_m: float | None = None
-    """Of images whose file names no width; None: as wide as the paper holds."""
-    seed: int = 0
+    settings: SheetSettings = field(default_factory=SheetSettings)
 
 
 def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _total: None) -> SheetsRecord:
@@ -48,7 +45,7 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _t
 
     Raises OutputError where it holds something else or cannot be written, UsageError and SurveyError as the steps do.
     """
-    paper = sheet_size(options.paper)
+    paper = sheet_size(options.settings.paper)
     files = {} if options.images is None else own_files(options.images)
     requests, findings = _requests(options, files)
     names = tuple(dict.fromkeys(one.landmark for one in requests))
@@ -56,10 +53,10 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _t
         raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
     total = 2 * len(names) + len(requests)
     step = lambda: progress(total)
-    seed = options.seed if options.images is None else None
+    seed = options.settings.seed if options.images is None else None
     with whole_folder(out, is_sheets) as folder:
         images = _images(options, files, names, step)
-        sheets = lay_out_sheets(requests, images, paper, options.width_m)
+        sheets = lay_out_sheets(requests, images, paper, options.settings.width_m)
         record = sheets_record(sheets, images, checked_lookalikes(images, seed, step), seed, findings)
         write_sheets(folder, record, sheets, images, step)
     return record
@@ -84,6 +81,6 @@ def _images(
         return own_images(options.images, {name: files[name] for name in names}, step)
     images = []
     for name in names:
-        images.append(generated_image(options.seed, name))
+        images.append(generated_image(options.settings.seed, name))
         step()
     return tuple(images)

@@ -14,6 +14,7 @@ from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.settings import (
     BuildingSettings,
+    SiteBuildingSettings,
     TrackerSettings,
     WalkSettings,
     WalkStyle,
@@ -83,6 +84,8 @@ class Scenario:
     """Whether there are BLE beacons, and the phones log them."""
     site: Path | None = None
     """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
+    settings: BuildingSettings | SiteBuildingSettings | None = None
+    """What the building was made by, where users choose it."""
 
 
 def regular_survey(
@@ -110,10 +113,8 @@ def regular_survey(
     planned = [
         replace(session, climb=climb) for session in _walks(seed, level, floors, devices, sessions, duration_s, walk)
     ]
-    furnished = (building or BuildingSettings()).model_copy(update={"floors": floors})
-    if climb is not None:
-        furnished = furnished.model_copy(update={"distinct_ids": True})
-    return Scenario(seed, level, make_building(furnished, seed), tuple(planned), pressure, ble)
+    made = make_building(building or BuildingSettings(), seed, floors, distinct_ids=climb is not None)
+    return Scenario(seed, level, made, tuple(planned), pressure, ble, settings=building)
 
 
 def site_survey(
@@ -186,8 +187,8 @@ def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
         planned.append(
             _planned(seed, key, duration, walk_settings(WalkStyle.SURVEY), level, quantile, WalkStyle.SURVEY)
         )
-    building = BuildingSettings(floors=(1, 4), landmarks=14, control_point_spacing_m=11.0)
-    return Scenario(seed, level, make_building(building, seed), tuple(planned))
+    building = BuildingSettings(landmarks=14, control_point_spacing_m=11.0)
+    return Scenario(seed, level, make_building(building, seed, (1, 4)), tuple(planned))
 
 
 def _paper_keys(floors: tuple[int, ...], devices: tuple[str, ...], sessions: int) -> list[SessionKey]:

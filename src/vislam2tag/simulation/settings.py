@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 from pydantic import Field, model_validator
 
-from vislam2tag.common.records import Record
+from vislam2tag.common.records import FiniteRecord, Record
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,17 +40,21 @@ NARROWEST_ROOM_M = 2.5
 """Rooms between two corridors need at least this."""
 
 
-class BuildingSettings(Record):
-    """Size and furnishing of a generated building; lengths in metres."""
+class BuildingSettings(FiniteRecord):
+    """Size and furnishing of a generated building."""
 
-    floors: tuple[int, ...] = (0,)
-    """Floor numbers."""
     width_m: float = Field(default=60.0, ge=30)
+    """From left to right, metres."""
     height_m: float = Field(default=32.0, ge=24)
+    """From front to back, metres."""
     storey_m: float = 3.6
+    """Height of a storey, metres."""
     corridor_width_m: float = Field(default=2.2, ge=1.6, le=4)
+    """Width of corridors, metres."""
     room_depth_m: float = Field(default=5.0, ge=3)
+    """Depth of rooms, from the corridor on, metres."""
     room_width_m: float = Field(default=4.5, ge=3)
+    """Width of rooms along the corridor, metres."""
     cross_corridors: int = Field(default=1, ge=0, le=4)
     """Corridors that cut across the ring."""
     dead_ends: int = Field(default=1, ge=0, le=4)
@@ -58,12 +62,13 @@ class BuildingSettings(Record):
     landmarks: int = Field(default=12, ge=2, le=25)
     """Landmarks on each floor."""
     landmark_height_m: float = 1.4
-    landmark_height_sigma_m: float = 0.04
+    """Mean height of landmarks above the floor, metres."""
+    landmark_height_sigma_m: float = Field(default=0.04, ge=0)
+    """Standard deviation of that height, metres."""
     control_point_spacing_m: float = Field(default=6.0, ge=2)
+    """Distance between control points along the ways, metres."""
     access_points: int = Field(default=14, ge=1)
     """Access points on each floor."""
-    distinct_ids: bool = False
-    """Whether no landmark id is used on two floors."""
 
     @model_validator(mode="after")
     def _corridors_fit(self) -> Self:
@@ -72,6 +77,28 @@ class BuildingSettings(Record):
         if narrowest < NARROWEST_ROOM_M:
             raise ValueError(f"{self.cross_corridors} cross corridors do not fit into {self.width_m} m; take fewer")
         return self
+
+
+class SiteBuildingSettings(FiniteRecord):
+    """What plans do not tell of the building of a site."""
+
+    storey_m: float = 3.6
+    """Height of storeys without elevation, metres."""
+    landmark_height_m: float = 1.4
+    """Mean height of landmarks whose height is not known, metres."""
+    landmark_height_sigma_m: float = Field(default=0.04, ge=0)
+    """Standard deviation of that height, metres."""
+    control_point_spacing_m: float = Field(default=6.0, ge=2)
+    """Distance between control points along the ways, metres."""
+    access_point_m2: float = Field(default=140.0, gt=0)
+    """One access point for so many square metres of floor, and six at least."""
+
+
+class SimulationSettings(FiniteRecord):
+    """The simulator's world (docs/simulator.md)."""
+
+    building: BuildingSettings = BuildingSettings()
+    site: SiteBuildingSettings = SiteBuildingSettings()
 
 
 class WalkSettings(Record):

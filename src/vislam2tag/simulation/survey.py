@@ -182,6 +182,7 @@ def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
 
 def _description(scenario: Scenario, options: WritingOptions) -> bytes:
     """What was simulated, for the reader of the folder; nothing reads it back."""
+    chosen = scenario.settings and scenario.settings.model_dump(mode="json", exclude_defaults=True)
     content = {
         "version": __version__,
         "seed": scenario.seed,
@@ -194,6 +195,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         **({"pressure": True} if scenario.pressure else {}),
         **({"ble": True} if scenario.ble else {}),
         **({"site": scenario.site.name} if scenario.site else {}),
+        **({"building": chosen} if chosen else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }
     return (json.dumps(content, indent=2) + "\n").encode()

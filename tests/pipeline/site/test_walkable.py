@@ -10,7 +10,7 @@ from PIL import Image
 from tests.walkable.hand_made import HEIGHT_M, MARGIN_M, WIDTH_M, plan
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.pipeline.site.walkable import RECORD, write_walkable
-from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.settings import GraphSettings, WalkableSettings
 
 SETTINGS = WalkableSettings()
 
@@ -35,11 +35,20 @@ def test_files_of_every_floor(site: Path, tmp_path: Path) -> None:
     record = json.loads((tmp_path / "out" / RECORD).read_text())
     assert record["floors"][0]["nodes"]["door"] == 3
     assert record["settings"]["walkable"]["passage_m"] == SETTINGS.passage_m
+    assert record["settings"]["graph"]["door_m"] == SETTINGS.graph.door_m
     graph = json.loads((tmp_path / "out" / "floor_0.geojson").read_text())
     kinds = {feature["properties"].get("kind") for feature in graph["features"]}
     assert {"door", "room", "open area"} <= kinds
     write_walkable(site, tmp_path / "out", (0,), SETTINGS, None)
     assert not (tmp_path / "out" / "floor_1.png").exists()
+
+
+def test_settings_of_the_graph_count_and_are_kept(site: Path, tmp_path: Path) -> None:
+    without_doors = SETTINGS.model_copy(update={"graph": GraphSettings(door_m=0.0)})
+    write_walkable(site, tmp_path / "out", (0,), without_doors, None)
+    record = json.loads((tmp_path / "out" / RECORD).read_text())
+    assert record["settings"]["graph"]["door_m"] == 0.0
+    assert record["floors"][0]["nodes"].get("door", 0) == 0
 
 
 def test_the_mask_that_is_written_gives_the_same_space(site: Path, tmp_path: Path) -> None:

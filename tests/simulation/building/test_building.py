@@ -17,7 +17,6 @@ from vislam2tag.simulation.settings import BuildingSettings
 
 buildings = st.builds(
     BuildingSettings,
-    floors=st.just((2,)),
     width_m=st.floats(40, 90),
     height_m=st.floats(28, 50),
     corridor_width_m=st.floats(1.8, 3.0),
@@ -70,8 +69,8 @@ def test_viewer_stands_in_the_corridor() -> None:
 
 
 def test_adding_a_floor_changes_no_other() -> None:
-    one = make_building(BuildingSettings(floors=(1,)), 9)
-    two = make_building(BuildingSettings(floors=(0, 1)), 9)
+    one = make_building(BuildingSettings(), 9, (1,))
+    two = make_building(BuildingSettings(), 9, (0, 1))
     np.testing.assert_array_equal(one.floors[0].landmark_position, two.floors[1].landmark_position)
     np.testing.assert_array_equal(one.ap_position, two.ap_position[two.ap_floor == 1])
 

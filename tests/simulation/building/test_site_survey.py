@@ -11,6 +11,7 @@ from vislam2tag.cli import main
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.simulation.building.site_survey import site_floors
 from vislam2tag.survey.discover import read_site
+from vislam2tag.walkable.settings import WalkableSettings
 
 SIZE = f"{WIDTH_M + 2 * MARGIN_M},{HEIGHT_M + 2 * MARGIN_M}"
 LANDMARKS = "id,x,y,heading_rad\n" + "".join(
@@ -94,6 +95,11 @@ def test_a_mask_corrects_one_floor(site: Path, tmp_path: Path) -> None:
     Image.fromarray(mask).save(tmp_path / "mask.png")
     (free,), (masked,) = site_floors(site), site_floors(site, masks={2: tmp_path / "mask.png"})
     assert masked.space.area.mask.sum() < free.space.area.mask.sum()
+
+
+def test_settings_of_walkable_space_count(site: Path) -> None:
+    (floor,) = site_floors(site, settings=WalkableSettings(cell_m=0.25))
+    assert floor.space.area.cell_m == 0.25
 
 
 def test_a_floor_that_is_not_there_is_told(site: Path) -> None:

@@ -19,7 +19,7 @@ from vislam2tag.simulation.tracking.tracker import track
 from vislam2tag.simulation.walking.sampling import orientation_at, position_at
 from vislam2tag.simulation.walking.walk import make_walk
 
-FLOOR = make_building(BuildingSettings(floors=(4,), landmarks=14), 3).floors[0]
+FLOOR = make_building(BuildingSettings(landmarks=14), 3, (4,)).floors[0]
 
 
 @cache

@@ -19,7 +19,7 @@ from vislam2tag.simulation.walking.floor_tour import FloorTour, floor_tour_from,
 from vislam2tag.simulation.walking.sampling import floor_at, position_at
 from vislam2tag.simulation.walking.walk import make_walk
 
-BUILDING = make_building(BuildingSettings(floors=(0, 1, 2), distinct_ids=True), 3)
+BUILDING = make_building(BuildingSettings(), 3, (0, 1, 2), distinct_ids=True)
 ELEVATION = {floor.number: floor.elevation_m for floor in BUILDING.floors}
 START = 1
 

@@ -12,7 +12,7 @@ from vislam2tag.simulation.model import SimulatedFloor, TrueWalk
 from vislam2tag.simulation.settings import BuildingSettings, WalkSettings, WalkStyle, stream, walk_settings
 from vislam2tag.simulation.walking.walk import make_walk
 
-FLOOR = make_building(BuildingSettings(floors=(4,)), 3).floors[0]
+FLOOR = make_building(BuildingSettings(), 3, (4,)).floors[0]
 
 
 def walk(duration_s: float, settings: WalkSettings, seed: int = 1, floor: SimulatedFloor = FLOOR) -> TrueWalk:
@@ -30,7 +30,7 @@ def test_duration_and_rate(duration_s: float) -> None:
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("style", list(WalkStyle))
 def test_stays_off_walls_at_human_speed(style: WalkStyle, seed: int) -> None:
-    floor = make_building(BuildingSettings(floors=(1,), dead_ends=seed % 5, cross_corridors=seed % 3), seed).floors[0]
+    floor = make_building(BuildingSettings(dead_ends=seed % 5, cross_corridors=seed % 3), seed, (1,)).floors[0]
     made = walk(150.0, walk_settings(style), seed, floor)
     assert distance_to_walls(made.position[::20, :2], floor.walls).min() > 0.25
     assert 0.6 < made.speed.mean() < 1.3

@@ -39,7 +39,7 @@ def test_site_files(session: SimulatedSession) -> None:
 
 
 def test_optional_columns_are_off_by_what_they_say(tmp_path: Path) -> None:
-    building = make_building(BuildingSettings(floors=tuple(range(12)), landmarks=20), 1)
+    building = make_building(BuildingSettings(landmarks=20), 1, tuple(range(12)))
     for name, text in site_text(building, False, ALL, seed=4).items():
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)

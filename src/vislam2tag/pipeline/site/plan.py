@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.correction import read_mask
 from vislam2tag.walkable.graph import corridor_graph
+from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space
 
 SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
@@ -46,6 +47,8 @@ class PlanRequest:
     """Drawn correction of what can be walked, for the one floor that is planned."""
     write: bool = False
     """Whether the new landmarks are added to the site's own files."""
+    walkable: WalkableSettings = field(default_factory=WalkableSettings)
+    """How walkable space is found on the floors' plans."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ def write_plans(
         first = request.first_id
         for floor in floors:
             given = _given(site, floor, forbidden.get(floor.number, np.zeros((0, 4))), anew=request.anew)
-            design = _design(floor, request.mask, settings, given, lambda step: progress(step, len(floors)))
+            design = _design(floor, request, settings, given, lambda step: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
@@ -95,6 +98,7 @@ def write_plans(
         result = PlanSummary(
             version=__version__,
             settings=settings,
+            walkable=request.walkable,
             floors=tuple(one.summary for one in planned),
             findings=tuple(one for one in findings if one.file.endswith(LANDMARK_FILE) and one.kind != "missing_file"),
         )
@@ -119,12 +123,13 @@ def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> Fl
 
 
 def _design(
-    floor: Floor, mask: Path | None, settings: PlanSettings, given: FloorConstraints, on_step: Callable[[str], None]
+    floor: Floor, request: PlanRequest, settings: PlanSettings, given: FloorConstraints, on_step: Callable[[str], None]
 ) -> FloorDesign:
     on_step("walkable space")
-    space = walkable_space(floor_plan(floor), mask=None if mask is None else read_mask(mask))
+    mask = None if request.mask is None else read_mask(request.mask)
+    space = walkable_space(floor_plan(floor), request.walkable, mask)
     try:
-        return plan_floor(space, corridor_graph(space), settings, given, on_step)
+        return plan_floor(space, corridor_graph(space, request.walkable.graph), settings, given, on_step)
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
 

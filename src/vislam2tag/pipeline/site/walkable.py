@@ -21,7 +21,7 @@ from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.walkable.correction import GREEN, RED, read_mask
 from vislam2tag.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.walkable.settings import GraphSettings, WalkableSettings
+from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
 
 RECORD = "walkable.json"
@@ -63,14 +63,14 @@ def write_walkable(
     found = []
     for floor in chosen:
         space = walkable_space(floor_plan(floor), settings, drawn)
-        found.append(WalkableFloor(floor, space, corridor_graph(space)))
+        found.append(WalkableFloor(floor, space, corridor_graph(space, settings.graph)))
     with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as partial:
         for one in found:
             _write_floor(one, partial / f"floor_{one.floor.number}")
         record = {
             "settings": {
-                "walkable": settings.model_dump(mode="json"),
-                "graph": GraphSettings().model_dump(mode="json"),
+                "walkable": settings.model_dump(mode="json", exclude={"graph"}),
+                "graph": settings.graph.model_dump(mode="json"),
             },
             "floors": [_record(one) for one in found],
         }

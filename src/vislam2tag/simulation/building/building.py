@@ -23,12 +23,17 @@ CORNER_M = 1.4
 """No landmark nearer than this to a corner: who turns round it would not see it in time."""
 
 
-def make_building(settings: BuildingSettings, seed: int) -> SimulatedBuilding:
-    """Generate a building; each floor has its own random numbers, so adding one leaves the others as they are."""
-    floors = tuple(_make_floor(settings, number, stream(seed, "floor", number)) for number in settings.floors)
-    if settings.distinct_ids:
-        floors = tuple(_with_own_ids(floor, rank) for rank, floor in enumerate(floors))
-    return furnished(floors, [settings.access_points] * len(floors), seed)
+def make_building(
+    settings: BuildingSettings, seed: int, floors: Sequence[int] = (0,), *, distinct_ids: bool = False
+) -> SimulatedBuilding:
+    """Generate a building with the floors of these numbers; ``distinct_ids``: no landmark id is used on two of them.
+
+    Each floor has its own random numbers, so adding one leaves the others as they are.
+    """
+    made = tuple(_make_floor(settings, number, stream(seed, "floor", number)) for number in floors)
+    if distinct_ids:
+        made = tuple(_with_own_ids(floor, rank) for rank, floor in enumerate(made))
+    return furnished(made, [settings.access_points] * len(made), seed)
 
 
 def furnished(floors: tuple[SimulatedFloor, ...], access_points: Sequence[int], seed: int) -> SimulatedBuilding:

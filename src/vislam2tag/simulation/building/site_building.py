@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydantic import Field
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.path_length import arc_lengths, points_along
 from vislam2tag.simulation.building.building import furnished
 from vislam2tag.simulation.building.site_paths import site_paths
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
-from vislam2tag.simulation.settings import stream
+from vislam2tag.simulation.settings import SiteBuildingSettings, stream
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 from vislam2tag.walkable.graph import CorridorGraph, NodeKind
 from vislam2tag.walkable.space import WalkableSpace
@@ -24,19 +22,6 @@ _THIN_M = 0.6
 """A wall with floor on both sides is one wall for radio waves where it is thinner than this."""
 _OFF_FLOOR_M = 1.0
 """A landmark farther off the walkable space than this hangs on no wall of it."""
-
-
-class SiteBuildingSettings(Record):
-    """What plans do not tell; lengths in metres."""
-
-    storey_m: float = 3.6
-    """Height of storeys without elevation."""
-    landmark_height_m: float = 1.4
-    landmark_height_sigma_m: float = Field(default=0.04, ge=0)
-    """Of landmarks whose height is not known."""
-    control_point_spacing_m: float = Field(default=6.0, ge=2)
-    access_point_m2: float = Field(default=140.0, gt=0)
-    """One access point for so many square metres of floor, and six at least."""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file
 from vislam2tag.walkable.correction import read_mask
 from vislam2tag.walkable.graph import corridor_graph
+from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space
 
 
@@ -30,6 +31,7 @@ def site_floors(
     numbers: Sequence[int] = (),
     landmark_file: Path | None = None,
     masks: Mapping[int, Path] | None = None,
+    settings: WalkableSettings | None = None,
 ) -> tuple[SiteFloor, ...]:
     """Read floors of a site: plan, walkable space, graph, and landmarks (the site's own or those of a file).
 
@@ -41,8 +43,8 @@ def site_floors(
     chosen = [_floor_of(site, number, root) for number in numbers] or [floor for floor in site.floors if floor.plan]
     if not chosen:
         raise SurveyError(f"{root}: no floor has a plan; add floor_K/floorplan.jpg or a {SITE_FILE}")
-    masks = masks or {}
-    return tuple(_site_floor(floor, site.landmarks, widths, masks.get(floor.number)) for floor in chosen)
+    masks, settings = masks or {}, settings or WalkableSettings()
+    return tuple(_site_floor(floor, site.landmarks, widths, masks.get(floor.number), settings) for floor in chosen)
 
 
 def _floor_of(site: Site, number: int, root: Path) -> Floor:
@@ -53,9 +55,11 @@ def _floor_of(site: Site, number: int, root: Path) -> Floor:
         raise SurveyError(f"{root}: has no floor {number}; there are: {there}") from error
 
 
-def _site_floor(floor: Floor, landmarks: Landmarks, widths: Mapping[str, float], mask: Path | None) -> SiteFloor:
+def _site_floor(
+    floor: Floor, landmarks: Landmarks, widths: Mapping[str, float], mask: Path | None, settings: WalkableSettings
+) -> SiteFloor:
     plan = floor_plan(floor)
-    space = walkable_space(plan, mask=None if mask is None else read_mask(mask))
+    space = walkable_space(plan, settings, None if mask is None else read_mask(mask))
     here = landmarks.on_floor(floor.number)
     here = here.select(np.flatnonzero(np.isfinite(here.position_bcs).all(axis=1)).tolist())
     return SiteFloor(
@@ -64,7 +68,7 @@ def _site_floor(floor: Floor, landmarks: Landmarks, widths: Mapping[str, float],
         extent_m=plan.extent_m,
         elevation_m=floor.elevation_m,
         space=space,
-        graph=corridor_graph(space),
+        graph=corridor_graph(space, settings.graph),
         landmarks=SiteLandmarks(
             ids=here.ids,
             position=here.position_bcs,
