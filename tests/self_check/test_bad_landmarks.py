@@ -51,9 +51,8 @@ def mark(name: str, offset: FloatArray) -> LeftOutMark:
     )
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_nothing_is_said_of_good_landmarks(seed: int) -> None:
-    assert bad_landmarks(sessions(6, seed=seed)) == []
+def test_nothing_is_said_of_good_landmarks() -> None:
+    assert [bad_landmarks(sessions(6, seed=seed)) for seed in range(20)] == [[]] * 20
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from datacite import schema45
@@ -41,6 +42,5 @@ def test_with_the_required_fields_alone_it_is_valid(described_set: Path) -> None
     schema45.validator.validate(json.loads(datacite_text(type(full)(**keep)) or ""))
 
 
-@pytest.mark.parametrize("relation", DataCiteRelation.__args__)  # type: ignore[attr-defined]
-def test_the_schema_knows_every_relation(relation: str) -> None:
-    assert relation in schema45.validator.schema["definitions"]["relationType"]["enum"]
+def test_the_schema_knows_every_relation() -> None:
+    assert set(get_args(DataCiteRelation)) <= set(schema45.validator.schema["definitions"]["relationType"]["enum"])
