@@ -22,13 +22,13 @@ def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
     scores = run_demo(out, say=said.append)
     assert set(scores) == set(strategy_names())
     for entry in scores.values():
-        assert 0.2 < entry.labelled_share <= 1
+        assert entry.labelled_share > 0.4
         assert 0 < entry.median_m <= entry.p75_m <= entry.p95_m <= entry.max_m
     assert scores["local-corrected"].mean_m < 0.5
     assert scores["local-corrected"].mean_m < scores["global"].mean_m
     assert scores["local-corrected"].labelled_share < scores["local"].labelled_share
     assert scores["smoother"].mean_m < scores["local"].mean_m
-    assert scores["smoother"].labelled_share > scores["global"].labelled_share
+    assert scores["smoother"].labelled_share == 1 > scores["global"].labelled_share
     assert (out / Settings().strategy / "report.html").is_file()
     assert len(json.loads((out / "scores.json").read_text())) == len(scores)
     before = bytes_of(out)
