@@ -36,7 +36,7 @@ from vislam2tag.simulation.tracking.faults import badness_of, plan_faults
 from vislam2tag.simulation.tracking.sightings import Sightings, sight
 from vislam2tag.simulation.tracking.tracker import of_rank
 from vislam2tag.simulation.walking.walk import make_walk
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.names import session_slugs
 
@@ -208,7 +208,7 @@ def main() -> None:
 def print_scatter(name: str, walks: Iterable[Walk]) -> None:
     """Print how far sightings of one pass lie from their mean, over passes of many sightings."""
     range_m = SmootherSettings().sighting_range_m
-    passes = [Walked.of(walk.camera, walk.log, range_m).passes for walk in walks]
+    passes = [WalkObservations.of(walk.camera, walk.log, range_m).passes for walk in walks]
     spread_m = np.concatenate([one.spread_m[one.count >= MANY] for one in passes])
     low, middle, high = np.quantile(spread_m, (0.25, 0.5, 0.75))
     print(f"{name}: {middle:.4f} m ({low:.4f} to {high:.4f}) per axis, {len(spread_m)} passes")

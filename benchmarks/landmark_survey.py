@@ -30,8 +30,8 @@ from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import simulate
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
 
 SETTINGS = Settings()
@@ -111,10 +111,10 @@ def site_of(walks: list[Walk]) -> Site:
     )
     maps = []
     for walk in walks:
-        known = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
-        walked = Walked.of(walk.camera, known, SETTINGS.mapping.smoother.sighting_range_m)
-        index = np.array([landmarks.index[name] for name in known.ids], dtype=np.int64)
-        local = LocalMap.of(smooth_in_own_frame(walked))
+        logged = walk.log.select([i for i, name in enumerate(walk.log.ids) if name in row])
+        observations = WalkObservations.of(walk.camera, logged, SETTINGS.mapping.smoother.sighting_range_m)
+        index = np.array([landmarks.index[name] for name in logged.ids], dtype=np.int64)
+        local = LocalMap.of(smooth_in_own_frame(observations))
         maps.append(replace(local, landmark=index[local.landmark]))
     return Site(walks, maps, landmarks)
 
@@ -154,10 +154,10 @@ def row(sites: list[Site], choices: list[list[IntArray]]) -> str:
 def complete(site: Site, surveyed: IntArray) -> tuple[Landmarks, FloatArray, FloatArray]:
     """Landmarks as ``survey-landmarks`` completes them; error and squared Mahalanobis distance of those it placed."""
     truth = site.landmarks
-    known = KnownLandmarks.nothing(len(truth.ids))
-    known.position[surveyed] = as_complex(truth.position_bcs[surveyed])
-    known.covariance[surveyed] = truth.covariance_bcs[surveyed]
-    joined = join(site.maps, known)
+    priors = LandmarkPriors.nothing(len(truth.ids))
+    priors.position[surveyed] = as_complex(truth.position_bcs[surveyed])
+    priors.covariance[surveyed] = truth.covariance_bcs[surveyed]
+    joined = join(site.maps, priors)
     covariance = joined.position_covariance
     sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
     others = np.setdiff1d(np.flatnonzero(sigma_m < GREATEST_SIGMA_M), surveyed)

@@ -33,7 +33,7 @@ from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.mapping.strategies.global_ import GlobalMapping
 from vislam2tag.mapping.strategies.local import LocalMapping
-from vislam2tag.mapping.trajectory_builder import surveyed_part
+from vislam2tag.mapping.trajectory_builder import surveyed_rows
 
 RADIUS_M = MappingSettings().visit_radius_m
 MOVED_M = 0.001
@@ -91,7 +91,7 @@ def defective_trajectories(walk: Walk) -> Iterator[tuple[str, str, Trajectory]]:
     """Map a walk by each strategy with each defect that concerns it: strategy, defect, trajectory."""
     rotated = GlobalMapping(WronglyRotated, RADIUS_M)
     yield "global", "rotation", rotated.map(walk.camera, walk.log, walk.landmarks)
-    surveyed = surveyed_part(walk.log, walk.landmarks)
+    surveyed = surveyed_rows(walk.log, walk.landmarks)
     visits = {
         "one-frame visit": defective_visits(walk.camera, surveyed, ends_at_single=True),
         "last frame": defective_visits(walk.camera, surveyed, skips_last=True),
@@ -103,7 +103,7 @@ def defective_trajectories(walk: Walk) -> Iterator[tuple[str, str, Trajectory]]:
 
 def crash_cause(walk: Walk) -> str | None:
     """Say why the published program stops with an error on this walk; None where it does not."""
-    surveyed = surveyed_part(walk.log, walk.landmarks)
+    surveyed = surveyed_rows(walk.log, walk.landmarks)
     if {visit.landmark for visit in find_visits(walk.camera, surveyed, RADIUS_M)} != set(surveyed.ids):
         return "a landmark is logged but never visited"
     first = np.flatnonzero(walk.camera.usable)[:1]

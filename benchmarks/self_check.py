@@ -26,11 +26,11 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.self_check.accuracy import Estimate, error_factor, estimate_accuracy
-from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
+from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.smoother.contradictions import discrepancy, predicted
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
@@ -104,8 +104,8 @@ def _checked(source: tuple[str, int]) -> tuple[list[Row], list[Gain]]:
 
 
 def _smoothed(walk: Walk) -> Smoothed | None:
-    walked = Walked.of(walk.camera, walk.log, RANGE_M)
-    return smooth(walked, KnownLandmarks.of(walk.log.ids, walk.landmarks))
+    observations = WalkObservations.of(walk.camera, walk.log, RANGE_M)
+    return smooth(observations, LandmarkPriors.of(walk.log.ids, walk.landmarks))
 
 
 def _rows(group: str, walk: Walk) -> Iterator[Row]:
@@ -131,14 +131,14 @@ def _row(group: str, walk: Walk, limit: float, true_m: float, estimate: Estimate
 
 
 def _solved_again(smoothed: Smoothed, error: LeftOut) -> LeftOut:
-    landmark = smoothed.model.walked.ids.index(error.landmark)
+    landmark = smoothed.model.observations.ids.index(error.landmark)
     offset, covariance = discrepancy(smoothed, predicted(smoothed, landmark), landmark)
     return replace(error, offset_m=offset, covariance_m2=covariance)
 
 
 def _errors(walk: Walk, smoothed: Smoothed, position: FloatArray) -> FloatArray:
     """Errors at the odometry's frames, or at the true points where there are only some; metres."""
-    camera, frame = walk.camera, smoothed.model.walked.odometry.frame
+    camera, frame = walk.camera, smoothed.model.observations.odometry.frame
     place = np.full((len(camera.time_ns), 3), np.nan)
     place[frame, :2] = position
     status = camera.status.copy()
@@ -154,21 +154,21 @@ def _gains(group: str, place: str, walk: Walk) -> Iterator[Gain]:
     smoothed = _smoothed(walk)
     if smoothed is None:
         return
-    walked, known = smoothed.model.walked, smoothed.known
+    observations, priors = smoothed.model.observations, smoothed.priors
     factor = error_factor(leave_out(smoothed))
     with_all = float(np.nanmean(_errors(walk, smoothed, mapped_path(smoothed)[0])))
-    for landmark in np.intersect1d(np.flatnonzero(known.surveyed), walked.passes.landmark).tolist():
-        trial = smooth(walked, known.without(landmark))
+    for landmark in np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark).tolist():
+        trial = smooth(observations, priors.without(landmark))
         if trial is None:
             continue
-        metres = walked_metre_by_metre(trial)
-        found = gains(trial, metres, np.zeros(len(metres.at), dtype=np.int64))
-        cell = np.floor(as_points(known.position[landmark]) / CELL_M).astype(np.int64)
+        positions = positions_each_metre(trial)
+        found = gains(trial, positions, np.zeros(len(positions.at), dtype=np.int64))
+        cell = np.floor(as_points(priors.position[landmark]) / CELL_M).astype(np.int64)
         here = (found.cell == cell).all(axis=1)
         if here.any():
             without = float(np.nanmean(_errors(walk, trial, mapped_path(trial)[0])))
             promised = factor * float(found.gain_m[here][0]) / len(trial.model.path)
-            yield Gain(group, f"{place} {walked.ids[landmark]}", promised, without - with_all)
+            yield Gain(group, f"{place} {observations.ids[landmark]}", promised, without - with_all)
 
 
 def _print_accuracy(rows: Sequence[Row], groups: Iterable[str]) -> None:

@@ -1,6 +1,6 @@
 """Walks drawn from the smoother's own model: a tracker whose heading, scale and position drift at random.
 
-Two ways to use them: :meth:`Drifting.walked` hands the odometry and the passes to the equations directly;
+Two ways to use them: :meth:`Drifting.observations` hands the odometry and the passes to the equations directly;
 :meth:`Drifting.logged` writes what a phone would have logged, frame by frame.
 """
 
@@ -14,12 +14,12 @@ from tests.walks import to_acs
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.smoother.noise import SCALE_SIGMA, Noise
-from vislam2tag.smoother.observations import METRES_PER_S, Walked
+from vislam2tag.smoother.noise import SCALE_SIGMA, NoiseLevels
+from vislam2tag.smoother.observations import METRES_PER_S, WalkObservations
 from vislam2tag.smoother.odometry import continuous_odometry
 from vislam2tag.smoother.passes import Passes
 
-QUIET = Noise(position_m=0.0, heading_rad=0.0, scale=0.0, sighting_m=0.0, sheet_rad=0.0)
+QUIET = NoiseLevels(position_m=0.0, heading_rad=0.0, scale=0.0, sighting_m=0.0, sheet_rad=0.0)
 """A perfect tracker."""
 IN_SIGHT_M = 2.5
 JITTER_M = 1e-5
@@ -35,7 +35,7 @@ class Drifting:
     ``place`` (m,) complex and ``heading_rad`` (m,) in the BCS, ``surveyed_at`` (m,) as measured.
     """
 
-    noise: Noise
+    noise: NoiseLevels
     rng: np.random.Generator
     time_s: FloatArray
     truth: ComplexArray
@@ -77,7 +77,7 @@ class Drifting:
         sigma = self.noise.sighting_m * np.sqrt((1 + distance_m**2) / 2)
         return np.asarray(sigma * (self.rng.standard_normal(len(sigma)) + 1j * self.rng.standard_normal(len(sigma))))
 
-    def walked(self) -> Walked:
+    def observations(self) -> WalkObservations:
         """The walk as the equations take it: one observation a pass, no events."""
         approaches = self._approaches()
         at = np.array([one[1] for one in approaches], dtype=np.int64)
@@ -97,7 +97,7 @@ class Drifting:
             spread_m=np.zeros(len(at)),
             count=np.array([len(one[0]) for one in approaches]),
         )
-        return Walked(self.ids, odometry, passes)
+        return WalkObservations(self.ids, odometry, passes)
 
     def logged(self) -> tuple[CameraTrack, LandmarkLog]:
         """The walk as a phone logs it: each landmark at every frame from its first sighting on."""
@@ -169,7 +169,7 @@ def _held(ids: tuple[str, ...], place: ComplexArray, sheet: FloatArray) -> Landm
 
 def loops(
     seed: int,
-    noise: Noise = QUIET,
+    noise: NoiseLevels = QUIET,
     *,
     marks: int = 8,
     laps: float = 2.0,
@@ -200,14 +200,14 @@ def loops(
 
 
 def _tracked(
-    truth: ComplexArray, time_s: FloatArray, noise: Noise, rng: np.random.Generator, heading: float, scale: float
+    truth: ComplexArray, time_s: FloatArray, noise: NoiseLevels, rng: np.random.Generator, heading: float, scale: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Draw the drift of heading, scale and position step by step; returns path and factor."""
     step = np.diff(truth)
     spread = np.sqrt(np.abs(step) + METRES_PER_S * np.diff(time_s))
     headings = heading + np.concatenate(([0.0], np.cumsum(noise.heading_rad * spread * rng.standard_normal(len(step)))))
-    walked = np.sqrt(np.abs(step))
-    scales = scale + np.concatenate(([0.0], np.cumsum(noise.scale * walked * rng.standard_normal(len(step)))))
+    observations = np.sqrt(np.abs(step))
+    scales = scale + np.concatenate(([0.0], np.cumsum(noise.scale * observations * rng.standard_normal(len(step)))))
     factor = (1 + scales) * np.exp(1j * headings)
     slip = noise.position_m * spread * (rng.standard_normal(len(step)) + 1j * rng.standard_normal(len(step)))
     start = rng.uniform(-20, 20) if heading else truth[0]

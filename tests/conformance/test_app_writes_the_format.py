@@ -194,7 +194,7 @@ def test_a_tracker_that_begins_anew_makes_a_new_part(core: Path, tmp_path: Path)
     assert done.returncode == 0, done.stderr
     (session,) = sessions_of(tmp_path / "survey").values()
     assert session.camera.state is not None
-    assert session.camera.state.part.tolist() == [0, 1, 1]
+    assert session.camera.state.section.tolist() == [0, 1, 1]
     assert session.camera.state.tracking.tolist() == [True, False, True]
     assert session.camera.anchors is not None
     assert session.camera.anchors.anchor.tolist() == [0, 1]

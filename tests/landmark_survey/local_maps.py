@@ -6,7 +6,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 
 def seen_from(
@@ -30,12 +30,12 @@ def seen_from(
     )
 
 
-def surveyed(place: ComplexArray, which: list[int], sigma_m: float = 0.02) -> KnownLandmarks:
+def surveyed(place: ComplexArray, which: list[int], sigma_m: float = 0.02) -> LandmarkPriors:
     """A survey of some of the landmarks."""
-    known = KnownLandmarks.nothing(len(place))
-    known.position[which] = place[which]
-    known.covariance[which] = np.eye(2) * sigma_m**2
-    return known
+    priors = LandmarkPriors.nothing(len(place))
+    priors.position[which] = place[which]
+    priors.covariance[which] = np.eye(2) * sigma_m**2
+    return priors
 
 
 def building(count: int, seed: int) -> tuple[ComplexArray, FloatArray]:

@@ -40,10 +40,10 @@ def test_two_walks_with_one_surveyed_landmark_each_are_tied_together() -> None:
 
 def test_one_common_landmark_ties_if_both_know_its_heading() -> None:
     place, heading = building(12, 2)
-    known = surveyed(place, [0])
+    priors = surveyed(place, [0])
     for told, tied in ((NONE, False), (heading, True)):
-        known.heading_rad[0] = told[0]
-        chart = tied_to_survey([seen_from(place, heading, [0, 1, 2], 1.0, 5j)], known)
+        priors.heading_rad[0] = told[0]
+        chart = tied_to_survey([seen_from(place, heading, [0, 1, 2], 1.0, 5j)], priors)
         assert chart.members.tolist() == [tied]
 
 

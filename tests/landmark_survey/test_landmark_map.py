@@ -16,7 +16,7 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.landmark_survey.landmark_map import Doubts, LandmarkMap, join, predicted, rough, solved
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 ANGLE = st.floats(-np.pi, np.pi)
 SEEN = [[0, 1, 2, 3, 4, 5], [4, 5, 6, 7, 8], [7, 8, 9, 10, 11, 0]]
@@ -44,8 +44,8 @@ def test_without_noise_all_is_recovered_whatever_the_frames(seed: int, a: float,
     assert np.exp(1j * joined.turn_rad) == pytest.approx(np.exp(1j * np.array([a, b, c])), abs=1e-6)
 
 
-def joined_with_usual_doubts(maps: list[LocalMap], known: KnownLandmarks) -> LandmarkMap:
-    joined, marks = rough(tuple(maps), known), len(known.position)
+def joined_with_usual_doubts(maps: list[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
+    joined, marks = rough(tuple(maps), priors), len(priors.position)
     even = Doubts(1e-9, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(marks))
     for _ in range(5):
         joined = solved(replace(joined, doubts=even))
@@ -54,10 +54,10 @@ def joined_with_usual_doubts(maps: list[LocalMap], known: KnownLandmarks) -> Lan
 
 def test_a_map_twice_is_a_map_with_half_the_covariance() -> None:
     place, maps = walks(5, [0.3, 1.0, -2.0], noise_m=0.1)
-    known = surveyed(place, [0, 3, 10])
-    twice = joined_with_usual_doubts([*maps, maps[1]], known)
+    priors = surveyed(place, [0, 3, 10])
+    twice = joined_with_usual_doubts([*maps, maps[1]], priors)
     half = replace(maps[1], covariance=maps[1].covariance / 2)
-    once = joined_with_usual_doubts([maps[0], half, maps[2]], known)
+    once = joined_with_usual_doubts([maps[0], half, maps[2]], priors)
     assert twice.position == pytest.approx(once.position, abs=1e-8)
     assert twice.covariance == pytest.approx(once.covariance, rel=1e-6, abs=1e-10)
 
@@ -77,21 +77,21 @@ def test_the_building_may_be_turned_and_moved() -> None:
     assert turned.position == pytest.approx(one.position * np.exp(1.1j) + 40, abs=1e-6)
 
 
-def as_stated(seed: int) -> tuple[ComplexArray, list[LocalMap], KnownLandmarks]:
+def as_stated(seed: int) -> tuple[ComplexArray, list[LocalMap], LandmarkPriors]:
     """A building, walks through it and a survey of it, all with the errors that they state."""
     place, maps = walks(seed, [0.3, 1.0, -2.0, 2.5, 0.1, 1.4], noise_m=0.1)
-    rng, known = np.random.default_rng(seed + 1000), surveyed(place, [0, 3, 10])
-    known.position[[0, 3, 10]] += 0.02 * (rng.standard_normal((3, 2)) @ (1, 1j))
+    rng, priors = np.random.default_rng(seed + 1000), surveyed(place, [0, 3, 10])
+    priors.position[[0, 3, 10]] += 0.02 * (rng.standard_normal((3, 2)) @ (1, 1j))
     turned = [replace(one, heading_rad=one.heading_rad + 0.03 * rng.standard_normal(len(one.landmark))) for one in maps]
-    return place, turned, known
+    return place, turned, priors
 
 
-def shares_inside(join_maps: Callable[[list[LocalMap], KnownLandmarks], LandmarkMap], seeds: int) -> list[float]:
+def shares_inside(join_maps: Callable[[list[LocalMap], LandmarkPriors], LandmarkMap], seeds: int) -> list[float]:
     """Shares of all landmarks that lie inside their regions of 68 % and of 95 %."""
     found = []
     for seed in range(seeds):
-        place, maps, known = as_stated(seed)
-        joined = join_maps(maps, known)
+        place, maps, priors = as_stated(seed)
+        joined = join_maps(maps, priors)
         found.append(region_probability(as_points(joined.position - place), joined.position_covariance))
     return [float(np.mean(np.concatenate(found) < share)) for share in (0.68, 0.95)]
 
@@ -127,9 +127,9 @@ def test_a_walk_elsewhere_does_not_spoil_the_others() -> None:
 
 def test_a_wrongly_surveyed_landmark_is_put_right_by_the_others() -> None:
     place, maps = walks(10, [0.3, 1.0, -2.0, 2.5, 0.1, 1.4], noise_m=0.03)
-    known = surveyed(place, [0, 3, 7, 10])
-    known.position[3] += 2
-    joined = join(maps, known)
+    priors = surveyed(place, [0, 3, 7, 10])
+    priors.position[3] += 2
+    joined = join(maps, priors)
     trial = predicted(joined, 3)
     assert abs(trial.position[3] - place[3]) < 0.4
     assert np.sqrt(np.trace(trial.position_covariance[3]) / 2) < 0.4

@@ -8,7 +8,7 @@ import pytest
 from tests.walks import corridor_walk
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
 
 STATIONS = {"a": (5.0, 0.5), "b": (15.0, -0.5), "c": (30.0, 0.6)}
@@ -18,7 +18,7 @@ STATIONS = {"a": (5.0, 0.5), "b": (15.0, -0.5), "c": (30.0, 0.6)}
 def _local() -> LocalMap:
     bcs_t_acs = Similarity2(complex(np.exp(0.7j)), 3 - 2j)
     camera, log, _, _ = corridor_walk(bcs_t_acs, STATIONS)
-    return LocalMap.of(smooth_in_own_frame(Walked.of(camera, log, 6.0)))
+    return LocalMap.of(smooth_in_own_frame(WalkObservations.of(camera, log, 6.0)))
 
 
 def test_landmarks_lie_as_in_the_building_but_for_turn_and_place(local: LocalMap) -> None:

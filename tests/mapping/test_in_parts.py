@@ -14,7 +14,7 @@ from vislam2tag.core.context import TrackerState
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.status import Status
-from vislam2tag.core.tracker_sections import longest_part, parts_of
+from vislam2tag.core.tracker_sections import longest_section, section_numbers
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
@@ -77,16 +77,16 @@ def test_a_session_in_one_part_is_mapped_as_ever(walk: Drifting) -> None:
     camera, log = walk.logged()
     told = replace(camera, state=None)
     for each in (camera, told):
-        assert parts_of(each).tolist() == [0]
-        assert longest_part(each, log) == (each, log)
+        assert section_numbers(each).tolist() == [0]
+        assert longest_section(each, log) == (each, log)
 
 
 def test_the_longest_part_is_the_one_with_most_frames(walk: Drifting) -> None:
     camera, log = walk.logged()
     later = np.arange(len(camera.time_ns)) >= len(camera.time_ns) // 3
     camera, log = anew(camera, log, later)
-    assert parts_of(camera).tolist() == [0, 1]
-    chosen, kept = longest_part(camera, log)
+    assert section_numbers(camera).tolist() == [0, 1]
+    chosen, kept = longest_section(camera, log)
     np.testing.assert_array_equal(chosen.usable, later)
     assert later[kept.frame].all()
     assert len(kept.frame) == int(later[log.frame].sum())

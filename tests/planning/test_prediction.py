@@ -13,7 +13,7 @@ from vislam2tag.planning.prediction import (
     passes_near,
     smoothed_walk,
 )
-from vislam2tag.smoother.noise import Noise
+from vislam2tag.smoother.noise import NoiseLevels
 
 STRAIGHT = np.column_stack((np.arange(0.0, 60.05, 0.1), np.zeros(601)))
 
@@ -43,7 +43,7 @@ def test_one_landmark_more_makes_no_label_less_sure() -> None:
 def test_noisier_trackers_and_poorer_surveys_are_expected_to_label_worse() -> None:
     marks = sheets_at(10.0, 30.0, 50.0)
     usual = expected_on_walks([STRAIGHT], marks, 0.02)
-    noisy = expected_along(STRAIGHT, marks, 0.02, Noise(position_m=0.05, sighting_m=0.3))
+    noisy = expected_along(STRAIGHT, marks, 0.02, NoiseLevels(position_m=0.05, sighting_m=0.3))
     assert noisy is not None
     assert mean_error_m([noisy]) > 1.5 * mean_error_m(usual)
     assert mean_error_m(expected_on_walks([STRAIGHT], marks, 0.3)) > 1.3 * mean_error_m(usual)
@@ -59,8 +59,8 @@ def test_each_time_a_walk_comes_by_is_a_pass() -> None:
     there_and_back = np.vstack((STRAIGHT, STRAIGHT[::-1]))
     smoothed = smoothed_walk(there_and_back, sheets_at(10.0, 40.0), 0.02)
     assert smoothed is not None
-    assert smoothed.model.walked.passes.at.tolist() == [100, 400, 801, 1101]
-    assert smoothed.model.walked.passes.landmark.tolist() == [0, 1, 1, 0]
+    assert smoothed.model.observations.passes.at.tolist() == [100, 400, 801, 1101]
+    assert smoothed.model.observations.passes.landmark.tolist() == [0, 1, 1, 0]
     assert passes_near(STRAIGHT, np.array((20.0, 0.5)))
     assert not passes_near(STRAIGHT, np.array((20.0, 1.5)))
 

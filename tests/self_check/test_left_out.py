@@ -13,15 +13,15 @@ from vislam2tag.core.similarity import as_points
 from vislam2tag.self_check import left_out
 from vislam2tag.self_check.accuracy import estimate_accuracy
 from vislam2tag.self_check.left_out import MOST_SOLUTIONS, leave_out
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.noise import Noise
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
-TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def smoothed(walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None) -> Smoothed:
-    found = smooth(walk.walked(), KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed)))
+    found = smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed)))
     assert found is not None
     return found
 
@@ -64,7 +64,7 @@ def test_many_landmarks_cost_a_limited_number_of_solutions() -> None:
     "level", [1.0, pytest.param(0.5, marks=pytest.mark.slow), pytest.param(2.0, marks=pytest.mark.slow)]
 )
 def test_estimated_mean_errors_are_those_of_walks_drawn_from_the_model(level: float) -> None:
-    noise = Noise(*(level * getattr(TYPICAL, name) for name in TYPICAL.__dataclass_fields__))
+    noise = NoiseLevels(*(level * getattr(TYPICAL, name) for name in TYPICAL.__dataclass_fields__))
     true, estimated = [], []
     for seed in range(12):
         walk = loops(100 + seed, noise, marks=10, laps=1.5, survey_m=SURVEY_SIGMA_M)

@@ -15,7 +15,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.sessions.floors_walked import (
     SessionLandmarks,
     ambiguous_floor,
-    considered_landmarks,
+    candidate_landmarks,
     landmarks_of_session,
 )
 from vislam2tag.sessions.site_findings import landmarks_without_position
@@ -51,7 +51,7 @@ def walked(height: FloatArray, logged: str) -> tuple[CameraTrack, LandmarkLog]:
 
 def choose(site: Site, height: FloatArray, logged: str) -> SessionLandmarks:
     camera, log = walked(height, logged)
-    return landmarks_of_session(considered_landmarks(site, KEY.floor, log.ids), KEY, camera, log)
+    return landmarks_of_session(candidate_landmarks(site, KEY.floor, log.ids), KEY, camera, log)
 
 
 def doubts(rows: list[Row], height: FloatArray, logged: str) -> list[Finding]:

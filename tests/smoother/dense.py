@@ -11,9 +11,9 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.smoother.chain import NormalEquations
 from vislam2tag.smoother.equations import FREE_M, FREE_RAD, FREE_SCALE, Weights
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
-from vislam2tag.smoother.noise import SCALE_SIGMA, Source
+from vislam2tag.smoother.noise import SCALE_SIGMA, DriftSource
 
 STATES = 4
 X_AND_Y = np.eye(STATES)[:, :2]
@@ -31,28 +31,28 @@ def spread_by(way: complex) -> FloatArray:
 
 def stretch_row(model: Model, weights: Weights, k: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Carry (4, 4) of the state over a stretch, drift (4,) that the reference has there, covariance (4, 4) of all."""
-    first, last = model.walked.nodes[k : k + 2]
+    first, last = model.observations.nodes[k : k + 2]
     carry, had, covariance = np.eye(STATES), np.zeros(STATES), LEAST_DRIFT.copy()
     carry[:2, 2:] = moves_by(model.path[last] - model.path[first])
-    factor = {source: weights.noise.level(source) ** 2 * weights.stretch[source][k] for source in Source}
+    factor = {source: weights.noise.level(source) ** 2 * weights.stretch[source][k] for source in DriftSource}
     for step in range(first, last):
         rest = spread_by(model.path[last] - model.path[step + 1])
         had += rest[:, 1] * np.angle(model.turn[step + 1] / model.turn[step])
-        variance = {source: factor[source] * each[step] for source, each in model.walked.step_variance.items()}
-        covariance += (variance[Source.POSITION] + variance[Source.JUMP]) * X_AND_Y @ X_AND_Y.T
-        turned = variance[Source.HEADING] + variance[Source.JUMP_TURN]
-        scaled = turned if model.rough else variance[Source.SCALE]
+        variance = {source: factor[source] * each[step] for source, each in model.observations.step_variance.items()}
+        covariance += (variance[DriftSource.POSITION] + variance[DriftSource.JUMP]) * X_AND_Y @ X_AND_Y.T
+        turned = variance[DriftSource.HEADING] + variance[DriftSource.JUMP_TURN]
+        scaled = turned if model.rough else variance[DriftSource.SCALE]
         covariance += rest * (scaled, turned) @ rest.T
-        doubt = model.walked.odometry.doubt[step] * model.turn[step]
+        doubt = model.observations.odometry.doubt[step] * model.turn[step]
         along = np.array([doubt.real, doubt.imag, 0, 0])
         anyhow = abs(doubt) ** 2 * X_AND_Y @ X_AND_Y.T
-        covariance += factor[Source.DOUBT] * (anyhow if model.rough else np.outer(along, along))
+        covariance += factor[DriftSource.DOUBT] * (anyhow if model.rough else np.outer(along, along))
     return carry, had, covariance
 
 
-def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tuple[FloatArray, FloatArray]:
+def whitened_rows(model: Model, priors: LandmarkPriors, weights: Weights) -> tuple[FloatArray, FloatArray]:
     """Rows (r, u) of unit variance and their values (r,) for all states, then the landmarks' x, y, then headings."""
-    nodes, marks, passes = len(model.walked.nodes), len(known.position), model.walked.passes
+    nodes, marks, passes = len(model.observations.nodes), len(priors.position), model.observations.passes
     unknowns = STATES * nodes + 3 * marks
     rows: list[FloatArray] = []
     values: list[float] = []
@@ -70,13 +70,13 @@ def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tupl
     for k in range(nodes - 1):
         carry, had, covariance = stretch_row(model, weights, k)
         add({STATES * k: -carry, STATES * (k + 1): np.eye(STATES)}, -had, covariance)
-    origin, sheet = dict(enumerate(known.position)), dict(enumerate(known.heading_rad))
+    origin, sheet = dict(enumerate(priors.position)), dict(enumerate(priors.heading_rad))
     for p, (at, j) in enumerate(zip(passes.at, passes.landmark, strict=True)):
         offset = passes.offset[p] * model.turn[at]
         if np.isnan(origin[j]):
             origin[j] = model.path[at] + offset  # an unsurveyed landmark counts from where it was first seen
         miss = origin[j] - (model.path[at] + offset)
-        aside_m2 = model.walked.odometry.aside_m2[at]
+        aside_m2 = model.observations.odometry.aside_m2[at]
         variance = weights.noise.sighting_m**2 * (1 + passes.distance_m[p] ** 2) / 2 + passes.spread_m[p] ** 2
         state, place = STATES * (p + 1), STATES * nodes + 2 * j
         seen = {state: np.hstack((np.eye(2), moves_by(offset))), place: -np.eye(2)}
@@ -89,10 +89,10 @@ def whitened_rows(model: Model, known: KnownLandmarks, weights: Weights) -> tupl
             miss = np.angle(np.exp(1j * sheet[j]) / heading)
             add(turned, np.array([miss]), weights.noise.sheet_rad**2 * weights.sheet[p] * np.eye(1))
     for j in range(marks):
-        surveyed = np.isfinite(known.position[j])
-        covariance = known.covariance[j] * weights.landmark[j] if surveyed else FREE_M**2 * np.eye(2)
+        surveyed = np.isfinite(priors.position[j])
+        covariance = priors.covariance[j] * weights.landmark[j] if surveyed else FREE_M**2 * np.eye(2)
         add({STATES * nodes + 2 * j: np.eye(2)}, np.zeros(2), covariance)
-        sigma = known.heading_sigma_rad[j] if np.isfinite(known.heading_sigma_rad[j]) else FREE_RAD
+        sigma = priors.heading_sigma_rad[j] if np.isfinite(priors.heading_sigma_rad[j]) else FREE_RAD
         add({STATES * nodes + 2 * marks + j: np.eye(1)}, np.zeros(1), sigma**2 * np.eye(1))
     return np.array(rows), np.array(values)
 

@@ -9,15 +9,15 @@ from tests.drifting import Drifting, loops
 from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.smoother.contradictions import contradictions
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.noise import Noise
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.noise import NoiseLevels
 from vislam2tag.smoother.smoothing import smooth
 
-TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def named(walk: Drifting, survey: Landmarks) -> tuple[Contradiction, ...]:
-    smoothed = smooth(walk.walked(), KnownLandmarks.of(walk.ids, survey))
+    smoothed = smooth(walk.observations(), LandmarkPriors.of(walk.ids, survey))
     assert smoothed is not None
     return contradictions(smoothed)
 

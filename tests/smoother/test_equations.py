@@ -19,19 +19,19 @@ from vislam2tag.smoother.equations import (
     position_residual,
     sighting_variance,
 )
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, Noise, Source
+from vislam2tag.smoother.noise import USUAL, DriftSource, NoiseLevels
 
 
 def linearised(walk: Drifting, *, rough: bool = False) -> Model:
     """A walk about the tracker's own path, laid on the true start and heading (left in its own frame where rough)."""
-    walked = walk.walked()
-    path = walked.odometry.path
+    observations = walk.observations()
+    path = observations.odometry.path
     if rough:
-        return Model(walked, path, np.ones_like(path), rough=True)
+        return Model(observations, path, np.ones_like(path), rough=True)
     turn = walk.factor[0] / abs(walk.factor[0])
-    return Model(walked, walk.truth[0] + turn * (path - path[0]), np.full_like(path, turn), rough=False)
+    return Model(observations, walk.truth[0] + turn * (path - path[0]), np.full_like(path, turn), rough=False)
 
 
 def bent(model: Model, rad: float = 0.1) -> Model:
@@ -45,7 +45,7 @@ def bent(model: Model, rad: float = 0.1) -> Model:
 
 def broken(model: Model) -> Model:
     """The same with jumps, doubtful steps and frames whose camera was elsewhere."""
-    odometry = model.walked.odometry
+    odometry = model.observations.odometry
     rng = np.random.default_rng(4)
     some = rng.random((3, len(odometry.jump_m2))) < 0.05
     doubt = np.where(some[2], rng.normal(0, 0.2, (2, len(some[2]))).T @ (1, 1j), 0)
@@ -56,13 +56,13 @@ def broken(model: Model) -> Model:
         doubt=doubt,
         aside_m2=rng.uniform(0, 0.1, len(odometry.path)),
     )
-    return replace(model, walked=replace(model.walked, odometry=odometry))
+    return replace(model, observations=replace(model.observations, odometry=odometry))
 
 
 def uneven(model: Model, marks: int, seed: int) -> Weights:
     """Random factors for everything."""
     rng = np.random.default_rng(seed)
-    even = Weights.even(USUAL, len(model.walked.passes.at), marks)
+    even = Weights.even(USUAL, len(model.observations.passes.at), marks)
     return replace(
         even,
         stretch={source: rng.uniform(0.5, 20, len(ones)) for source, ones in even.stretch.items()},
@@ -76,11 +76,11 @@ def uneven(model: Model, marks: int, seed: int) -> Weights:
 @pytest.mark.parametrize("surveyed", [[0, 1, 2, 3, 4], [1, 3], []])
 def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> None:
     walk = loops(1, USUAL, marks=5, laps=1.4)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed=surveyed[:1]))
     model = broken(linearised(walk, rough=True) if rough else bent(linearised(walk)))
     weights = uneven(model, 5, seed=2)
-    matrix, right = as_matrix(normal_equations(model, known, weights, pinned=False))
-    rows, values = whitened_rows(model, known, weights)
+    matrix, right = as_matrix(normal_equations(model, priors, weights, pinned=False))
+    rows, values = whitened_rows(model, priors, weights)
     scale = np.sqrt(np.diag(matrix))
     np.testing.assert_allclose(matrix / np.outer(scale, scale), rows.T @ rows / np.outer(scale, scale), atol=1e-7)
     np.testing.assert_allclose(right / scale, rows.T @ values / scale, atol=1e-6 * np.abs(values).max())
@@ -88,24 +88,24 @@ def test_normal_equations_add_up_all_rows(rough: bool, surveyed: list[int]) -> N
 
 def test_a_perfect_walk_about_its_true_path_needs_no_correction() -> None:
     walk = loops(3, marks=5, laps=1, drifted=False)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks(headed=[2]))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[2]))
     model = linearised(walk)
-    np.testing.assert_allclose(position_residual(model, known), 0, atol=1e-9)
-    np.testing.assert_allclose(heading_residual(model, known), 0, atol=1e-9)
-    solution = solve(normal_equations(model, known, Weights.even(USUAL, 5, 5), pinned=False))
+    np.testing.assert_allclose(position_residual(model, priors), 0, atol=1e-9)
+    np.testing.assert_allclose(heading_residual(model, priors), 0, atol=1e-9)
+    solution = solve(normal_equations(model, priors, Weights.even(USUAL, 5, 5), pinned=False))
     np.testing.assert_allclose(solution.state, 0, atol=1e-9)
     np.testing.assert_allclose(solution.border, 0, atol=1e-9)
 
 
 def test_unsurveyed_landmarks_count_from_where_they_were_first_seen() -> None:
     walk = loops(4, marks=4, laps=2)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 1]))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 1]))
     model = linearised(walk)
-    origin = landmark_origin(model, known)
-    np.testing.assert_array_equal(origin[:2], known.position[:2])
-    first = [int(np.flatnonzero(model.walked.passes.landmark == j)[0]) for j in (2, 3)]
+    origin = landmark_origin(model, priors)
+    np.testing.assert_array_equal(origin[:2], priors.position[:2])
+    first = [int(np.flatnonzero(model.observations.passes.landmark == j)[0]) for j in (2, 3)]
     np.testing.assert_array_equal(origin[2:], model.seen_at[first])
-    precision = landmark_precision(known, Weights.even(USUAL, 8, 4))
+    precision = landmark_precision(priors, Weights.even(USUAL, 8, 4))
     assert np.linalg.eigvalsh(precision[2:]).max() < 1e-6
     np.testing.assert_allclose(precision[:2], np.tile(np.eye(2) / 0.02**2, (2, 1, 1)))
 
@@ -114,17 +114,20 @@ def test_heading_residuals_are_the_short_way_round() -> None:
     walk = loops(5, marks=4, laps=2)
     walk.heading_rad[:] = np.pi - 0.001, -np.pi + 0.001, np.pi, 0.0
     model = linearised(walk)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks(headed=[0, 1, 2, 3]))
-    known.heading_rad[:] = -np.pi + 0.001, np.pi - 0.001, -np.pi, 0.1
-    np.testing.assert_allclose(heading_residual(model, known), [0.002, -0.002, 0, 0.1] * 2, atol=1e-6)
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks(headed=[0, 1, 2, 3]))
+    priors.heading_rad[:] = -np.pi + 0.001, np.pi - 0.001, -np.pi, 0.1
+    np.testing.assert_allclose(heading_residual(model, priors), [0.002, -0.002, 0, 0.1] * 2, atol=1e-6)
 
 
 def test_far_and_scattered_sightings_are_worth_less() -> None:
     model = linearised(loops(6, marks=3, laps=1))
     passes = replace(
-        model.walked.passes, distance_m=np.array([0.5, 5.0, 0.5]), spread_m=np.array([0.0, 0.0, 0.3]), at=np.arange(3)
+        model.observations.passes,
+        distance_m=np.array([0.5, 5.0, 0.5]),
+        spread_m=np.array([0.0, 0.0, 0.3]),
+        at=np.arange(3),
     )
-    variance = sighting_variance(replace(model, walked=replace(model.walked, passes=passes)), USUAL)
+    variance = sighting_variance(replace(model, observations=replace(model.observations, passes=passes)), USUAL)
     assert variance[1] > 4 * variance[0]
     assert variance[2] == pytest.approx(variance[0] + 0.09)
 
@@ -132,25 +135,25 @@ def test_far_and_scattered_sightings_are_worth_less() -> None:
 def test_jumps_free_their_stretch_only() -> None:
     walk = loops(7, USUAL, marks=4, laps=1)
     model = linearised(walk)
-    odometry = model.walked.odometry
+    odometry = model.observations.odometry
     jump = np.zeros_like(odometry.jump_m2)
-    middle = int(model.walked.nodes[1:3].mean())
+    middle = int(model.observations.nodes[1:3].mean())
     jump[middle] = 4.0
-    jumped = replace(model, walked=replace(model.walked, odometry=replace(odometry, jump_m2=jump)))
-    added = jumped.stretches[Source.JUMP] - model.stretches[Source.JUMP]
+    jumped = replace(model, observations=replace(model.observations, odometry=replace(odometry, jump_m2=jump)))
+    added = jumped.stretches[DriftSource.JUMP] - model.stretches[DriftSource.JUMP]
     np.testing.assert_allclose(added[1], np.diag([4.0, 4.0, 0, 0]), atol=1e-9)
     np.testing.assert_allclose(added[[0, 2, 3, 4]], 0, atol=1e-9)
 
 
 def test_what_the_reference_has_taken_over_stays_drift() -> None:
-    walk = loops(8, Noise(position_m=0.01, heading_rad=0.002, scale=0.001, sighting_m=0.05), marks=8, laps=1)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    walk = loops(8, NoiseLevels(position_m=0.01, heading_rad=0.002, scale=0.001, sighting_m=0.05), marks=8, laps=1)
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     weights = Weights.even(walk.noise, 8, 8)
     solved, spread = [], []
     plain = linearised(walk)
     for model in (plain, bent(plain, rad=0.02)):
-        solution = solve(normal_equations(model, known, weights, pinned=False))
-        at = model.walked.nodes
+        solution = solve(normal_equations(model, priors, weights, pinned=False))
+        at = model.observations.nodes
         solved.append(model.path[at] + solution.state[:, 0] + 1j * solution.state[:, 1])
         spread.append(solution.covariance)
     np.testing.assert_allclose(solved[0], solved[1], atol=5e-3)

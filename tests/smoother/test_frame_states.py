@@ -13,24 +13,24 @@ from vislam2tag.smoother import equations
 from vislam2tag.smoother import frame_states as bridge
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.frame_states import KNOT_S, bridged
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.frame_states import KNOT_S, states_between_nodes
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, Noise
+from vislam2tag.smoother.noise import USUAL, NoiseLevels
 
 WORTHLESS_M = 1e4
-LIVELY = Noise(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)
+LIVELY = NoiseLevels(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)
 
 
 def with_worthless_pass(model: Model, weights: Weights, before: int, at: int) -> tuple[Model, Weights]:
     """Insert a pass at a frame that says nothing, before the pass of this index; its stretch keeps its factors."""
-    passes = model.walked.passes
+    passes = model.observations.passes
     saying_nothing = {"at": at, "heading": 0, "spread_m": WORTHLESS_M}
     inserted = {
         name: np.insert(getattr(passes, name), before, saying_nothing.get(name, getattr(passes, name)[0]))
         for name in passes.__dataclass_fields__
     }
-    walked = replace(model.walked, passes=replace(passes, **inserted))
+    observations = replace(model.observations, passes=replace(passes, **inserted))
     stretch = {source: np.insert(factor, before, factor[before]) for source, factor in weights.stretch.items()}
     more = replace(
         weights,
@@ -38,7 +38,7 @@ def with_worthless_pass(model: Model, weights: Weights, before: int, at: int) ->
         sighting=np.insert(weights.sighting, before, 1.0),
         sheet=np.insert(weights.sheet, before, 1.0),
     )
-    return replace(model, walked=walked), more
+    return replace(model, observations=observations), more
 
 
 @pytest.mark.parametrize("stretch", [0, 2, 7])
@@ -47,16 +47,16 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
     for module in (bridge, equations):  # the floor under each stretch would count twice for a divided one
         monkeypatch.setattr(module, "LEAST_DRIFT", np.diag([1e-12, 1e-12, 1e-16, 1e-16]))
     walk = loops(1, LIVELY, marks=7, laps=1)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 3, 6]))
     model = bent(linearised(walk))
     weights = replace(uneven(model, 7, seed=1), noise=LIVELY)
-    knots = bridged(model, weights, solve(normal_equations(model, known, weights, pinned=False)))
-    first, last = model.walked.nodes[stretch : stretch + 2]
+    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
+    first, last = model.observations.nodes[stretch : stretch + 2]
     inside = knots.at[(knots.at > first) & (knots.at < last)]
     frame = inside[int(share * len(inside))]
     at = int(np.flatnonzero(knots.at == frame)[0])
     extended = with_worthless_pass(model, weights, stretch, int(frame))
-    solution = solve(normal_equations(extended[0], known, extended[1], pinned=False))
+    solution = solve(normal_equations(extended[0], priors, extended[1], pinned=False))
     np.testing.assert_allclose(knots.state[at], solution.state[stretch + 1], atol=1e-6)
     spread = np.sqrt(np.diag(solution.covariance[stretch + 1]))
     np.testing.assert_allclose(
@@ -68,25 +68,25 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
 
 def test_at_the_nodes_states_and_covariances_are_the_solutions() -> None:
     walk = loops(2, USUAL, marks=6, laps=1.5)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
     weights = uneven(model, 6, seed=3)
-    solution = solve(normal_equations(model, known, weights, pinned=False))
-    knots = bridged(model, weights, solution)
-    at = np.searchsorted(knots.at, model.walked.nodes)
-    np.testing.assert_array_equal(knots.at[at], model.walked.nodes)
+    solution = solve(normal_equations(model, priors, weights, pinned=False))
+    knots = states_between_nodes(model, weights, solution)
+    at = np.searchsorted(knots.at, model.observations.nodes)
+    np.testing.assert_array_equal(knots.at[at], model.observations.nodes)
     np.testing.assert_allclose(knots.state[at], solution.state, atol=1e-6)
     np.testing.assert_allclose(knots.covariance[at], solution.covariance, atol=1e-5)
 
 
 def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
     walk = loops(3, marks=4, laps=1)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
     weights = Weights.even(replace(USUAL, sighting_m=0.005), 4, 4)
-    knots = bridged(model, weights, solve(normal_equations(model, known, weights, pinned=False)))
+    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
     sigma = np.sqrt(np.trace(knots.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
-    _, first, second, third, _, _ = np.searchsorted(knots.at, model.walked.nodes)
+    _, first, second, third, _, _ = np.searchsorted(knots.at, model.observations.nodes)
     for start, stop in ((first, second), (second, third)):
         peak = start + int(np.argmax(sigma[start:stop]))
         assert start + 0.3 * (stop - start) < peak < start + 0.7 * (stop - start)
@@ -101,15 +101,15 @@ def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.Mo
     late = np.arange(len(walk.time_s)) > last
     model = linearised(replace(walk, time_s=walk.time_s + np.where(late, 600.0, 0.0)))
     trusted = np.zeros(len(late) - 1)  # as where the phone was put down: nothing else marks the pause
-    odometry = replace(model.walked.odometry, jump_m2=trusted, jump_rad2=trusted)
-    model = replace(model, walked=replace(model.walked, odometry=odometry))
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    odometry = replace(model.observations.odometry, jump_m2=trusted, jump_rad2=trusted)
+    model = replace(model, observations=replace(model.observations, odometry=odometry))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     weights = Weights.even(LIVELY, 4, 4)
-    solution = solve(normal_equations(model, known, weights, pinned=False))
-    usual = bridged(model, weights, solution)
+    solution = solve(normal_equations(model, priors, weights, pinned=False))
+    usual = states_between_nodes(model, weights, solution)
     monkeypatch.setattr(bridge, "KNOT_S", 1e-3)  # every frame is a knot
-    dense = bridged(model, weights, solution)
-    assert last not in model.walked.nodes
+    dense = states_between_nodes(model, weights, solution)
+    assert last not in model.observations.nodes
     assert len(usual.at) < len(dense.at) == len(late)
     sigma = np.sqrt(np.trace(dense.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
     assert abs(sigma[last + 1] - sigma[last]) > 0.05
@@ -122,9 +122,9 @@ def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.Mo
 def test_values_at_knots_are_met_at_their_frames() -> None:
     walk = loops(4, marks=4, laps=1)
     model = linearised(walk)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     weights = Weights.even(USUAL, 4, 4)
-    knots = bridged(model, weights, solve(normal_equations(model, known, weights, pinned=False)))
+    knots = states_between_nodes(model, weights, solve(normal_equations(model, priors, weights, pinned=False)))
     every = knots.at_frames(knots.covariance, len(walk.truth))
     assert every.shape == (len(walk.truth), 4, 4)
     np.testing.assert_allclose(every[knots.at], knots.covariance)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.walks import landmarks_at
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 SURVEY = replace(
     landmarks_at({"a": (1.0, 2.0), "b": (3.0, 4.0), "c": (5.0, 6.0)}, sigma_m=0.1),
@@ -17,38 +17,38 @@ SURVEY = replace(
 
 
 def test_landmarks_come_in_the_order_of_the_log() -> None:
-    known = KnownLandmarks.of(("c", "a"), SURVEY)
-    np.testing.assert_array_equal(known.position, [5 + 6j, 1 + 2j])
-    np.testing.assert_allclose(known.covariance, np.tile(0.01 * np.eye(2), (2, 1, 1)))
-    assert known.surveyed.tolist() == [True, True]
+    priors = LandmarkPriors.of(("c", "a"), SURVEY)
+    np.testing.assert_array_equal(priors.position, [5 + 6j, 1 + 2j])
+    np.testing.assert_allclose(priors.covariance, np.tile(0.01 * np.eye(2), (2, 1, 1)))
+    assert priors.surveyed.tolist() == [True, True]
 
 
 def test_ids_that_the_survey_does_not_have_are_not_surveyed() -> None:
-    known = KnownLandmarks.of(("x", "b", "y"), SURVEY)
-    assert known.surveyed.tolist() == [False, True, False]
-    assert np.isnan(known.heading_rad[[0, 2]]).all()
+    priors = LandmarkPriors.of(("x", "b", "y"), SURVEY)
+    assert priors.surveyed.tolist() == [False, True, False]
+    assert np.isnan(priors.heading_rad[[0, 2]]).all()
 
 
 def test_a_listed_landmark_without_a_position_is_not_surveyed() -> None:
     two_of_three = replace(SURVEY, position_bcs=np.array([[1.0, 2.0], [np.nan, np.nan], [5.0, 6.0]]))
-    assert KnownLandmarks.of(("a", "b", "c"), two_of_three).surveyed.tolist() == [True, False, True]
+    assert LandmarkPriors.of(("a", "b", "c"), two_of_three).surveyed.tolist() == [True, False, True]
 
 
 def test_a_heading_counts_only_with_its_sigma() -> None:
-    known = KnownLandmarks.of(("a", "b", "c"), SURVEY)
-    np.testing.assert_array_equal(known.heading_rad, [0.5, np.nan, np.nan])
-    np.testing.assert_array_equal(known.heading_sigma_rad, [0.01, np.nan, np.nan])
+    priors = LandmarkPriors.of(("a", "b", "c"), SURVEY)
+    np.testing.assert_array_equal(priors.heading_rad, [0.5, np.nan, np.nan])
+    np.testing.assert_array_equal(priors.heading_sigma_rad, [0.01, np.nan, np.nan])
 
 
 def test_forgetting_one_landmark_leaves_the_others() -> None:
-    known = KnownLandmarks.of(("a", "b", "c"), SURVEY)
-    fewer = known.without(0)
+    priors = LandmarkPriors.of(("a", "b", "c"), SURVEY)
+    fewer = priors.without(0)
     assert fewer.surveyed.tolist() == [False, True, True]
     assert np.isnan(fewer.heading_rad[0])
-    np.testing.assert_array_equal(fewer.position[1:], known.position[1:])
-    assert known.surveyed.all()
+    np.testing.assert_array_equal(fewer.position[1:], priors.position[1:])
+    assert priors.surveyed.all()
 
 
 def test_nothing_known() -> None:
-    assert not KnownLandmarks.nothing(3).surveyed.any()
-    assert len(KnownLandmarks.of((), SURVEY).position) == 0
+    assert not LandmarkPriors.nothing(3).surveyed.any()
+    assert len(LandmarkPriors.of((), SURVEY).position) == 0

@@ -7,11 +7,11 @@ import pytest
 
 from vislam2tag.smoother.losses import (
     FOUND_TURN_RAD,
-    FROZEN_WAY_M,
-    FROZEN_WAY_M_S,
+    FROZEN_WALK_M,
+    FROZEN_WALK_M_S,
     NEW_MAP_TURN_RAD,
-    bridge_loss,
     loss_turn_rad,
+    steps_over_loss,
     walkable_m,
 )
 
@@ -27,7 +27,7 @@ def frozen(found_m: complex) -> np.ndarray:
 
 @pytest.mark.parametrize("found_m", [0.4, 3 + 2j, -10j])
 def test_who_is_found_where_he_may_have_walked_is_in_the_same_map(found_m: complex) -> None:
-    step, variance = bridge_loss(frozen(found_m), DT)
+    step, variance = steps_over_loss(frozen(found_m), DT)
     assert step.sum() == pytest.approx(found_m)
     assert variance.sum() == pytest.approx((0.5 * 3.0) ** 2)
     assert loss_turn_rad(frozen(found_m), DT) == FOUND_TURN_RAD
@@ -35,13 +35,13 @@ def test_who_is_found_where_he_may_have_walked_is_in_the_same_map(found_m: compl
 
 def test_who_is_found_farther_off_is_in_another_map_of_any_heading() -> None:
     assert loss_turn_rad(frozen(60 + 10j), DT) == NEW_MAP_TURN_RAD
-    assert bridge_loss(frozen(60 + 10j), DT)[0].sum() == 0
+    assert steps_over_loss(frozen(60 + 10j), DT)[0].sum() == 0
 
 
 def test_the_longer_frozen_the_farther_somebody_may_have_walked() -> None:
     mask = np.zeros(90, dtype=bool)
     mask[10:40] = mask[50:80] = True
     way_m = walkable_m(mask, np.where(np.arange(90) < 45, 1 / 30, 0.1))
-    assert way_m[10:40] == pytest.approx(FROZEN_WAY_M + FROZEN_WAY_M_S)
-    assert way_m[50:80] == pytest.approx(FROZEN_WAY_M + 3 * FROZEN_WAY_M_S)
+    assert way_m[10:40] == pytest.approx(FROZEN_WALK_M + FROZEN_WALK_M_S)
+    assert way_m[50:80] == pytest.approx(FROZEN_WALK_M + 3 * FROZEN_WALK_M_S)
     assert not way_m[~mask].any()

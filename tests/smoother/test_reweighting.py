@@ -13,7 +13,7 @@ from tests.smoother.test_equations import linearised
 from vislam2tag.smoother import reweighting
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
 from vislam2tag.smoother.noise import (
     ESTIMATED,
@@ -23,29 +23,29 @@ from vislam2tag.smoother.noise import (
     SIGHTING_TAIL,
     TAIL,
     USUAL,
-    Noise,
-    Source,
+    DriftSource,
+    NoiseLevels,
 )
 from vislam2tag.smoother.reweighting import Square, Squares, equivalent_variances, expected_squares, reweighted
 from vislam2tag.smoother.smoothing import smooth
 
-CALM = Noise(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
-TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
-ROUGH = Noise(position_m=0.04, heading_rad=0.008, scale=0.005, sighting_m=0.2, sheet_rad=0.08)
+CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
+TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+ROUGH = NoiseLevels(position_m=0.04, heading_rad=0.008, scale=0.005, sighting_m=0.2, sheet_rad=0.08)
 
 
-def one_round(model: Model, known: KnownLandmarks, weights: Weights) -> Weights:
-    solution = solve(normal_equations(model, known, weights, pinned=False))
-    return reweighted(model, weights, expected_squares(model, known, weights, solution))
+def one_round(model: Model, priors: LandmarkPriors, weights: Weights) -> Weights:
+    solution = solve(normal_equations(model, priors, weights, pinned=False))
+    return reweighted(model, weights, expected_squares(model, priors, weights, solution))
 
 
-def log_posterior(model: Model, known: KnownLandmarks, weights: Weights) -> float:
+def log_posterior(model: Model, priors: LandmarkPriors, weights: Weights) -> float:
     """Log-likelihood of all observations, states and landmarks integrated out, plus the prior of the noise levels."""
     noise = weights.noise
-    matrix, right = as_matrix(normal_equations(model, known, weights, pinned=False))
-    _, values = whitened_rows(model, known, weights)
+    matrix, right = as_matrix(normal_equations(model, priors, weights, pinned=False))
+    _, values = whitened_rows(model, priors, weights)
     drift = sum(noise.level(source) ** 2 * unit for source, unit in model.stretches.items()) + LEAST_DRIFT
-    passes = model.walked.passes
+    passes = model.observations.passes
     sighting = noise.sighting_m**2 * (1 + passes.distance_m**2) / 2
     deviance = (
         np.linalg.slogdet(drift)[1].sum()
@@ -63,31 +63,31 @@ def log_posterior(model: Model, known: KnownLandmarks, weights: Weights) -> floa
 
 @pytest.mark.parametrize("truth", [CALM, TYPICAL, ROUGH])
 def test_without_tails_no_round_makes_the_observations_less_likely(
-    truth: Noise, monkeypatch: pytest.MonkeyPatch
+    truth: NoiseLevels, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reweighting, "TAIL", dict.fromkeys(Source, 1e12))
+    monkeypatch.setattr(reweighting, "TAIL", dict.fromkeys(DriftSource, 1e12))
     for name in ("SIGHTING_TAIL", "SHEET_TAIL", "LANDMARK_TAIL"):
         monkeypatch.setattr(reweighting, name, 1e12)
     walk = loops(1, truth, marks=8, laps=2, survey_m=0.02)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
-    weights = Weights.even(USUAL, len(model.walked.passes.at), 8)
-    likelihood = [log_posterior(model, known, weights)]
+    weights = Weights.even(USUAL, len(model.observations.passes.at), 8)
+    likelihood = [log_posterior(model, priors, weights)]
     for _ in range(12):
-        weights = one_round(model, known, weights)
-        likelihood.append(log_posterior(model, known, weights))
+        weights = one_round(model, priors, weights)
+        likelihood.append(log_posterior(model, priors, weights))
     assert np.diff(likelihood).min() > -1e-4
     assert likelihood[-1] >= likelihood[0]
 
 
-def estimated(truth: Noise, seed: int) -> tuple[float, ...]:
+def estimated(truth: NoiseLevels, seed: int) -> tuple[float, ...]:
     """Noise levels of a walk of 300 m past 64 landmarks, after many rounds about the tracker's own path."""
     walk = loops(seed, truth, marks=16, laps=4, survey_m=0.02)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks())
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)
-    weights = Weights.even(USUAL, len(model.walked.passes.at), 16)
+    weights = Weights.even(USUAL, len(model.observations.passes.at), 16)
     for _ in range(20):
-        weights = one_round(model, known, weights)
+        weights = one_round(model, priors, weights)
     noise = weights.noise
     return noise.position_m, noise.heading_rad, noise.scale, noise.sighting_m, noise.sheet_rad
 
@@ -105,9 +105,9 @@ def test_noise_levels_of_a_session_are_found() -> None:
 
 def test_weights_never_trust_more_than_the_tails_allow() -> None:
     walk = loops(2, CALM, marks=8, laps=2)
-    known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 1, 2, 5]))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 1, 2, 5]))
     model = linearised(walk)
-    weights = one_round(model, known, Weights.even(ROUGH, len(model.walked.passes.at), 8))
+    weights = one_round(model, priors, Weights.even(ROUGH, len(model.observations.passes.at), 8))
     for source, factor in weights.stretch.items():
         assert np.all(factor >= TAIL[source] / (TAIL[source] + model.ranks[source]) - 1e-12)
     assert weights.sighting.min() >= SIGHTING_TAIL / (SIGHTING_TAIL + 2)
@@ -122,10 +122,10 @@ def test_weights_never_trust_more_than_the_tails_allow() -> None:
 
 def test_levels_without_observations_stay_usual_and_never_vanish() -> None:
     model = linearised(loops(3, marks=4, laps=1))
-    known = KnownLandmarks.nothing(4)
+    priors = LandmarkPriors.nothing(4)
     weights = Weights.even(USUAL, 4, 4)
     for _ in range(30):
-        weights = one_round(model, known, weights)
+        weights = one_round(model, priors, weights)
     for source in ESTIMATED:
         assert weights.noise.level(source) > 0.2 * USUAL.level(source)
     assert weights.noise.sighting_m > 0.2 * USUAL.sighting_m
@@ -133,17 +133,17 @@ def test_levels_without_observations_stay_usual_and_never_vanish() -> None:
 
 def test_a_bad_sighting_a_bad_sheet_and_a_bad_landmark_are_doubted() -> None:
     walk = loops(4, TYPICAL, marks=8, laps=3)
-    walked = walk.walked()
-    offset, heading = walked.passes.offset.copy(), walked.passes.heading.copy()
+    observations = walk.observations()
+    offset, heading = observations.passes.offset.copy(), observations.passes.heading.copy()
     offset[9] += 3.0
     heading[12] *= np.exp(0.8j)
-    walked = replace(walked, passes=replace(walked.passes, offset=offset, heading=heading))
+    observations = replace(observations, passes=replace(observations.passes, offset=offset, heading=heading))
     survey = walk.landmarks()
     survey.position_bcs[5] += (2.0, -1.0)
-    smoothed = smooth(walked, KnownLandmarks.of(walk.ids, survey))
+    smoothed = smooth(observations, LandmarkPriors.of(walk.ids, survey))
     assert smoothed is not None
     weights = smoothed.weights
-    passes = walked.passes.landmark
+    passes = observations.passes.landmark
     assert weights.sighting[9] > 10 * np.median(weights.sighting)
     assert weights.sheet[12] > 10 * np.median(weights.sheet)
     doubt = weights.landmark * np.array([weights.sighting[passes == j].min() for j in range(8)])
@@ -156,5 +156,5 @@ def test_variances_for_covariances_are_greater_than_those_for_weights() -> None:
     stated = equivalent_variances(model, weights)
     assert np.all(stated.sighting >= weights.sighting)
     assert np.all(stated.sheet >= weights.sheet)
-    for source in Source:
+    for source in DriftSource:
         assert np.all(stated.stretch[source] >= weights.stretch[source])

@@ -15,20 +15,23 @@ from vislam2tag.evaluation.reliability import region_probability
 from vislam2tag.smoother import smoothing
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.noise import Noise
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.noise import NoiseLevels
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.passes import Passes
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth, smooth_in_own_frame
 
-TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def solved(
-    walk: Drifting, surveyed: list[int] | None = None, headed: list[int] | None = None, walked: Walked | None = None
+    walk: Drifting,
+    surveyed: list[int] | None = None,
+    headed: list[int] | None = None,
+    observations: WalkObservations | None = None,
 ) -> Smoothed:
-    known = KnownLandmarks.of(walk.ids, walk.landmarks(surveyed, headed))
-    smoothed = smooth(walk.walked() if walked is None else walked, known)
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks(surveyed, headed))
+    smoothed = smooth(walk.observations() if observations is None else observations, priors)
     assert smoothed is not None
     return smoothed
 
@@ -66,13 +69,13 @@ def test_any_start_heading_and_scale_of_the_tracker_is_found() -> None:
 def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: float, shift: complex) -> None:
     walk = loops(7, TYPICAL, marks=7, laps=1.5, survey_m=0.02)
     surveyed, headed = [0, 2, 3, 5], [2]
-    walked = walk.walked()
-    doubt = np.where(np.arange(len(walked.odometry.path) - 1) % 50, 0, 0.2 + 0.1j)
-    walked = replace(walked, odometry=replace(walked.odometry, doubt=doubt))
-    plain = mapped_path(solved(walk, surveyed, headed, walked))
+    observations = walk.observations()
+    doubt = np.where(np.arange(len(observations.odometry.path) - 1) % 50, 0, 0.2 + 0.1j)
+    observations = replace(observations, odometry=replace(observations.odometry, doubt=doubt))
+    plain = mapped_path(solved(walk, surveyed, headed, observations))
     turn = np.exp(1j * turn_rad)
     elsewhere = replace(walk, surveyed_at=walk.surveyed_at * turn + shift, heading_rad=walk.heading_rad + turn_rad)
-    position, covariance, rotation = mapped_path(solved(elsewhere, surveyed, headed, walked))
+    position, covariance, rotation = mapped_path(solved(elsewhere, surveyed, headed, observations))
     back = as_points((position @ [1, 1j] - shift) / turn)
     np.testing.assert_allclose(back, plain[0], atol=1e-6)
     axes = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
@@ -83,7 +86,7 @@ def test_turning_and_moving_the_survey_turns_and_moves_the_result(turn_rad: floa
 def test_nothing_ties_the_walk_to_the_building() -> None:
     walk = loops(8, TYPICAL, marks=4, laps=1)
     for surveyed in ([], [1]):
-        assert smooth(walk.walked(), KnownLandmarks.of(walk.ids, walk.landmarks(surveyed))) is None
+        assert smooth(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks(surveyed))) is None
 
 
 def test_one_landmark_with_a_heading_is_enough_and_says_how_sure_it_is() -> None:
@@ -94,14 +97,14 @@ def test_one_landmark_with_a_heading_is_enough_and_says_how_sure_it_is() -> None
     error = lengths(errors(walk, smoothed))
     assert error.mean() < 1.5
     assert np.mean(error < 3 * sigma) > 0.9
-    at = smoothed.model.walked.passes.at
+    at = smoothed.model.observations.passes.at
     assert sigma[at].max() < 0.5 * sigma.max()
 
 
 def test_sigma_grows_before_the_first_and_after_the_last_landmark() -> None:
     walk = loops(10, TYPICAL, marks=10, laps=0.9)
     smoothed = solved(walk, [3, 4, 5])
-    passes = smoothed.model.walked.passes
+    passes = smoothed.model.observations.passes
     surveyed = passes.at[np.isin(passes.landmark, [3, 4, 5])]
     _, covariance, _ = mapped_path(smoothed)
     sigma = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
@@ -115,13 +118,15 @@ def test_unsurveyed_landmarks_help_where_they_are_passed_again() -> None:
     gain = []
     for seed in range(5):
         walk = loops(seed, TYPICAL, marks=10, laps=3)
-        walked = walk.walked()
-        few = np.isin(walked.passes.landmark, [0, 5])
+        observations = walk.observations()
+        few = np.isin(observations.passes.landmark, [0, 5])
         with_all, without = (
-            lengths(errors(walk, solved(walk, [0, 5], walked=one))).mean()
+            lengths(errors(walk, solved(walk, [0, 5], observations=one))).mean()
             for one in (
-                walked,
-                replace(walked, passes=Passes(**{name: part[few] for name, part in vars(walked.passes).items()})),
+                observations,
+                replace(
+                    observations, passes=Passes(**{name: part[few] for name, part in vars(observations.passes).items()})
+                ),
             )
         )
         gain.append(without / with_all)
@@ -142,45 +147,45 @@ def test_unsurveyed_landmarks_get_a_position_within_its_sigma() -> None:
 
 def test_bad_sightings_do_not_bend_the_walk() -> None:
     walk = loops(11, TYPICAL, marks=8, laps=2)
-    walked = walk.walked()
-    clean = lengths(errors(walk, solved(walk, walked=walked))).mean()
-    offset = walked.passes.offset.copy()
+    observations = walk.observations()
+    clean = lengths(errors(walk, solved(walk, observations=observations))).mean()
+    offset = observations.passes.offset.copy()
     offset[[3, 9]] += (4.0 - 2.0j, -5.0j)
-    bad = replace(walked, passes=replace(walked.passes, offset=offset))
-    assert lengths(errors(walk, solved(walk, walked=bad))).max() < 3 * clean + 0.3
+    bad = replace(observations, passes=replace(observations.passes, offset=offset))
+    assert lengths(errors(walk, solved(walk, observations=bad))).max() < 3 * clean + 0.3
 
 
 def test_a_jump_in_an_unknown_direction_bends_only_its_own_stretch() -> None:
     walk = loops(12, TYPICAL, marks=8, laps=1)
-    walked = walk.walked()
-    clean = lengths(errors(walk, solved(walk, walked=walked)))
-    step = int(walked.nodes[3:5].mean())
-    path = walked.odometry.path.copy()
+    observations = walk.observations()
+    clean = lengths(errors(walk, solved(walk, observations=observations)))
+    step = int(observations.nodes[3:5].mean())
+    path = observations.odometry.path.copy()
     path[step + 1 :] += 3.0 + 2.0j
     freedom = np.zeros(len(path) - 1)
     freedom[step] = 1.0
-    jumped = replace(walked, odometry=replace(walked.odometry, path=path, jump_m2=freedom))
-    smoothed = solved(walk, walked=jumped)
+    jumped = replace(observations, odometry=replace(observations.odometry, path=path, jump_m2=freedom))
+    smoothed = solved(walk, observations=jumped)
     error = lengths(errors(walk, smoothed))
     outside = np.ones(len(path), dtype=bool)
-    outside[walked.nodes[3] : walked.nodes[4]] = False
+    outside[observations.nodes[3] : observations.nodes[4]] = False
     assert error[outside].max() < 2 * clean.max() + 0.1
 
 
 @pytest.mark.parametrize("along", [True, False])
 def test_a_slip_is_put_at_the_doubtful_step_that_it_fits(*, along: bool) -> None:
     walk = loops(12, TYPICAL, marks=8, laps=1)
-    walked = walk.walked()
-    first, last = walked.nodes[3], walked.nodes[4]
+    observations = walk.observations()
+    first, last = observations.nodes[3], observations.nodes[4]
     early, late = int(0.2 * last + 0.8 * first), int(0.8 * last + 0.2 * first)
     slip = 1.2 * np.exp(0.7j)
-    path = walked.odometry.path.copy()
+    path = observations.odometry.path.copy()
     path[late + 1 :] += slip
     doubt = np.zeros(len(path) - 1, dtype=np.complex128)
     doubt[early], doubt[late] = 0.3j * slip, (0.3 if along else 0.3j) * slip
-    walked = replace(walked, odometry=replace(walked.odometry, path=path, doubt=doubt))
+    observations = replace(observations, odometry=replace(observations.odometry, path=path, doubt=doubt))
     middle = slice(early + 1, late + 1)
-    error = lengths(errors(walk, solved(walk, walked=walked)))[middle].mean()
+    error = lengths(errors(walk, solved(walk, observations=observations)))[middle].mean()
     assert error < 0.15 if along else error > 0.3
 
 
@@ -194,10 +199,10 @@ def test_with_the_noise_given_covariances_hold_what_they_say() -> None:
     found = []
     for seed in range(200):
         walk = loops(seed, TYPICAL, marks=10, laps=1.5, survey_m=0.02)
-        known = KnownLandmarks.of(walk.ids, walk.landmarks([0, 2, 5, 7]))
+        priors = LandmarkPriors.of(walk.ids, walk.landmarks([0, 2, 5, 7]))
         model = linearised(walk)
-        nodes, weights = model.walked.nodes, Weights.even(TYPICAL, len(model.walked.passes.at), 10)
-        state = solve(normal_equations(model, known, weights, pinned=False))
+        nodes, weights = model.observations.nodes, Weights.even(TYPICAL, len(model.observations.passes.at), 10)
+        state = solve(normal_equations(model, priors, weights, pinned=False))
         error = model.path[nodes] + state.state[:, 0] + 1j * state.state[:, 1] - walk.truth[nodes]
         found.append(region_probability(as_points(error), state.covariance[:, :2, :2]))
     of_68, of_95 = shares_inside(found)
@@ -218,12 +223,12 @@ def test_with_the_noise_estimated_covariances_are_not_too_small_and_hardly_too_g
 
 def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> None:
     walk = loops(13, marks=6, laps=2, drifted=False)
-    smoothed = smooth_in_own_frame(walk.walked())
+    smoothed = smooth_in_own_frame(walk.observations())
     position, _, _ = mapped_path(smoothed)
     np.testing.assert_allclose(position, as_points(walk.truth), atol=1e-3)
     np.testing.assert_allclose(smoothed.landmark_position, walk.place, atol=1e-3)
     sigma = np.sqrt(np.trace(smoothed.landmark_covariance(), axis1=1, axis2=2) / 2)
-    assert np.argmin(sigma) == smoothed.model.walked.passes.landmark[0]
+    assert np.argmin(sigma) == smoothed.model.observations.passes.landmark[0]
     assert np.all(np.isfinite(smoothed.landmark_heading_rad))
 
 

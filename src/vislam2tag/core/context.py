@@ -9,21 +9,22 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class TrackerState:
-    """State of the tracker at ``n`` frames: ``tracking`` (n,) mask; ``part`` (n,) int: frames of different parts have
-    nothing to do with one another; ``failure`` (n,) index into ``failures``, the tracker's words for why it lost track.
+    """State of the tracker at ``n`` frames: ``tracking`` (n,) mask; ``section`` (n,) int: between frames of
+    different sections the tracker began anew, and nothing connects them; ``failure`` (n,) index into ``failures``, the
+    tracker's words for why it lost track.
     """
 
     tracking: BoolArray
-    part: IntArray
+    section: IntArray
     failures: tuple[str, ...]
     failure: IntArray
 
     def reason(self, first: int, after: int) -> str:
         """The commonest reason among the frames ``first`` to ``after`` (excluded) that were lost; empty where none."""
         lost = ~self.tracking[first:after]
-        told = [self.failures[i] for i in self.failure[first:after][lost].tolist()]
-        told = [word for word in told if word != NO_FAILURE]
-        return max(sorted(set(told)), key=told.count) if told else ""
+        words = [self.failures[i] for i in self.failure[first:after][lost].tolist()]
+        words = [word for word in words if word != NO_FAILURE]
+        return max(sorted(set(words)), key=words.count) if words else ""
 
 
 NO_FAILURE = "NONE"

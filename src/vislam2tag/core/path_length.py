@@ -11,17 +11,17 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 
-WAY_STEP_NS = 500_000_000
+STEP_NS = 500_000_000
 """Lengths are summed between frames this far apart."""
 FASTEST_M_PER_S = 6.0
 """A faster step is a jump of the tracker or of the mapping, no walking."""
 
 
-def way_frames(time_ns: IntArray) -> IntArray:
+def step_frames(time_ns: IntArray) -> IntArray:
     """Pick the frames (k,) between which way is summed: the first of each half second since the first (n,)."""
     if not len(time_ns):
         return np.empty(0, dtype=np.int64)
-    frames: IntArray = np.flatnonzero(np.diff((time_ns - time_ns[0]) // WAY_STEP_NS, prepend=-1))
+    frames: IntArray = np.flatnonzero(np.diff((time_ns - time_ns[0]) // STEP_NS, prepend=-1))
     return frames
 
 
@@ -42,7 +42,7 @@ def points_along(line: FloatArray, distance: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(distance, corners, line[:, axis]) for axis in (0, 1)])
 
 
-def walked_steps(steps_m: FloatArray, time_ns: IntArray) -> FloatArray:
+def steps_without_jumps(steps_m: FloatArray, time_ns: IntArray) -> FloatArray:
     """Steps (k - 1,) between frames at times (k,); 0 where they are unknown or jumps."""
-    walked: FloatArray = np.where(steps_m <= FASTEST_M_PER_S * np.diff(time_ns) * 1e-9, steps_m, 0.0)
-    return walked
+    motion: FloatArray = np.where(steps_m <= FASTEST_M_PER_S * np.diff(time_ns) * 1e-9, steps_m, 0.0)
+    return motion

@@ -163,7 +163,7 @@ class Landmarks:
     @cached_property
     def surveyed_ids(self) -> frozenset[str]:
         """Ids of the landmarks with a known position."""
-        return frozenset(name for name, known in zip(self.ids, self.surveyed, strict=True) if known)
+        return frozenset(name for name, surveyed in zip(self.ids, self.surveyed, strict=True) if surveyed)
 
     def select(self, wanted: list[int]) -> Landmarks:
         """Keep only the landmarks with these indices, in this order."""
@@ -187,8 +187,8 @@ class Landmarks:
     @property
     def surveyed(self) -> BoolArray:
         """Mask (m,) of the landmarks with a known position."""
-        known = np.column_stack((self.position_bcs, self.covariance_bcs[:, (0, 1), (0, 1)]))
-        mask: BoolArray = np.all(np.isfinite(known), axis=1)
+        numbers = np.column_stack((self.position_bcs, self.covariance_bcs[:, (0, 1), (0, 1)]))
+        mask: BoolArray = np.all(np.isfinite(numbers), axis=1)
         return mask
 
 

@@ -50,13 +50,13 @@ def _argmin_of_runs(values: FloatArray, starts: IntArray) -> IntArray:
 
 def frames_without_landmark(camera: CameraTrack, log: LandmarkLog) -> BoolArray:
     """(n,) mask of the usable frames at which every landmark is unknown: not yet seen, or lost."""
-    known = np.zeros(len(camera.time_ns), dtype=bool)
-    known[log.frame[~log.lost]] = True
+    in_sight = np.zeros(len(camera.time_ns), dtype=bool)
+    in_sight[log.frame[~log.lost]] = True
     if camera.state is not None and log.frame.size:
         # Landmarks fall silent where the tracker follows too many of them; that is no loss.
-        known[log.frame.min() :] |= camera.state.tracking[log.frame.min() :]
-    unknown: BoolArray = camera.usable & ~known
-    return unknown
+        in_sight[log.frame.min() :] |= camera.state.tracking[log.frame.min() :]
+    nothing_in_sight: BoolArray = camera.usable & ~in_sight
+    return nothing_in_sight
 
 
 def boundaries_of_loss(camera: CameraTrack, log: LandmarkLog) -> tuple[Visit, ...]:

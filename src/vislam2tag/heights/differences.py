@@ -50,7 +50,7 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> It
     from scipy.sparse.linalg import spsolve
 
     matrix, value = _whitened(measurements, len(start))
-    tailed = np.concatenate([np.full(len(part.value), part.tailed) for part in measurements])
+    tailed = np.concatenate([np.full(len(group.value), group.tailed) for group in measurements])
 
     def step(solution: FloatArray, number: int) -> FloatArray:
         residual = (matrix @ solution - value) / max(WIDEST * NARROWING ** (number - 1), 1.0)
@@ -73,11 +73,11 @@ def _whitened(measurements: Sequence[Differences], unknowns: int) -> tuple[csr_a
     """All rows divided by their sigma: a sparse matrix (r, unknowns) and a right-hand side (r,)."""
     from scipy.sparse import csr_array
 
-    first = np.concatenate([part.first for part in measurements])
-    second = np.concatenate([part.second for part in measurements])
-    weight = 1.0 / np.concatenate([part.sigma for part in measurements])
+    first = np.concatenate([group.first for group in measurements])
+    second = np.concatenate([group.second for group in measurements])
+    weight = 1.0 / np.concatenate([group.sigma for group in measurements])
     rows, both = np.arange(len(first)), second >= 0
     values = np.concatenate((weight, -weight[both]))
     places = np.concatenate((rows, rows[both])), np.concatenate((first, second[both]))
     matrix = csr_array((values, places), shape=(len(rows), unknowns))
-    return matrix, np.concatenate([part.value for part in measurements]) * weight
+    return matrix, np.concatenate([group.value for group in measurements]) * weight

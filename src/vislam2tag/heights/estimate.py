@@ -83,8 +83,8 @@ def estimate_heights(
         return Heights(np.full(n, np.nan), np.empty(0, dtype=np.int64))
     floor = np.full(n, storeys.own, dtype=np.int64)
     z = np.full(n, np.nan)
-    told = len(storeys.number) > 1 or np.isfinite(storeys.elevation_m).any()
-    if camera.usable.sum() < FEWEST_FRAMES or not told:
+    tells_anything = len(storeys.number) > 1 or np.isfinite(storeys.elevation_m).any()
+    if camera.usable.sum() < FEWEST_FRAMES or not tells_anything:
         return Heights(z, floor)
     odometry = odometry or continuous_odometry(camera, log)
     track = _track(camera, log, odometry)
@@ -142,14 +142,14 @@ def _sightings(
     camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, odometry: Odometry, track: VerticalTrack
 ) -> _Sightings:
     """Sightings of landmarks of known floor from nearby, reduced to one for each block of time."""
-    known = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
+    index = np.array([landmarks.index.get(name, -1) for name in log.ids], dtype=np.int64)
     rank = usable_rank(camera)
     rows = seen_rows(log, odometry.rewritten[rank[log.frame]])
     away = np.linalg.norm(log.position_acs[rows] - camera.position_acs[log.frame[rows]], axis=1)
-    rows = rows[(away < SIGHTING_REACH_M) & (known[log.landmark[rows]] >= 0)]
+    rows = rows[(away < SIGHTING_REACH_M) & (index[log.landmark[rows]] >= 0)]
     rank = rank[log.frame[rows]]
     height = log.position_acs[rows, 1] + track.shift_m[rank]
-    return _in_blocks(known[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
+    return _in_blocks(index[log.landmark[rows]], rank, height, np.floor(track.time_s[rank] / BLOCK_S).astype(np.int64))
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:
@@ -190,12 +190,12 @@ def _usual_height(landmarks: Landmarks, settings: HeightSettings) -> FloatArray:
 
 def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
     """Elevation (s,) of each storey; those unknown are guessed from the nearest known one, the own floor's being 0."""
-    known = np.isfinite(storeys.elevation_m)
-    if not known.any():
+    measured = np.isfinite(storeys.elevation_m)
+    if not measured.any():
         return settings.storey_m * (storeys.number - storeys.own).astype(np.float64)
-    nearest = np.abs(storeys.number[:, None] - storeys.number[known]).argmin(axis=1)
-    guess: FloatArray = storeys.elevation_m[known][nearest] + settings.storey_m * (
-        storeys.number - storeys.number[known][nearest]
+    nearest = np.abs(storeys.number[:, None] - storeys.number[measured]).argmin(axis=1)
+    guess: FloatArray = storeys.elevation_m[measured][nearest] + settings.storey_m * (
+        storeys.number - storeys.number[measured][nearest]
     )
     return guess
 
@@ -233,10 +233,10 @@ def _solve(
 
 def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, storey_m: float) -> list[Differences]:
     """Known elevations are pinned; unknown ones follow the next floor's by the usual height of a storey."""
-    known = np.isfinite(storeys.elevation_m)
-    pinned = np.flatnonzero(known if known.any() else storeys.number == storeys.own)
+    measured = np.isfinite(storeys.elevation_m)
+    pinned = np.flatnonzero(measured if measured.any() else storeys.number == storeys.own)
     none = np.full(len(pinned), -1, dtype=np.int64)
-    lower = np.flatnonzero(~(known[1:] & known[:-1]))
+    lower = np.flatnonzero(~(measured[1:] & measured[:-1]))
     storeys_up = np.diff(storeys.number)[lower]
     return [
         Differences(first + pinned, none, elevation[pinned], np.full(len(pinned), PINNED_M), False),

@@ -119,5 +119,5 @@ def _speed(odometry: Odometry) -> FloatArray:
     """Horizontal speed (f,): the way between half a second before and after, m/s."""
     time_s = odometry.time_s
     axes = (odometry.path.real, odometry.path.imag)
-    way = [np.interp(time_s + 0.5, time_s, part) - np.interp(time_s - 0.5, time_s, part) for part in axes]
-    return np.asarray(np.hypot(*way))
+    moved = [np.interp(time_s + 0.5, time_s, part) - np.interp(time_s - 0.5, time_s, part) for part in axes]
+    return np.asarray(np.hypot(*moved))

@@ -15,7 +15,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.landmark_survey.local_map import LocalMap
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
 LEAST_APART_M = 1.0
 """Two landmarks tell how maps are turned if they are this far apart."""
@@ -54,10 +54,10 @@ class Chart:
         return chart
 
     @classmethod
-    def of_survey(cls, known: KnownLandmarks, maps: int) -> Chart:
+    def of_survey(cls, priors: LandmarkPriors, maps: int) -> Chart:
         """Take the survey for a chart."""
-        blank = cls._blank(maps, len(known.position))
-        return replace(blank, position=known.position, heading_rad=known.heading_rad, is_survey=True)
+        blank = cls._blank(maps, len(priors.position))
+        return replace(blank, position=priors.position, heading_rad=priors.heading_rad, is_survey=True)
 
     @classmethod
     def _blank(cls, maps: int, landmarks: int) -> Chart:
@@ -111,10 +111,10 @@ class Chart:
         )
 
 
-def tied_to_survey(maps: Sequence[LocalMap], known: KnownLandmarks) -> Chart:
+def tied_to_survey(maps: Sequence[LocalMap], priors: LandmarkPriors) -> Chart:
     """Put all maps together that can be tied to the survey, directly or over others; the chart is in the BCS."""
-    charts = [Chart.of_map(one, number, len(maps), len(known.position)) for number, one in enumerate(maps)]
-    charts = [Chart.of_survey(known, len(maps)), *_grown(charts)]
+    charts = [Chart.of_map(one, number, len(maps), len(priors.position)) for number, one in enumerate(maps)]
+    charts = [Chart.of_survey(priors, len(maps)), *_grown(charts)]
     before = len(charts) + 1
     while len(charts) < before:
         before = len(charts)
@@ -168,8 +168,8 @@ def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
 def _turns_of_pairs(a: ComplexArray, b: ComplexArray) -> FloatArray:
     """By how much each pair of landmarks says that ``b`` must be turned to lie as ``a``."""
     pairs: IntArray = np.array(list(combinations(range(len(a)), 2)), dtype=np.int64).reshape(-1, 2)
-    way_a, way_b = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (a, b))
-    apart = np.minimum(np.abs(way_a), np.abs(way_b))
+    apart_a, apart_b = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (a, b))
+    apart = np.minimum(np.abs(apart_a), np.abs(apart_b))
     chosen = np.argsort(-apart, kind="stable")[:MOST_PAIRS]
     chosen = chosen[apart[chosen] > LEAST_APART_M]
-    return np.angle(way_a[chosen] * way_b[chosen].conj())
+    return np.angle(apart_a[chosen] * apart_b[chosen].conj())

@@ -19,7 +19,7 @@ from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.smoother.equations import FREE_M, FREE_RAD
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.noise import PRIOR_WEIGHT
 
 SHIFT_M = 0.06
@@ -65,7 +65,7 @@ class LandmarkMap:
     """
 
     maps: tuple[LocalMap, ...]
-    known: KnownLandmarks
+    priors: LandmarkPriors
     doubts: Doubts
     position: ComplexArray
     heading_rad: FloatArray
@@ -111,14 +111,14 @@ class _Linear:
     """(r,) the part that is a landmark off its place, a diagonal."""
 
 
-def join(maps: Sequence[LocalMap], known: KnownLandmarks) -> LandmarkMap:
+def join(maps: Sequence[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
     """Join all maps that can be tied to the survey; the order of the maps does not matter."""
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
         caution = max(CAUTION * RELAXATION**number, 1.0)
         return solved(replace(before, doubts=_reweighted(before).cautious(caution)))
 
-    start = rough(tuple(maps), known)
+    start = rough(tuple(maps), priors)
     done = iterate(
         "the joint landmark map",
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
@@ -139,17 +139,17 @@ def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
         (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
     )
     shift = tuple(np.where(row, old / least, old) for old, row in zip(joined.doubts.shift, rows, strict=True))
-    trial = replace(joined, known=joined.known.without(landmark), doubts=replace(joined.doubts, shift=shift))
+    trial = replace(joined, priors=joined.priors.without(landmark), doubts=replace(joined.doubts, shift=shift))
     return solved(solved(trial))
 
 
-def rough(maps: tuple[LocalMap, ...], known: KnownLandmarks) -> LandmarkMap:
+def rough(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
     """Where to begin: everything put together roughly, nothing doubted."""
-    chart: Chart = tied_to_survey(maps, known)
-    marks = len(known.position)
+    chart: Chart = tied_to_survey(maps, priors)
+    marks = len(priors.position)
     return LandmarkMap(
         maps=maps,
-        known=known,
+        priors=priors,
         doubts=Doubts(SHIFT_M, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(marks)),
         position=np.where(np.isfinite(chart.position), chart.position, 0),
         heading_rad=np.where(np.isfinite(chart.heading_rad), chart.heading_rad, 0.0),
@@ -220,17 +220,17 @@ def solved(joined: LandmarkMap) -> LandmarkMap:
 
 def _survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
     """Information (3m, 3m) and right side (3m,) of the survey; next to nothing where there is none."""
-    known, marks = joined.known, len(joined.position)
+    priors, marks = joined.priors, len(joined.position)
     precision = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
-    rows = known.surveyed
-    precision[rows] = np.linalg.inv(known.covariance[rows] * joined.doubts.survey[rows, None, None])
+    rows = priors.surveyed
+    precision[rows] = np.linalg.inv(priors.covariance[rows] * joined.doubts.survey[rows, None, None])
     information, right = np.zeros((3 * marks, 3 * marks)), np.zeros(3 * marks)
     column = np.arange(2 * marks).reshape(-1, 2)
     information[column[:, :, None], column[:, None, :]] = precision
     right[: 2 * marks] = np.einsum("mij,mj->mi", precision, _survey_miss(joined)).ravel()
-    headed = np.isfinite(known.heading_rad)
-    worth = np.where(headed, known.heading_sigma_rad, FREE_RAD) ** -2.0
-    turned = np.where(headed, known.heading_rad - joined.heading_rad, 0.0)
+    headed = np.isfinite(priors.heading_rad)
+    worth = np.where(headed, priors.heading_sigma_rad, FREE_RAD) ** -2.0
+    turned = np.where(headed, priors.heading_rad - joined.heading_rad, 0.0)
     heading = np.arange(2 * marks, 3 * marks)
     information[heading, heading] = worth
     right[heading] = worth * wrapped(turned)
@@ -239,7 +239,7 @@ def _survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
 
 def _survey_miss(joined: LandmarkMap) -> FloatArray:
     """(m, 2) from where the landmarks are to where the survey has them, metres; 0 where it has none."""
-    miss = np.where(joined.known.surveyed, joined.known.position - joined.position, 0)
+    miss = np.where(joined.priors.surveyed, joined.priors.position - joined.position, 0)
     return np.column_stack((miss.real, miss.imag))
 
 
@@ -283,20 +283,20 @@ def _missed(joined: LandmarkMap, number: int) -> _Missed:
     spread += one.frame @ frame_covariance @ one.frame.T
     precision = np.linalg.inv(one.noise)
     pull = precision @ one.residual
-    told = precision - precision @ spread @ precision
+    determined = precision - precision @ spread @ precision
     places = slice(0, 2 * len(joined.maps[number].landmark))
     walk = joined.doubts.walk[number]
     return _Missed(
         square_m2=((one.shift * pull) ** 2)[places].reshape(-1, 2).sum(axis=1),
-        numbers=(one.shift * np.diag(told))[places].reshape(-1, 2).sum(axis=1).clip(0),
+        numbers=(one.shift * np.diag(determined))[places].reshape(-1, 2).sum(axis=1).clip(0),
         walk_square=float(walk * pull @ one.own @ pull),
-        walk_numbers=max(float(np.sum(told * one.own)), 0.0),
+        walk_numbers=max(float(np.sum(determined * one.own)), 0.0),
     )
 
 
 def _survey_doubts(joined: LandmarkMap) -> FloatArray:
-    known, rows = joined.known, joined.known.surveyed
-    worth = np.linalg.inv(known.covariance[rows])
+    priors, rows = joined.priors, joined.priors.surveyed
+    worth = np.linalg.inv(priors.covariance[rows])
     miss = _survey_miss(joined)[rows]
     square = np.einsum("mi,mij,mj->m", miss, worth, miss)
     left = np.einsum("mij,mji->m", worth, joined.position_covariance[rows]) / joined.doubts.survey[rows]

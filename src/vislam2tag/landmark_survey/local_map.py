@@ -28,9 +28,9 @@ class LocalMap:
     @classmethod
     def of(cls, smoothed: Smoothed) -> LocalMap:
         """Reduce a walk that was solved in its own frame; landmarks are the indices of its log's ids."""
-        passes = smoothed.model.walked.passes
+        passes = smoothed.model.observations.passes
         landmark, count = np.unique(passes.landmark, return_counts=True)
-        marks = len(smoothed.known.position)
+        marks = len(smoothed.priors.position)
         columns = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * marks + landmark))
         headed = np.isin(landmark, passes.landmark[smoothed.model.headed])
         return cls(

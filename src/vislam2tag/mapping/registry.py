@@ -11,7 +11,7 @@ import numpy as np
 from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.tracker_sections import one_part, parts_of
+from vislam2tag.core.tracker_sections import one_section, section_numbers
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.mapping.settings import MappingSettings
 
@@ -40,7 +40,7 @@ def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
 
     It maps sessions in several parts part by part.
     """
-    return InParts(STRATEGIES.named(name)(settings))
+    return BySection(STRATEGIES.named(name)(settings))
 
 
 def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
@@ -50,7 +50,7 @@ def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
 
 
 @dataclass(frozen=True)
-class InParts:
+class BySection:
     """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
 
     strategy: MappingStrategy
@@ -62,12 +62,12 @@ class InParts:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map each part and put the frames together again."""
-        parts = parts_of(camera)
-        if camera.state is None or len(parts) < 2:
+        sections = section_numbers(camera)
+        if camera.state is None or len(sections) < 2:
             return self.strategy.map(camera, log, landmarks)
-        mapped = [self.strategy.map(*one_part(camera, log, int(part)), landmarks) for part in parts]
-        # Frames that are not usable, of whatever part, are so in the trajectory of each.
-        return _together(mapped, np.searchsorted(parts, camera.state.part).clip(0, len(parts) - 1))
+        mapped = [self.strategy.map(*one_section(camera, log, int(section)), landmarks) for section in sections]
+        # Frames that are not usable, of whatever section, are so in the trajectory of each.
+        return _together(mapped, np.searchsorted(sections, camera.state.section).clip(0, len(sections) - 1))
 
 
 def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
@@ -75,21 +75,21 @@ def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
     frame = np.arange(len(chosen))
 
     def stacked(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
-        return np.asarray(np.stack([getattr(part, name) for part in mapped])[chosen, frame])
+        return np.asarray(np.stack([getattr(section, name) for section in mapped])[chosen, frame])
 
-    with_floors = all(len(part.floor) for part in mapped)
+    with_floors = all(len(section.floor) for section in mapped)
     return Trajectory(
         time_ns=mapped[0].time_ns,
         position_bcs=stacked("position_bcs").astype(np.float64),
         orientation_bcs=stacked("orientation_bcs").astype(np.float64),
         covariance_bcs=stacked("covariance_bcs").astype(np.float64),
         status=stacked("status").astype(np.int8),
-        segments=tuple(segment for part in mapped for segment in part.segments),
-        visits=tuple(sorted((visit for part in mapped for visit in part.visits), key=lambda visit: visit.frame)),
+        segments=tuple(segment for section in mapped for segment in section.segments),
+        visits=tuple(sorted((visit for section in mapped for visit in section.visits), key=lambda visit: visit.frame)),
         floor=stacked("floor").astype(np.int64) if with_floors else np.empty(0, dtype=np.int64),
-        events=tuple(sorted((event for part in mapped for event in part.events), key=lambda event: event.frame)),
+        events=tuple(sorted((event for section in mapped for event in section.events), key=lambda event: event.frame)),
         contradictions=tuple(
-            sorted((found for part in mapped for found in part.contradictions), key=lambda found: -found.size_m)
+            sorted((found for section in mapped for found in section.contradictions), key=lambda found: -found.size_m)
         ),
-        not_converged=tuple(dict.fromkeys(what for part in mapped for what in part.not_converged)),
+        not_converged=tuple(dict.fromkeys(what for section in mapped for what in section.not_converged)),
     )

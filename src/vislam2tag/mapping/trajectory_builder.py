@@ -14,7 +14,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment,
 
 
 @dataclass(frozen=True)
-class Sheet:
+class TrajectoryBuilder:
     """Arrays of a trajectory under construction, one entry for each frame."""
 
     position_bcs: FloatArray
@@ -22,7 +22,7 @@ class Sheet:
     status: StatusArray
 
     @classmethod
-    def blank(cls, camera: CameraTrack, cause: Status) -> Sheet:
+    def blank(cls, camera: CameraTrack, cause: Status) -> TrajectoryBuilder:
         """Give every usable frame the same cause; the others keep their own."""
         n = len(camera.time_ns)
         status = np.where(camera.usable, np.int8(cause), camera.status).astype(np.int8)
@@ -50,6 +50,6 @@ class Sheet:
         )
 
 
-def surveyed_part(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:
+def surveyed_rows(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:
     """Drop the rows of landmarks without a surveyed position."""
     return log.select([i for i, landmark_id in enumerate(log.ids) if landmark_id in landmarks.surveyed_ids])

@@ -12,7 +12,7 @@ from vislam2tag.planning.prediction import PassedLandmarks, expected_along, pass
 from vislam2tag.planning.sheet_places import SheetPlaces, Stations
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.gain_map import APART_M, GainMap, session_gains
-from vislam2tag.self_check.landmark_gain import CELL_M, gains, walked_metre_by_metre
+from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
 
 MOST_WALKS = 12
 """Gains are looked for on so many walks, spread evenly over all."""
@@ -78,7 +78,7 @@ def _first_order_gains(
         smoothed = smoothed_walk(path, sheets, survey_sigma_m)
         if smoothed is None:
             continue
-        metres = walked_metre_by_metre(smoothed)
-        here = gains(smoothed, metres, np.zeros(len(metres.at), dtype=np.int64))
+        positions = positions_each_metre(smoothed)
+        here = gains(smoothed, positions, np.zeros(len(positions.at), dtype=np.int64))
         total.add(session_gains(here, 1.0, np.zeros(len(path), dtype=np.int64), np.ones(len(path))))
     return total.mean_gain_m(0) if total.frames else {}

@@ -17,10 +17,10 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import Weights, normal_equations
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, Noise
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.noise import USUAL, NoiseLevels
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.passes import Passes
 from vislam2tag.smoother.reweighting import equivalent_variances
@@ -75,7 +75,7 @@ class ExpectedLabels:
 
 
 def expected_along(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: Noise = USUAL
+    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
 ) -> ExpectedLabels | None:
     """Covariances (n, 2, 2) of the labels of a walk (n, 2); None where it passes no two landmarks apart, so that
     nothing is mapped.
@@ -85,7 +85,7 @@ def expected_along(
 
 
 def smoothed_walk(
-    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: Noise = USUAL
+    path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: float, noise: NoiseLevels = USUAL
 ) -> Smoothed | None:
     """A walk (n, 2) as the smoother would have it once solved; None where it passes no two landmarks."""
     at, landmark = _passes(path, sheets.foot)
@@ -93,14 +93,14 @@ def smoothed_walk(
         return None
     passed, landmark = np.unique(landmark, return_inverse=True)
     sheets = PassedLandmarks(sheets.position[passed], sheets.foot[passed], sheets.pass_m[passed])
-    walked = _simulated_walk(path, sheets, at, landmark)
-    known = _surveyed_landmarks(sheets, survey_sigma_m)
+    observations = _simulated_walk(path, sheets, at, landmark)
+    priors = _surveyed_landmarks(sheets, survey_sigma_m)
     plane = as_complex(path)
-    model = Model(walked, plane, np.ones_like(plane), rough=False)
+    model = Model(observations, plane, np.ones_like(plane), rough=False)
     # A pass tells two numbers, of which the walk itself takes about one: the rest tells the levels of noise.
-    weights = Weights.even(replace(noise, told=float(len(at))), len(at), len(sheets.position))
+    weights = Weights.even(replace(noise, numbers=float(len(at))), len(at), len(sheets.position))
     weights = equivalent_variances(model, weights)
-    return Smoothed(model, known, weights, solve(normal_equations(model, known, weights, pinned=False)))
+    return Smoothed(model, priors, weights, solve(normal_equations(model, priors, weights, pinned=False)))
 
 
 def _passes(path: FloatArray, foot: FloatArray) -> tuple[IntArray, IntArray]:
@@ -122,7 +122,7 @@ def passes_near(path: FloatArray, foot: FloatArray) -> bool:
     return bool((np.linalg.norm(path - foot, axis=1) < PASSED_M).any())
 
 
-def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> Walked:
+def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, landmark: IntArray) -> WalkObservations:
     """The odometry of a path (n, 2) and the passes (p,) of landmarks (p,) that a tracker would have logged, without any
     fault.
     """
@@ -163,14 +163,14 @@ def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, lan
         spread_m=np.full(len(at), SPREAD_M),
         count=np.ones(len(at), dtype=np.int64),
     )
-    return Walked(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
+    return WalkObservations(tuple(str(i) for i in range(len(sheets.position))), odometry, passes)
 
 
-def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> KnownLandmarks:
-    known = KnownLandmarks.nothing(len(sheets.position))
-    known.position[:] = as_complex(sheets.position)
-    known.covariance[:] = np.eye(2) * sigma_m**2
-    return known
+def _surveyed_landmarks(sheets: PassedLandmarks, sigma_m: float) -> LandmarkPriors:
+    priors = LandmarkPriors.nothing(len(sheets.position))
+    priors.position[:] = as_complex(sheets.position)
+    priors.covariance[:] = np.eye(2) * sigma_m**2
+    return priors
 
 
 def expected_on_walks(

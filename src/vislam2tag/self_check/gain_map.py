@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.self_check.landmark_gain import CELL_M, Gains
-from vislam2tag.self_check.record import FloorCheck, Place
+from vislam2tag.self_check.record import FloorCheck, ProposedPlace
 
 BEST = 3
 """So many places are named on each floor ..."""
@@ -62,13 +62,13 @@ class GainMap:
         """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
         return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m[number].items())}
 
-    def _best(self, number: int) -> list[Place]:
-        chosen: list[Place] = []
+    def _best(self, number: int) -> list[ProposedPlace]:
+        chosen: list[ProposedPlace] = []
         gains = self.mean_gain_m(number)
         for cell in sorted(gains, key=lambda cell: (-gains[cell], cell)):
             x_m, y_m = ((index + 0.5) * CELL_M for index in cell)
             if all((x_m - other.x_m) ** 2 + (y_m - other.y_m) ** 2 >= APART_M**2 for other in chosen):
-                chosen.append(Place(x_m=x_m, y_m=y_m, gain_m=round(gains[cell], 4)))
+                chosen.append(ProposedPlace(x_m=x_m, y_m=y_m, gain_m=round(gains[cell], 4)))
             if len(chosen) == BEST:
                 break
         return chosen

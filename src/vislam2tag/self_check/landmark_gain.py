@@ -3,7 +3,7 @@
 A sighting of a landmark whose place is known measures the camera's position, with covariance ``R``. All that is known
 of the walk is Gaussian, so the covariance at frame i falls by ``C_iS (C_SS + R)^-1 C_Si``, where ``S`` are the passes
 of that place and ``C`` the covariances between positions at different times. Those follow from neighbouring states
-alone (:func:`walked_metre_by_metre`); they fade from landmark to landmark, so they are kept over a limited way only and
+alone (:func:`positions_each_metre`); they fade from landmark to landmark, so they are kept over a limited way only and
 the cost grows linearly with the walk.
 """
 
@@ -35,7 +35,7 @@ _AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
-class Metres:
+class DensePositions:
     """A walk at some of its frames ``at`` (k,), closely in order.
 
     ``position`` (k, 2) metres BCS; ``covariance`` (k, REACH + 1, 2, 2) of the position at each with those of the next
@@ -61,29 +61,29 @@ class Gains:
     gain_m: FloatArray
 
 
-def gains(smoothed: Smoothed, metres: Metres, floor: IntArray) -> Gains:
-    """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``metres``."""
+def gains(smoothed: Smoothed, positions: DensePositions, floor: IntArray) -> Gains:
+    """Gain at each place that the walk passes; ``floor`` (k,) is that of each of the ``positions``."""
     usual = float(np.median(smoothed.weights.sighting)) * smoothed.noise.sighting_m**2
     noise = np.eye(2) * (usual + SURVEY_SIGMA_M**2)
-    before = expected_error_m(metres.covariance[:, 0])
-    known: dict[tuple[int, ...], float] = {}
+    before = expected_error_m(positions.covariance[:, 0])
+    gain_m: dict[tuple[int, ...], float] = {}
     cells, floors, values = [], [], []
-    for where, nodes in _places(metres, floor):
+    for where, nodes in _places(positions, floor):
         passes = tuple(nodes)
-        if passes not in known:
-            index, after = _improved(metres.covariance, np.array(passes), noise)
-            known[passes] = float(metres.frames[index] @ (before[index] - expected_error_m(after)))
+        if passes not in gain_m:
+            index, after = _improved(positions.covariance, np.array(passes), noise)
+            gain_m[passes] = float(positions.frames[index] @ (before[index] - expected_error_m(after)))
         cells.append(where[1:])
         floors.append(where[0])
-        values.append(known[passes])
+        values.append(gain_m[passes])
     return Gains(np.array(cells, dtype=np.int64).reshape(-1, 2), np.array(floors, dtype=np.int64), np.array(values))
 
 
-def walked_metre_by_metre(smoothed: Smoothed) -> Metres:
+def positions_each_metre(smoothed: Smoothed) -> DensePositions:
     """Solve a smoothed walk for a state a metre and reduce it to positions and their covariances with the next ones."""
     fine = _with_silent_passes(smoothed)
-    solution = solve(normal_equations(fine.model, fine.known, fine.weights, pinned=False))
-    nodes, count = fine.model.walked.nodes, len(fine.model.path)
+    solution = solve(normal_equations(fine.model, fine.priors, fine.weights, pinned=False))
+    nodes, count = fine.model.observations.nodes, len(fine.model.path)
     # Given the border, each state depends on its neighbours only; what the border ties together is added again.
     tied = np.linalg.solve(solution.border_covariance, solution.cross.transpose(0, 2, 1)).transpose(0, 2, 1)
     own = solution.covariance - tied @ solution.cross.transpose(0, 2, 1)
@@ -99,35 +99,37 @@ def walked_metre_by_metre(smoothed: Smoothed) -> Metres:
     nearest = np.searchsorted((nodes[1:] + nodes[:-1]) / 2, np.arange(count))
     frames = np.bincount(nearest, minlength=len(nodes)).astype(np.float64)
     error = solution.state[:, 0] + 1j * solution.state[:, 1]
-    return Metres(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
+    return DensePositions(nodes, as_points(fine.model.path[nodes] + error), covariance, frames)
 
 
 def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
     model, weights = smoothed.model, smoothed.weights
-    walked = model.walked
-    metre = np.floor(np.concatenate(([0.0], np.cumsum(walked.odometry.walked_m))) / EVERY_M)
-    at = np.setdiff1d(np.flatnonzero(np.diff(metre) > 0) + 1, walked.nodes)
+    observations = model.observations
+    metre = np.floor(np.concatenate(([0.0], np.cumsum(observations.odometry.walked_m))) / EVERY_M)
+    at = np.setdiff1d(np.flatnonzero(np.diff(metre) > 0) + 1, observations.nodes)
     zero, whole, nowhere = np.zeros(len(at)), np.zeros(len(at), dtype=np.int64), np.zeros(len(at), dtype=np.complex128)
     silent = Passes(at, whole, nowhere, nowhere, zero, zero, whole)
-    order = np.argsort(np.concatenate((walked.passes.at, at)), kind="stable")
+    order = np.argsort(np.concatenate((observations.passes.at, at)), kind="stable")
     names = Passes.__dataclass_fields__
-    passes = Passes(*(np.concatenate((getattr(walked.passes, n), getattr(silent, n)))[order] for n in names))
-    fine = replace(walked, passes=passes)
-    stretch = np.clip(np.searchsorted(walked.nodes, fine.nodes[:-1], side="right") - 1, 0, len(walked.nodes) - 2)
+    passes = Passes(*(np.concatenate((getattr(observations.passes, n), getattr(silent, n)))[order] for n in names))
+    fine = replace(observations, passes=passes)
+    stretch = np.clip(
+        np.searchsorted(observations.nodes, fine.nodes[:-1], side="right") - 1, 0, len(observations.nodes) - 2
+    )
     finer = replace(
         weights,
         stretch={source: factor[stretch] for source, factor in weights.stretch.items()},
         sighting=np.concatenate((weights.sighting, np.full(len(at), np.inf)))[order],
         sheet=np.concatenate((weights.sheet, np.ones(len(at))))[order],
     )
-    return replace(smoothed, model=replace(model, walked=fine), weights=finer)
+    return replace(smoothed, model=replace(model, observations=fine), weights=finer)
 
 
-def _places(metres: Metres, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
-    """Yield each place near the walk, as floor and cell, and the nearest of the ``metres`` at each of its passes."""
-    cell = np.floor(metres.position / CELL_M).astype(np.int64)[:, None] + _AROUND
-    away = np.linalg.norm((cell + 0.5) * CELL_M - metres.position[:, None], axis=2)
+def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
+    """Yield each place near the walk, as floor and cell, and the nearest of the ``positions`` at each of its passes."""
+    cell = np.floor(positions.position / CELL_M).astype(np.int64)[:, None] + _AROUND
+    away = np.linalg.norm((cell + 0.5) * CELL_M - positions.position[:, None], axis=2)
     node, around = np.nonzero(away <= SIGHT_M)
     key = np.column_stack((floor[node], cell[node, around]))
     away = away[node, around]

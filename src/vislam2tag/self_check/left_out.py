@@ -18,7 +18,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.smoother.contradictions import discrepancy
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.smoothing import Smoothed, smooth
 
 MOST_SOLUTIONS = 24
@@ -54,18 +54,20 @@ def leave_out(smoothed: Smoothed) -> tuple[LeftOut, ...]:
 
     Where the others do not tie the walk to the building without it, there is no error to tell: it is missing.
     """
-    walked, known = smoothed.model.walked, smoothed.known
-    passed = np.intersect1d(np.flatnonzero(known.surveyed), walked.passes.landmark).tolist()
+    observations, priors = smoothed.model.observations, smoothed.priors
+    passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark).tolist()
     found: list[tuple[int, LeftOut]] = []
     for start in range(min(len(passed), MOST_SOLUTIONS)):
         group = passed[start::MOST_SOLUTIONS]
-        trial = smooth(walked, reduce(KnownLandmarks.without, group, known))
+        trial = smooth(observations, reduce(LandmarkPriors.without, group, priors))
         if trial is not None:
             found += [(landmark, _left_out(smoothed, trial, landmark)) for landmark in group]
     return tuple(error for _, error in sorted(found, key=lambda pair: pair[0]))
 
 
 def _left_out(smoothed: Smoothed, trial: Smoothed, landmark: int) -> LeftOut:
-    walked = smoothed.model.walked
+    observations = smoothed.model.observations
     offset, covariance = discrepancy(smoothed, trial, landmark)
-    return LeftOut(walked.ids[landmark], int(np.sum(walked.passes.landmark == landmark)), offset, covariance)
+    return LeftOut(
+        observations.ids[landmark], int(np.sum(observations.passes.landmark == landmark)), offset, covariance
+    )

@@ -76,7 +76,7 @@ class BadLandmark(Record):
     """Standard deviation of that length, were the survey right."""
 
 
-class Place(Record):
+class ProposedPlace(Record):
     """Where one more landmark would help."""
 
     x_m: float
@@ -92,7 +92,7 @@ class FloorCheck(Record):
     frames: int
     expected_m: float
     """Mean error to expect of all frames, certain or not, as estimated."""
-    places: list[Place]
+    places: list[ProposedPlace]
     """Where one more landmark would help most, the best first; each gain is that of this landmark alone."""
 
 

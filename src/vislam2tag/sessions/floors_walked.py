@@ -32,7 +32,7 @@ class SessionLandmarks:
     elsewhere: tuple[str, ...] = ()
 
 
-def known_elsewhere(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
+def ids_of_other_floors(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
     """Logged ids that only landmark files of other floors than a session's own have.
 
     None where nobody surveyed the own floor: then other floors' ids say nothing.
@@ -41,13 +41,13 @@ def known_elsewhere(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tu
     return tuple(name for name in logged if name not in here and name in landmarks.index) if here else ()
 
 
-def considered_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmarks:
+def candidate_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmarks:
     """All landmarks that matter to a session that logged these ids: its own floor's, or those of all floors.
 
     Ids may repeat from floor to floor. ``storeys`` are filled accordingly.
     """
     landmarks = site.landmarks
-    if known_elsewhere(landmarks, own, logged):
+    if ids_of_other_floors(landmarks, own, logged):
         numbers = np.unique(np.concatenate((landmarks.floor, [own, *(floor.number for floor in site.floors)])))
         return replace(landmarks, storeys=_storeys(site, own, numbers.astype(np.int64)))
     return replace(landmarks.on_floor(own), storeys=_storeys(site, own, np.array([own], dtype=np.int64)))
@@ -61,12 +61,12 @@ def _storeys(site: Site, own: int, numbers: IntArray) -> Storeys:
 def landmarks_of_session(
     considered: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog
 ) -> SessionLandmarks:
-    """Choose among the considered landmarks (see :func:`considered_landmarks`) those that the session may use.
+    """Choose among the considered landmarks (see :func:`candidate_landmarks`) those that the session may use.
 
     It went to other floors if it logged two landmarks that only they have, or one and it went up or down by
     :data:`CLIMB_M`. Raises SessionError where it did and a logged id then lies in two places.
     """
-    elsewhere = known_elsewhere(considered, key.floor, log.ids)
+    elsewhere = ids_of_other_floors(considered, key.floor, log.ids)
     if len(elsewhere) < 2 and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
         return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
     _refuse_clashes(considered, key, log.ids, elsewhere)
@@ -82,7 +82,7 @@ def ambiguous_landmarks(landmarks: Landmarks, own: int, logged: Sequence[str]) -
     A landmark of the session's own floor that it logged is followed by one of the same id elsewhere on another floor.
     None where the session logged a landmark that only other floors have: then these tell where it went.
     """
-    if known_elsewhere(landmarks, own, logged):
+    if ids_of_other_floors(landmarks, own, logged):
         return landmarks.select([])
     own_first = landmarks.select(np.lexsort((landmarks.floor, landmarks.floor != own)).tolist())
     pairs = {name: (one, other) for name, one, other in _clashes(own_first, logged) if own_first.floor[one] == own}

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.tracker_sections import longest_part
+from vislam2tag.core.tracker_sections import longest_section
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.sessions.corrected import corrected_session
-from vislam2tag.sessions.floors_walked import ambiguous_floor, considered_landmarks, landmarks_of_session
+from vislam2tag.sessions.floors_walked import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.settings import FindingSettings
@@ -43,13 +43,13 @@ class SessionTask:
         """From the BCS that the session is mapped in to that of each floor; none where all share one."""
         return changes_from(self.site, self.ref.key.floor)
 
-    def considered_landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
+    def candidate_landmarks(self, logged: Sequence[str]) -> tuple[Landmarks, tuple[str, ...]]:
         """All landmarks that matter to the session if it logged these ids, and one sentence for each correction used.
 
         They are corrected, and in the BCS of the session's floor.
         """
         own = self.ref.key.floor
-        considered, uses = self._corrected(considered_landmarks(self.site, own, logged))
+        considered, uses = self._corrected(candidate_landmarks(self.site, own, logged))
         return in_frame_of(considered, self.site, own), uses
 
     def landmarks_of_all_floors(self) -> Landmarks:
@@ -89,7 +89,7 @@ class PreparedSession:
 
         Raises SessionError where it has too few usable frames.
         """
-        camera, log = longest_part(self.session.camera, self.session.landmarks)
+        camera, log = longest_section(self.session.camera, self.session.landmarks)
         longest = replace(self, session=replace(self.session, camera=camera, landmarks=log))
         longest.refuse_without_frames()
         return longest
@@ -103,6 +103,6 @@ class PreparedSession:
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
     session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
-    considered, landmark_uses = task.considered_landmarks(session.landmarks.ids)
+    considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.elsewhere, (*landmark_uses, *session_uses))

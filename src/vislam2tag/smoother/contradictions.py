@@ -30,11 +30,11 @@ FEWEST_OTHERS = 2
 
 def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
     """Name the landmarks that contradict all others, greatest contradiction first."""
-    passed = np.intersect1d(np.flatnonzero(smoothed.known.surveyed), smoothed.model.walked.passes.landmark)
+    passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
         return ()
     doubt = smoothed.weights.landmark.copy()
-    np.maximum.at(doubt, smoothed.model.walked.passes.landmark, smoothed.weights.sighting)
+    np.maximum.at(doubt, smoothed.model.observations.passes.landmark, smoothed.weights.sighting)
     suspects = passed[doubt[passed] > SUSPECT]
     found = [one for landmark in suspects.tolist() if (one := _contradiction(smoothed, landmark)) is not None]
     return tuple(sorted(found, key=lambda one: -one.size_m))
@@ -42,19 +42,19 @@ def contradictions(smoothed: Smoothed) -> tuple[Contradiction, ...]:
 
 def predicted(smoothed: Smoothed, landmark: int) -> Smoothed:
     """Solve again with one landmark taken for unsurveyed, its best pass taken for a usual one."""
-    own = smoothed.model.walked.passes.landmark == landmark
+    own = smoothed.model.observations.passes.landmark == landmark
     sighting = smoothed.weights.sighting.copy()
     sighting[own] /= sighting[own].min()
-    known, weights = smoothed.known.without(landmark), replace(smoothed.weights, sighting=sighting)
-    solution = solve(normal_equations(smoothed.model, known, weights, pinned=False))
-    return Smoothed(smoothed.model, known, weights, solution)
+    priors, weights = smoothed.priors.without(landmark), replace(smoothed.weights, sighting=sighting)
+    solution = solve(normal_equations(smoothed.model, priors, weights, pinned=False))
+    return Smoothed(smoothed.model, priors, weights, solution)
 
 
 def discrepancy(smoothed: Smoothed, trial: Smoothed, landmark: int) -> tuple[FloatArray, FloatArray]:
     """Offset (2,) from a landmark's surveyed place to where the trial puts it, metres, and its covariance (2, 2)."""
-    known = smoothed.known
-    offset = as_points(trial.landmark_position[landmark] - known.position[landmark])
-    return offset, trial.landmark_covariance()[landmark] + known.covariance[landmark]
+    priors = smoothed.priors
+    offset = as_points(trial.landmark_position[landmark] - priors.position[landmark])
+    return offset, trial.landmark_covariance()[landmark] + priors.covariance[landmark]
 
 
 def _contradiction(smoothed: Smoothed, landmark: int) -> Contradiction | None:
@@ -64,9 +64,9 @@ def _contradiction(smoothed: Smoothed, landmark: int) -> Contradiction | None:
     if sigmas < CERTAIN_SIGMAS or size_m < LEAST_M:
         return None
     return Contradiction(
-        landmark=smoothed.model.walked.ids[landmark],
+        landmark=smoothed.model.observations.ids[landmark],
         size_m=size_m,
         sigma_m=size_m / sigmas,
         offset_bcs_m=(float(offset[0]), float(offset[1])),
-        passes=int(np.sum(smoothed.model.walked.passes.landmark == landmark)),
+        passes=int(np.sum(smoothed.model.observations.passes.landmark == landmark)),
     )

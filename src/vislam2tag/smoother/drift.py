@@ -69,14 +69,14 @@ class Drift:
 
 
 @dataclass(frozen=True)
-class Directed:
+class DirectedDrift:
     """Running sums of position drift along a direction of its own at each step; make it by :meth:`along`."""
 
     sums: FloatArray
     """(3, n): xx, xy, yy after each step."""
 
     @classmethod
-    def along(cls, by: ComplexArray) -> Directed:
+    def along(cls, by: ComplexArray) -> DirectedDrift:
         """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
         return cls(_summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
 
@@ -98,8 +98,8 @@ def _summed(terms: FloatArray) -> FloatArray:
 
 def transitions(path: ComplexArray, a: IntArray, b: IntArray) -> FloatArray:
     """Matrices (k, 4, 4) that carry a state at frames ``a`` to frames ``b`` without any drift."""
-    way = path[b] - path[a]
+    displacement = path[b] - path[a]
     carry = np.tile(np.eye(STATES), (len(a), 1, 1))
-    carry[:, 0, 2], carry[:, 1, 2] = way.real, way.imag
-    carry[:, 0, 3], carry[:, 1, 3] = -way.imag, way.real
+    carry[:, 0, 2], carry[:, 1, 2] = displacement.real, displacement.imag
+    carry[:, 0, 3], carry[:, 1, 3] = -displacement.imag, displacement.real
     return carry

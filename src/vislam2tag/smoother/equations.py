@@ -10,9 +10,9 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.smoother.chain import NormalEquations
 from vislam2tag.smoother.drift import STATES
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
-from vislam2tag.smoother.noise import SCALE_SIGMA, Noise, Source
+from vislam2tag.smoother.noise import SCALE_SIGMA, DriftSource, NoiseLevels
 
 FREE_M, FREE_RAD, FREE_SCALE = 1e5, 10.0, 30.0
 """Standard deviations of what is not known at all."""
@@ -26,18 +26,18 @@ class Weights:
     ``stretch`` (p + 1,) for each source, ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
     """
 
-    noise: Noise
-    stretch: dict[Source, FloatArray]
+    noise: NoiseLevels
+    stretch: dict[DriftSource, FloatArray]
     sighting: FloatArray
     sheet: FloatArray
     landmark: FloatArray
 
     @classmethod
-    def even(cls, noise: Noise, passes: int, landmarks: int) -> Weights:
+    def even(cls, noise: NoiseLevels, passes: int, landmarks: int) -> Weights:
         """Trust everything alike."""
         return cls(
             noise,
-            {source: np.ones(passes + 1) for source in Source},
+            {source: np.ones(passes + 1) for source in DriftSource},
             np.ones(passes),
             np.ones(passes),
             np.ones(landmarks),
@@ -46,7 +46,7 @@ class Weights:
 
 def stretch_scale(weights: Weights) -> FloatArray:
     """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
-    return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in Source])
+    return np.stack([weights.noise.level(source) ** 2 * weights.stretch[source] for source in DriftSource])
 
 
 def stretch_drift(model: Model, weights: Weights) -> FloatArray:
@@ -54,10 +54,10 @@ def stretch_drift(model: Model, weights: Weights) -> FloatArray:
     return np.asarray(np.einsum("sk,skij->kij", stretch_scale(weights), model.units) + LEAST_DRIFT)
 
 
-def sighting_variance(model: Model, noise: Noise) -> FloatArray:
+def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
     """Usual variances (p,) per axis of where a pass puts its landmark, m^2: they grow with distance and scatter."""
-    passes = model.walked.passes
-    aside_m2 = model.walked.odometry.aside_m2[passes.at]
+    passes = model.observations.passes
+    aside_m2 = model.observations.odometry.aside_m2[passes.at]
     return noise.sighting_m**2 * (1 + passes.distance_m**2) / 2 + passes.spread_m**2 + aside_m2
 
 
@@ -69,50 +69,50 @@ def start_precision(model: Model, *, pinned: bool) -> FloatArray:
     return np.diag([metres**-2, metres**-2, SCALE_SIGMA**-2, rad**-2])
 
 
-def landmark_precision(known: KnownLandmarks, weights: Weights) -> FloatArray:
+def landmark_precision(priors: LandmarkPriors, weights: Weights) -> FloatArray:
     """Precisions (m, 2, 2) of the surveyed positions; next to nothing for the others."""
-    precision = np.tile(np.eye(2) * FREE_M**-2, (len(known.position), 1, 1))
-    surveyed = known.surveyed
-    precision[surveyed] = np.linalg.inv(known.covariance[surveyed] * weights.landmark[surveyed, None, None])
+    precision = np.tile(np.eye(2) * FREE_M**-2, (len(priors.position), 1, 1))
+    surveyed = priors.surveyed
+    precision[surveyed] = np.linalg.inv(priors.covariance[surveyed] * weights.landmark[surveyed, None, None])
     return precision
 
 
-def position_residual(model: Model, known: KnownLandmarks) -> FloatArray:
+def position_residual(model: Model, priors: LandmarkPriors) -> FloatArray:
     """(p, 2) from where the reference puts each pass's landmark to its surveyed (or first seen) position, metres."""
-    landmark = model.walked.passes.landmark
-    miss = landmark_origin(model, known)[landmark] - model.seen_at
+    landmark = model.observations.passes.landmark
+    miss = landmark_origin(model, priors)[landmark] - model.seen_at
     return np.column_stack((miss.real, miss.imag))
 
 
-def landmark_origin(model: Model, known: KnownLandmarks) -> ComplexArray:
+def landmark_origin(model: Model, priors: LandmarkPriors) -> ComplexArray:
     """(m,) complex positions that the landmarks' errors are counted from: surveyed, or where first seen."""
     landmark, first = model.first_seen
-    seen = np.zeros(len(known.position), dtype=np.complex128)
+    seen = np.zeros(len(priors.position), dtype=np.complex128)
     seen[landmark] = model.seen_at[first]
-    return np.asarray(np.where(known.surveyed, known.position, seen))
+    return np.asarray(np.where(priors.surveyed, priors.position, seen))
 
 
-def heading_origin(model: Model, known: KnownLandmarks) -> FloatArray:
+def heading_origin(model: Model, priors: LandmarkPriors) -> FloatArray:
     """(m,) headings that the sheets' errors are counted from, rad: surveyed, or by the reference where first logged."""
     landmark, first = model.first_headed
-    seen = np.zeros(len(known.position))
+    seen = np.zeros(len(priors.position))
     seen[landmark] = model.heading_rad[first]
-    return np.where(np.isfinite(known.heading_rad), known.heading_rad, seen)
+    return np.where(np.isfinite(priors.heading_rad), priors.heading_rad, seen)
 
 
-def heading_residual(model: Model, known: KnownLandmarks) -> FloatArray:
+def heading_residual(model: Model, priors: LandmarkPriors) -> FloatArray:
     """(p,) from each logged heading to the landmark's, rad, wrapped; 0 where none is logged."""
-    miss = heading_origin(model, known)[model.walked.passes.landmark] - model.heading_rad
+    miss = heading_origin(model, priors)[model.observations.passes.landmark] - model.heading_rad
     return np.where(model.headed, wrapped(miss), 0.0)
 
 
-def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, pinned: bool) -> NormalEquations:
+def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, pinned: bool) -> NormalEquations:
     """Add up drift, sightings, sheet headings and survey.
 
     The border holds the landmarks' errors: x, y of each, then their headings.
     """
     drift = np.linalg.inv(stretch_drift(model, weights))
-    count, marks = len(model.walked.nodes), len(known.position)
+    count, marks = len(model.observations.nodes), len(priors.position)
     diagonal = np.zeros((count, STATES, STATES))
     diagonal[0] = start_precision(model, pinned=pinned)
     pull = model.carry.transpose(0, 2, 1) @ drift
@@ -123,9 +123,9 @@ def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, p
     had = np.einsum("kij,kj->ki", drift, model.stretches_drifted)
     right[1:] -= had
     right[:-1] += np.einsum("kji,kj->ki", model.carry, had)
-    node, landmark = np.arange(1, count - 1), model.walked.passes.landmark
+    node, landmark = np.arange(1, count - 1), model.observations.passes.landmark
     worth = 1 / (sighting_variance(model, weights.noise) * weights.sighting)
-    miss = position_residual(model, known)
+    miss = position_residual(model, priors)
     diagonal[node] += model.sight.transpose(0, 2, 1) @ model.sight * worth[:, None, None]
     right[node] += np.einsum("pij,pi,p->pj", model.sight, miss, worth)
     for axis in (0, 1):
@@ -134,24 +134,24 @@ def normal_equations(model: Model, known: KnownLandmarks, weights: Weights, *, p
         np.add.at(corner, (column, column), worth)
         np.add.at(corner_right, column, -miss[:, axis] * worth)
     worth = np.where(model.headed, 1 / (weights.noise.sheet_rad**2 * weights.sheet), 0.0)
-    turn = heading_residual(model, known)
+    turn = heading_residual(model, priors)
     column = 2 * marks + landmark
     diagonal[node, 3, 3] += worth
     right[node, 3] += turn * worth
     border[node, 3, column] -= worth
     np.add.at(corner, (column, column), worth)
     np.add.at(corner_right, column, -turn * worth)
-    _add_survey(corner, known, weights)
+    _add_survey(corner, priors, weights)
     return NormalEquations(diagonal, -pull, border, corner, right, corner_right)
 
 
-def _add_survey(corner: FloatArray, known: KnownLandmarks, weights: Weights) -> None:
-    marks = len(known.position)
+def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) -> None:
+    marks = len(priors.position)
     x = 2 * np.arange(marks)
-    precision = landmark_precision(known, weights)
+    precision = landmark_precision(priors, weights)
     for i in (0, 1):
         for j in (0, 1):
             corner[x + i, x + j] += precision[:, i, j]
-    sigma = np.where(np.isfinite(known.heading_sigma_rad), known.heading_sigma_rad, FREE_RAD)
+    sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
     heading = 2 * marks + np.arange(marks)
     corner[heading, heading] += sigma**-2

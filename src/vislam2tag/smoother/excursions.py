@@ -32,13 +32,13 @@ class Excursion:
     missing: complex
 
 
-def find_excursions(jump: ComplexArray, alone: BoolArray, unknown: BoolArray, way_m: FloatArray) -> list[Excursion]:
+def find_excursions(jump: ComplexArray, alone: BoolArray, unknown: BoolArray, length_m: FloatArray) -> list[Excursion]:
     """Find jumps of the camera ``alone`` (n - 1,) that undo those before; none across steps that are ``unknown``.
 
-    ``jump`` (n - 1,) is what each step has beyond motion, in the continuous frame; ``way_m`` (n - 1,) lengths of the
+    ``jump`` (n - 1,) is what each step has beyond motion, in the continuous frame; ``length_m`` (n - 1,) lengths of the
     steps without it.
     """
-    walked = np.concatenate(([0.0], np.cumsum(way_m)))
+    along_m = np.concatenate(([0.0], np.cumsum(length_m)))
     lost = np.cumsum(unknown)
     found: list[Excursion] = []
     waiting: list[int] = []
@@ -49,7 +49,7 @@ def find_excursions(jump: ComplexArray, alone: BoolArray, unknown: BoolArray, wa
             if lost[back] > lost[away]:
                 break
             missing = complex(jumps.sum())
-            limit_m = BACK_M + BACK_RAD * float(walked[back] - walked[away])
+            limit_m = BACK_M + BACK_RAD * float(along_m[back] - along_m[away])
             if abs(missing) < limit_m and np.abs(jumps).min() > FAR * limit_m:
                 found.append(Excursion(away, back, missing))
                 waiting.clear()
@@ -64,8 +64,8 @@ def returned(excursion: Excursion, step: ComplexArray) -> tuple[ComplexArray, Fl
     """
     length = np.abs(step)
     share = length / length.sum() if length.sum() > 0 else np.full(len(step), 1 / len(step))
-    walked = np.cumsum(length)
-    from_ends = np.minimum(walked, walked[-1] - walked)
+    along = np.cumsum(length)
+    from_ends = np.minimum(along, along[-1] - along)
     variance = PLACE_SIGMA_M**2 + (TURN_SIGMA_RAD * from_ends) ** 2
     variance[-1] = 0
     return step + excursion.missing * share, variance

@@ -12,7 +12,7 @@ from vislam2tag.smoother.chain import Solution
 from vislam2tag.smoother.drift import transitions
 from vislam2tag.smoother.equations import Weights, stretch_drift
 from vislam2tag.smoother.model import LEAST_DRIFT, Model
-from vislam2tag.smoother.noise import Source
+from vislam2tag.smoother.noise import DriftSource
 
 KNOT_S = 0.25
 """States are computed this densely, at all nodes and at both ends of every jump, doubt and pause; linear between.
@@ -22,7 +22,7 @@ A pause is a step that lasts longer: interpolation goes by frame, so that its st
 
 
 @dataclass(frozen=True)
-class Knots:
+class FrameStates:
     """States (k, 4) at some frames (k,) of the odometry, sorted, and what their covariances follow from.
 
     Each knot lies on a ``stretch`` (k,) between two nodes. Its state is ``rest`` (k, 4, 4) times the node's before it,
@@ -60,9 +60,9 @@ class Knots:
         return every.reshape(count, *values.shape[1:])
 
 
-def bridged(model: Model, weights: Weights, solution: Solution) -> Knots:
+def states_between_nodes(model: Model, weights: Weights, solution: Solution) -> FrameStates:
     """States between the nodes of a solution (conditional Gaussian between both neighbours)."""
-    nodes, at = model.walked.nodes, _knots(model)
+    nodes, at = model.observations.nodes, _knots(model)
     stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     first, last = nodes[stretch], nodes[stretch + 1]
     drift = _drift(model, weights, stretch, first, at)
@@ -73,13 +73,13 @@ def bridged(model: Model, weights: Weights, solution: Solution) -> Knots:
     after = solution.state[1:] + model.stretches_drifted
     state = np.einsum("kij,kj->ki", rest, solution.state[stretch]) - model.drifted(first, at)
     state += np.einsum("kij,kj->ki", gain, after[stretch])
-    return Knots(at, state, solution, stretch, rest, gain, drift, whole)
+    return FrameStates(at, state, solution, stretch, rest, gain, drift, whole)
 
 
 def _knots(model: Model) -> IntArray:
-    odometry = model.walked.odometry
+    odometry = model.observations.odometry
     wanted = np.zeros(len(odometry.path), dtype=bool)
-    wanted[model.walked.nodes] = True
+    wanted[model.observations.nodes] = True
     wanted[np.flatnonzero(np.diff(np.floor(odometry.time_s / KNOT_S)) > 0) + 1] = True
     paused = np.diff(odometry.time_s) > KNOT_S
     apart = np.flatnonzero(paused | (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0) | (odometry.doubt != 0))
@@ -90,7 +90,7 @@ def _knots(model: Model) -> IntArray:
 def _drift(model: Model, weights: Weights, stretch: IntArray, a: IntArray, b: IntArray) -> FloatArray:
     """Covariances (k, 4, 4) of the drift from frames ``a`` to ``b``, both within the given stretches."""
     total = np.zeros((len(a), *LEAST_DRIFT.shape))
-    for source in Source:
+    for source in DriftSource:
         level = weights.noise.level(source) ** 2 * weights.stretch[source][stretch]
         total += level[:, None, None] * model.drift(source, a, b)
     return total

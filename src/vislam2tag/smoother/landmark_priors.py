@@ -12,7 +12,7 @@ from vislam2tag.core.tracks import Landmarks
 
 
 @dataclass(frozen=True)
-class KnownLandmarks:
+class LandmarkPriors:
     """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN where not surveyed; ``covariance`` (m, 2, 2);
     ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed.
     """
@@ -23,20 +23,20 @@ class KnownLandmarks:
     heading_sigma_rad: FloatArray
 
     @classmethod
-    def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> KnownLandmarks:
+    def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:
         """Look the ids of a log up; those that the landmarks do not have are not surveyed."""
-        known = cls.nothing(len(ids))
+        priors = cls.nothing(len(ids))
         here = [i for i, name in enumerate(ids) if name in landmarks.surveyed_ids]
         rows = [landmarks.index[ids[i]] for i in here]
-        known.position[here] = as_complex(landmarks.position_bcs[rows])
-        known.covariance[here] = landmarks.covariance_bcs[rows]
+        priors.position[here] = as_complex(landmarks.position_bcs[rows])
+        priors.covariance[here] = landmarks.covariance_bcs[rows]
         headed = np.isfinite(landmarks.heading_rad[rows]) & np.isfinite(landmarks.heading_sigma_rad[rows])
-        known.heading_rad[here] = np.where(headed, landmarks.heading_rad[rows], np.nan)
-        known.heading_sigma_rad[here] = np.where(headed, landmarks.heading_sigma_rad[rows], np.nan)
-        return known
+        priors.heading_rad[here] = np.where(headed, landmarks.heading_rad[rows], np.nan)
+        priors.heading_sigma_rad[here] = np.where(headed, landmarks.heading_sigma_rad[rows], np.nan)
+        return priors
 
     @classmethod
-    def nothing(cls, count: int) -> KnownLandmarks:
+    def nothing(cls, count: int) -> LandmarkPriors:
         """Landmarks of which none is surveyed."""
         unknown = np.full(count, np.nan)
         return cls(unknown + 0j, np.full((count, 2, 2), np.nan), unknown.copy(), unknown.copy())
@@ -46,7 +46,7 @@ class KnownLandmarks:
         """Mask (m,) of the landmarks with a position."""
         return np.asarray(np.isfinite(self.position))
 
-    def without(self, landmark: int) -> KnownLandmarks:
+    def without(self, landmark: int) -> LandmarkPriors:
         """Forget what is known of one landmark."""
         one = np.arange(len(self.position)) == landmark
         return replace(

@@ -16,8 +16,8 @@ FASTEST_M_S = 3.0
 LEAST_JUMP_M = 0.3
 """... nor does a step shorter than this show that anything jumped as tracking was lost."""
 WALKING_M_S = 1.0
-FROZEN_WAY_M = 6.0
-FROZEN_WAY_M_S = 1.0
+FROZEN_WALK_M = 6.0
+FROZEN_WALK_M_S = 1.0
 """Somebody may have walked this far while the camera was frozen, and this much farther a second."""
 FOUND_TURN_RAD = 0.03
 NEW_MAP_TURN_RAD = 1.0
@@ -57,7 +57,7 @@ def runs(mask: BoolArray) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-def bridge_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, FloatArray]:
+def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, FloatArray]:
     """Steps (k,) over a loss and their variances (k,) per axis beyond the usual drift, m^2.
 
     A tracker that goes on meanwhile is believed nearly as ever. A frozen camera's way, as far as the tracker says when
@@ -69,20 +69,20 @@ def bridge_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, Float
     step = np.where(jumped, 0, step)
     if np.abs(step[:-1]).sum() >= STANDING_M_S * dt[:-1].sum() > 0:
         return step, FOUND_SIGMA_M**2 * share
-    way = complex(step.sum())
-    kept = way if abs(way) < FASTEST_M_S * (dt.sum() + 1) else 0j
+    displacement = complex(step.sum())
+    kept = displacement if abs(displacement) < FASTEST_M_S * (dt.sum() + 1) else 0j
     return kept * share, (0.5 * WALKING_M_S * dt.sum()) ** 2 * share
 
 
 def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:
     """Standard deviation of how far the map has turned over a loss with these steps (k,), as logged."""
-    walked = abs(complex(step.sum())) < FASTEST_M_S * (dt.sum() + 1)
-    return FOUND_TURN_RAD if walked else NEW_MAP_TURN_RAD
+    walkable = abs(complex(step.sum())) < FASTEST_M_S * (dt.sum() + 1)
+    return FOUND_TURN_RAD if walkable else NEW_MAP_TURN_RAD
 
 
 def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
     """How far somebody may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
-    way_m = np.zeros(len(dt))
+    length_m = np.zeros(len(dt))
     for start, stop in runs(frozen):
-        way_m[start:stop] = FROZEN_WAY_M + FROZEN_WAY_M_S * dt[start:stop].sum()
-    return way_m
+        length_m[start:stop] = FROZEN_WALK_M + FROZEN_WALK_M_S * dt[start:stop].sum()
+    return length_m

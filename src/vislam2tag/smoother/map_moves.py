@@ -24,8 +24,8 @@ class MapMoves:
     """What the landmarks and anchors say about each of the n - 1 steps.
 
     ``moved``: some did that nobody looked at; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before``
-    and ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it; ``known``:
-    number of them that tell.
+    and ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it;
+    ``points``: number of landmarks and anchors that it was fitted to.
     """
 
     moved: BoolArray
@@ -34,7 +34,7 @@ class MapMoves:
     centre_before: ComplexArray
     centre_after: ComplexArray
     misfit_m: FloatArray
-    known: IntArray
+    points: IntArray
 
     def carry(self, points: ComplexArray) -> ComplexArray:
         """Move points (n - 1,) of before each step along with the map."""
@@ -69,14 +69,12 @@ def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> M
         in_view = away <= IN_VIEW_M
     else:
         in_view = points.seen[before] | points.seen[after]
-    known, moving, far = (
-        np.bincount(step, which, count) for which in (np.ones(len(step)), changed, changed & ~in_view)
-    )
-    moved = np.asarray(((far > 1) & (2 * far >= known)) | (suspicious & (known > 0) & (moving == known)))
+    held, moving, far = (np.bincount(step, which, count) for which in (np.ones(len(step)), changed, changed & ~in_view))
+    moved = np.asarray(((far > 1) & (2 * far >= held)) | (suspicious & (held > 0) & (moving == held)))
     sighted = (np.bincount(step, changed & in_view, count) > 0) & ~moved
-    tells = moved[step] & changed
+    carried = moved[step] & changed
     lever = LEVER_M if orientation_is_estimated(log) else 0.0
-    return _fit(points, lever, before[tells], after[tells], step[tells], moved, np.asarray(sighted))
+    return _fit(points, lever, before[carried], after[carried], step[carried], moved, np.asarray(sighted))
 
 
 def seen_rows(log: LandmarkLog, rewritten: BoolArray) -> IntArray:
@@ -129,14 +127,14 @@ def _fit(
     """Fit a turn and a shift to the points that moved in each step, by their positions and headings."""
     count = len(moved)
     plane, heading = points.plane, points.heading
-    known = np.bincount(step, minlength=count)
-    share = np.maximum(known, 1)
+    fitted = np.bincount(step, minlength=count)
+    share = np.maximum(fitted, 1)
     centre_before, centre_after = (group_sums(step, plane[rows], count) / share for rows in (before, after))
     arms = (plane[after] - centre_after[step]) * (plane[before] - centre_before[step]).conj()
     turn = _unit(group_sums(step, arms + lever**2 * heading[after] * heading[before].conj(), count))
     miss = plane[after] - centre_after[step] - turn[step] * (plane[before] - centre_before[step])
     misfit = np.sqrt(np.bincount(step, np.abs(miss) ** 2, count) / share)
-    return MapMoves(moved, sighted, turn, centre_before, centre_after, misfit, known)
+    return MapMoves(moved, sighted, turn, centre_before, centre_after, misfit, fitted)
 
 
 def orientation_is_estimated(log: LandmarkLog) -> bool:

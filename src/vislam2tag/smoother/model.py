@@ -13,23 +13,23 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.smoother.drift import STATES, Directed, Drift, DriftKind, transitions
-from vislam2tag.smoother.noise import Source
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.drift import STATES, DirectedDrift, Drift, DriftKind, transitions
+from vislam2tag.smoother.noise import DriftSource
+from vislam2tag.smoother.observations import WalkObservations
 
 KINDS = {
-    Source.POSITION: (DriftKind.POSITION,),
-    Source.HEADING: (DriftKind.HEADING,),
-    Source.SCALE: (DriftKind.SCALE,),
-    Source.JUMP: (DriftKind.POSITION,),
-    Source.JUMP_TURN: (DriftKind.HEADING,),
+    DriftSource.POSITION: (DriftKind.POSITION,),
+    DriftSource.HEADING: (DriftKind.HEADING,),
+    DriftSource.SCALE: (DriftKind.SCALE,),
+    DriftSource.JUMP: (DriftKind.POSITION,),
+    DriftSource.JUMP_TURN: (DriftKind.HEADING,),
 }
 ROUGH_KINDS = {
-    Source.POSITION: (DriftKind.POSITION,),
-    Source.HEADING: (DriftKind.HEADING, DriftKind.SCALE),
-    Source.SCALE: (),
-    Source.JUMP: (DriftKind.POSITION,),
-    Source.JUMP_TURN: (DriftKind.HEADING, DriftKind.SCALE),
+    DriftSource.POSITION: (DriftKind.POSITION,),
+    DriftSource.HEADING: (DriftKind.HEADING, DriftKind.SCALE),
+    DriftSource.SCALE: (),
+    DriftSource.JUMP: (DriftKind.POSITION,),
+    DriftSource.JUMP_TURN: (DriftKind.HEADING, DriftKind.SCALE),
 }
 """Where the heading is not known even roughly, heading and scale drift alike: then the model is linear in both."""
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
@@ -41,31 +41,31 @@ NEGLIGIBLE = 1e-6
 class Model:
     """A walk linearised about ``path`` (n,), complex metres in the BCS; ``turn`` (n,) is ``bcs_R_continuous``."""
 
-    walked: Walked
+    observations: WalkObservations
     path: ComplexArray
     turn: ComplexArray
     rough: bool
 
     @cached_property
-    def sums(self) -> dict[Source, tuple[Drift | Directed, ...]]:
+    def sums(self) -> dict[DriftSource, tuple[Drift | DirectedDrift, ...]]:
         """Running sums of each source's drift along the reference path."""
         kinds = ROUGH_KINDS if self.rough else KINDS
-        variance = self.walked.step_variance
-        sums: dict[Source, tuple[Drift | Directed, ...]] = {
+        variance = self.observations.step_variance
+        sums: dict[DriftSource, tuple[Drift | DirectedDrift, ...]] = {
             source: tuple(Drift.along(kind, self.path, steps) for kind in kinds[source])
             for source, steps in variance.items()
         }
-        return {**sums, Source.DOUBT: (self._doubt,)}
+        return {**sums, DriftSource.DOUBT: (self._doubt,)}
 
     @property
-    def _doubt(self) -> Drift | Directed:
+    def _doubt(self) -> Drift | DirectedDrift:
         """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
-        doubt = self.walked.odometry.doubt
+        doubt = self.observations.odometry.doubt
         if self.rough:
             return Drift.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
-        return Directed.along(doubt * self.turn[:-1])
+        return DirectedDrift.along(doubt * self.turn[:-1])
 
-    def drift(self, source: Source, a: IntArray, b: IntArray) -> FloatArray:
+    def drift(self, source: DriftSource, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""
         total = np.zeros((len(a), STATES, STATES))
         for part in self.sums[source]:
@@ -73,10 +73,10 @@ class Model:
         return total
 
     @cached_property
-    def stretches(self) -> dict[Source, FloatArray]:
+    def stretches(self) -> dict[DriftSource, FloatArray]:
         """Covariances (p + 1, 4, 4) at unit level of the drift between neighbouring nodes."""
-        nodes = self.walked.nodes
-        return {source: self.drift(source, nodes[:-1], nodes[1:]) for source in Source}
+        nodes = self.observations.nodes
+        return {source: self.drift(source, nodes[:-1], nodes[1:]) for source in DriftSource}
 
     @cached_property
     def units(self) -> FloatArray:
@@ -84,7 +84,7 @@ class Model:
         return np.stack(list(self.stretches.values()))
 
     @cached_property
-    def ranks(self) -> dict[Source, IntArray]:
+    def ranks(self) -> dict[DriftSource, IntArray]:
         """Ranks (p + 1,) of :attr:`stretches`: how many numbers each source's drift consists of."""
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
 
@@ -109,22 +109,22 @@ class Model:
     @cached_property
     def stretches_drifted(self) -> FloatArray:
         """(p + 1, 4) the drift between neighbouring nodes that the reference already has."""
-        return self.drifted(self.walked.nodes[:-1], self.walked.nodes[1:])
+        return self.drifted(self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
     def carry(self) -> FloatArray:
         """(p + 1, 4, 4) what becomes of a state from node to node without drift."""
-        return transitions(self.path, self.walked.nodes[:-1], self.walked.nodes[1:])
+        return transitions(self.path, self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
     def offset(self) -> ComplexArray:
         """(p,) from the camera to the landmark at each pass, complex metres in the BCS."""
-        return np.asarray(self.walked.passes.offset * self.turn[self.walked.passes.at])
+        return np.asarray(self.observations.passes.offset * self.turn[self.observations.passes.at])
 
     @cached_property
     def seen_at(self) -> ComplexArray:
         """(p,) where the reference path puts the landmark of each pass, complex metres in the BCS."""
-        return np.asarray(self.path[self.walked.passes.at] + self.offset)
+        return np.asarray(self.path[self.observations.passes.at] + self.offset)
 
     @cached_property
     def sight(self) -> FloatArray:
@@ -138,25 +138,25 @@ class Model:
     @cached_property
     def first_seen(self) -> tuple[IntArray, IntArray]:
         """Landmarks that were passed (l,), and the first pass (l,) of each."""
-        landmark, first = np.unique(self.walked.passes.landmark, return_index=True)
+        landmark, first = np.unique(self.observations.passes.landmark, return_index=True)
         return landmark, first
 
     @cached_property
     def first_headed(self) -> tuple[IntArray, IntArray]:
         """Landmarks whose sheet's heading is logged (l,), and the first pass (l,) of each with a heading."""
         headed = np.flatnonzero(self.headed)
-        landmark, first = np.unique(self.walked.passes.landmark[headed], return_index=True)
+        landmark, first = np.unique(self.observations.passes.landmark[headed], return_index=True)
         return landmark, headed[first]
 
     @cached_property
     def headed(self) -> BoolArray:
         """(p,) passes whose sheet's heading is logged; none while the heading is not known roughly."""
-        return np.asarray((self.walked.passes.heading != 0) & (not self.rough))
+        return np.asarray((self.observations.passes.heading != 0) & (not self.rough))
 
     @cached_property
     def heading_rad(self) -> FloatArray:
         """(p,) the sheets' headings in the BCS by the reference, rad; 0 where none is logged."""
-        heading = self.walked.passes.heading * self.turn[self.walked.passes.at]
+        heading = self.observations.passes.heading * self.turn[self.observations.passes.at]
         return np.where(self.headed, np.angle(heading), 0.0)
 
 

@@ -7,7 +7,7 @@ from enum import Enum
 from math import inf
 
 
-class Source(Enum):
+class DriftSource(Enum):
     """Where the drift of a stretch comes from."""
 
     POSITION = "position"
@@ -21,12 +21,12 @@ class Source(Enum):
     """Steps that may have slipped, along what they exceed plausible ones by."""
 
 
-ESTIMATED = (Source.POSITION, Source.HEADING, Source.SCALE)
+ESTIMATED = (DriftSource.POSITION, DriftSource.HEADING, DriftSource.SCALE)
 """Sources whose level is estimated; that of jumps and doubts is given with each of them."""
 
 
 @dataclass(frozen=True)
-class Noise:
+class NoiseLevels:
     """Standard deviations of one session.
 
     ``position_m``, ``heading_rad`` and ``scale`` are random walks per square root of a metre walked; ``sighting_m`` is
@@ -38,19 +38,19 @@ class Noise:
     scale: float = 0.0008
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
-    told: float = inf
+    numbers: float = inf
     """How many observed numbers the levels of drift and sightings follow from; infinite where they are given."""
 
-    def level(self, source: Source) -> float:
+    def level(self, source: DriftSource) -> float:
         """Standard deviation that scales the drift of this source."""
-        if source is Source.POSITION:
+        if source is DriftSource.POSITION:
             return self.position_m
-        if source is Source.HEADING:
+        if source is DriftSource.HEADING:
             return self.heading_rad
-        return self.scale if source is Source.SCALE else 1.0
+        return self.scale if source is DriftSource.SCALE else 1.0
 
 
-USUAL = Noise()
+USUAL = NoiseLevels()
 """What is assumed before anything is seen: typical of phones (docs/smoother.md)."""
 PRIOR_WEIGHT = 1.0
 """The usual noise counts as much as this many observed numbers."""
@@ -58,12 +58,12 @@ SCALE_SIGMA = 0.02
 """A tracker's metre is a metre within this share."""
 
 TAIL = {
-    Source.POSITION: 2.0,
-    Source.HEADING: 4.0,
-    Source.SCALE: 20.0,
-    Source.JUMP: 2.0,
-    Source.JUMP_TURN: 2.0,
-    Source.DOUBT: 2.0,
+    DriftSource.POSITION: 2.0,
+    DriftSource.HEADING: 4.0,
+    DriftSource.SCALE: 20.0,
+    DriftSource.JUMP: 2.0,
+    DriftSource.JUMP_TURN: 2.0,
+    DriftSource.DOUBT: 2.0,
 }
 """Degrees of freedom of Student's t for the drift of a stretch: the fewer, the more often far worse than usual."""
 SIGHTING_TAIL = 3.0

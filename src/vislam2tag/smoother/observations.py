@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.smoother.noise import Source
+from vislam2tag.smoother.noise import DriftSource
 from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 from vislam2tag.smoother.passes import Passes, find_passes
 
@@ -24,7 +24,7 @@ GREATEST_TURN_RAD = 0.3
 
 
 @dataclass(frozen=True)
-class Walked:
+class WalkObservations:
     """A session's odometry, its passes and the ids that the passes' landmark indices mean."""
 
     ids: tuple[str, ...]
@@ -32,7 +32,7 @@ class Walked:
     passes: Passes
 
     @classmethod
-    def of(cls, camera: CameraTrack, log: LandmarkLog, range_m: float) -> Walked:
+    def of(cls, camera: CameraTrack, log: LandmarkLog, range_m: float) -> WalkObservations:
         """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres)."""
         odometry = continuous_odometry(camera, log)
         return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m))
@@ -43,15 +43,15 @@ class Walked:
         return np.concatenate(([0], self.passes.at, [len(self.odometry.path) - 1])).astype(np.int64)
 
     @cached_property
-    def step_variance(self) -> dict[Source, FloatArray]:
+    def step_variance(self) -> dict[DriftSource, FloatArray]:
         """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
         odometry = self.odometry
         way = odometry.walked_m + METRES_PER_S * np.diff(odometry.time_s)
         turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)
         return {
-            Source.POSITION: way,
-            Source.HEADING: way + turning,
-            Source.SCALE: way,
-            Source.JUMP: odometry.jump_m2,
-            Source.JUMP_TURN: odometry.jump_rad2,
+            DriftSource.POSITION: way,
+            DriftSource.HEADING: way + turning,
+            DriftSource.SCALE: way,
+            DriftSource.JUMP: odometry.jump_m2,
+            DriftSource.JUMP_TURN: odometry.jump_rad2,
         }

@@ -22,11 +22,11 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.smoother.excursions import find_excursions, returned
 from vislam2tag.smoother.losses import (
     FASTEST_M_S,
-    bridge_loss,
     frozen_frames,
     loss_turn_rad,
     lost_frames,
     runs,
+    steps_over_loss,
     walkable_m,
 )
 from vislam2tag.smoother.map_moves import MapMoves, map_moves
@@ -142,7 +142,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     for start, stop in losses:
         dt = steps.dt[start:stop]
         jump_rad2[start:stop] += loss_turn_rad(local[start:stop], dt) ** 2 * dt / dt.sum()
-        local[start:stop], freedom = bridge_loss(local[start:stop], dt)
+        local[start:stop], freedom = steps_over_loss(local[start:stop], dt)
         jump_m2[start:stop] += freedom
     return Odometry(
         frame=frame,
@@ -187,13 +187,13 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
     limit = np.where(frozen, walkable_m(frozen, steps.dt), IMPOSSIBLE * steps.spread_m)
     update = moves.moved & (miss_with_map < np.minimum(miss, limit))
     jump = ~update & ~frozen & impossible(miss, steps.spread_m, steps.dt, FASTEST_M_S)
-    turned = np.where(update | (jump & _told(moves)), np.angle(moves.turn), 0.0)
+    turned = np.where(update | (jump & _turn_observed(moves)), np.angle(moves.turn), 0.0)
     return _Verdict(update, jump, ~update & ~jump & ~frozen, turned)
 
 
-def _told(moves: MapMoves) -> BoolArray:
+def _turn_observed(moves: MapMoves) -> BoolArray:
     """Steps (n - 1,) of whose turn two or more landmarks tell."""
-    return np.asarray(moves.moved & (moves.known > 1))
+    return np.asarray(moves.moved & (moves.points > 1))
 
 
 def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatArray, FloatArray]:
@@ -202,7 +202,7 @@ def _freedom(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> tuple[FloatAr
     jump_m2 = np.where(verdict.jump, led, 0.0)
     # A camera that turned in no time may have been turned with its map, or not.
     camera_turn = steps.twist - predicted(steps.twist, steps.dt)
-    turn = np.where(_told(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
+    turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
     uneven = np.minimum(moves.misfit_m / 1.0, TURN_SIGMA_RAD)
     return jump_m2, np.where(verdict.jump, turn, np.where(verdict.update, uneven, 0.0)) ** 2
 

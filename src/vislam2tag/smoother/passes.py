@@ -59,8 +59,8 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
     group, count = _groups(log.landmark[rows], odometry.time_s[at])
     starts = np.searchsorted(group, np.arange(count))
     nearest = np.lexsort((distance, group))[starts]
-    piece = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
-    together = piece == piece[nearest][group]
+    side_of_jumps = np.concatenate(([0], np.cumsum(odometry.jumped)))[at]
+    together = side_of_jumps == side_of_jumps[nearest][group]
     weight = together / (NEAR_M**2 + distance**2)
     place = odometry.path[at] + odometry.turn[at] * away
     mean = _mean(place, weight, group, count)

@@ -24,7 +24,7 @@ from vislam2tag.smoother.equations import (
     stretch_drift,
     stretch_scale,
 )
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
 from vislam2tag.smoother.noise import (
     ESTIMATED,
@@ -34,8 +34,8 @@ from vislam2tag.smoother.noise import (
     SIGHTING_TAIL,
     TAIL,
     USUAL,
-    Noise,
-    Source,
+    DriftSource,
+    NoiseLevels,
 )
 
 
@@ -60,23 +60,23 @@ class Squares:
     expected squared Mahalanobis distance from the survey, 0 where not surveyed.
     """
 
-    stretch: dict[Source, Square]
+    stretch: dict[DriftSource, Square]
     sighting: Square
     sheet: Square
     landmark: FloatArray
 
 
-def expected_squares(model: Model, known: KnownLandmarks, weights: Weights, solution: Solution) -> Squares:
+def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, solution: Solution) -> Squares:
     """Squares of all noises, expected given the observations."""
     return Squares(
         _drift_squares(model, weights, solution),
-        _sighting_squares(model, known, solution),
-        _sheet_squares(model, known, solution),
-        _landmark_squares(known, solution),
+        _sighting_squares(model, priors, solution),
+        _sheet_squares(model, priors, solution),
+        _landmark_squares(priors, solution),
     )
 
 
-def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[Source, Square]:
+def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[DriftSource, Square]:
     scale = stretch_scale(weights)
     total = stretch_drift(model, weights)
     worth = np.linalg.inv(total)
@@ -87,23 +87,23 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[S
     spread = covariance[1:] + model.carry @ covariance[:-1] @ model.carry.transpose(0, 2, 1)
     spread -= cross + cross.transpose(0, 2, 1)
     missed = worth @ (miss[:, :, None] * miss[:, None, :]) @ worth
-    told = worth @ (total - spread) @ worth
+    determined = worth @ (total - spread) @ worth
     missing = scale * np.einsum("kij,skji->sk", missed, model.units)
-    telling = scale * np.einsum("kij,skji->sk", told, model.units)
+    numbers = scale * np.einsum("kij,skji->sk", determined, model.units)
     return {
         source: Square(
             scale[number] * missing[number],
-            scale[number] * np.maximum(model.ranks[source] - telling[number], 0),
+            scale[number] * np.maximum(model.ranks[source] - numbers[number], 0),
         )
-        for number, source in enumerate(Source)
+        for number, source in enumerate(DriftSource)
     }
 
 
-def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
-    landmark = model.walked.passes.landmark
+def _sighting_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> Square:
+    landmark = model.observations.passes.landmark
     column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
     state = solution.state[1:-1]
-    miss = position_residual(model, known) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
+    miss = position_residual(model, priors) - np.einsum("pij,pj->pi", model.sight, state) + solution.border[column]
     seen = np.einsum("pij,pjk,pik->p", model.sight, solution.covariance[1:-1], model.sight)
     own = solution.border_covariance.diagonal()[column].sum(axis=1)
     shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
@@ -111,21 +111,21 @@ def _sighting_squares(model: Model, known: KnownLandmarks, solution: Solution) -
     return Square(np.sum(miss**2, axis=1), np.asarray(spread))
 
 
-def _sheet_squares(model: Model, known: KnownLandmarks, solution: Solution) -> Square:
-    column = 2 * len(known.position) + model.walked.passes.landmark
-    miss = heading_residual(model, known) - solution.state[1:-1, 3] + solution.border[column]
+def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> Square:
+    column = 2 * len(priors.position) + model.observations.passes.landmark
+    miss = heading_residual(model, priors) - solution.state[1:-1, 3] + solution.border[column]
     shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
     spread = solution.covariance[1:-1, 3, 3] + solution.border_covariance.diagonal()[column] - 2 * shared
     return Square(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
 
 
-def _landmark_squares(known: KnownLandmarks, solution: Solution) -> FloatArray:
-    rows = np.flatnonzero(known.surveyed)
+def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
+    rows = np.flatnonzero(priors.surveyed)
     column = np.stack((2 * rows, 2 * rows + 1), axis=1)
     error = solution.border[column]
     spread = solution.border_covariance[column[:, :, None], column[:, None, :]]
-    worth = np.linalg.inv(known.covariance[rows])
-    squares = np.zeros(len(known.position))
+    worth = np.linalg.inv(priors.covariance[rows])
+    squares = np.zeros(len(priors.position))
     squares[rows] = np.einsum("mij,mji->m", worth, error[:, :, None] * error[:, None, :] + spread)
     return squares
 
@@ -146,34 +146,36 @@ def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
     )
 
 
-def _levels(model: Model, weights: Weights, squares: Squares) -> Noise:
-    noise, passes = weights.noise, model.walked.passes
+def _levels(model: Model, weights: Weights, squares: Squares) -> NoiseLevels:
+    noise, passes = weights.noise, model.observations.passes
     # Of the squares of a pass, its own scatter explains a part.
     growth = (1 + passes.distance_m**2) / 2
     share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
     worth = share**2 / (growth * weights.sighting)
-    sighting = _told(noise.sighting_m, 2 * share, squares.sighting, worth)
+    sighting = _determined(noise.sighting_m, 2 * share, squares.sighting, worth)
     sighting_m = sighting.level(USUAL.sighting_m)
-    sheet = _told(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
+    sheet = _determined(noise.sheet_rad, model.headed, squares.sheet, 1 / weights.sheet)
     drift = {
-        source: _told(noise.level(source), model.ranks[source], squares.stretch[source], 1 / weights.stretch[source])
+        source: _determined(
+            noise.level(source), model.ranks[source], squares.stretch[source], 1 / weights.stretch[source]
+        )
         for source in ESTIMATED
     }
     # As far as nothing tells, a tracker that sees worse than usual drifts more, too, and the other way round.
     kinship = sighting_m / USUAL.sighting_m
-    levels = {source: told.level(USUAL.level(source) * kinship) for source, told in drift.items()}
-    return Noise(
-        position_m=levels[Source.POSITION],
-        heading_rad=levels[Source.HEADING],
-        scale=noise.scale if model.rough else levels[Source.SCALE],
+    levels = {source: found.level(USUAL.level(source) * kinship) for source, found in drift.items()}
+    return NoiseLevels(
+        position_m=levels[DriftSource.POSITION],
+        heading_rad=levels[DriftSource.HEADING],
+        scale=noise.scale if model.rough else levels[DriftSource.SCALE],
         sighting_m=sighting_m,
         sheet_rad=sheet.level(USUAL.sheet_rad),
-        told=sighting.numbers + sum(told.numbers for told in drift.values()),
+        numbers=sighting.numbers + sum(found.numbers for found in drift.values()),
     )
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Determined:
     """What the observations tell of one level: how many numbers, and the sum of their squares."""
 
     numbers: float
@@ -182,24 +184,23 @@ class _Told:
     def level(self, usual: float) -> float:
         """Mean square of these numbers and of what is assumed before, as a level.
 
-        The same fixed point as the mean of the expected squares, reached in few rounds however little is told (MacKay
-        1992).
+        The same fixed point as the mean of the expected squares, reached in fewer rounds (MacKay 1992).
         """
         return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
 
 
-def _told(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Told:
-    told = float(np.sum(numbers - worth * square.open / present**2))
-    return _Told(max(told, 0.0), float(np.sum(worth * square.missed)))
+def _determined(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Determined:
+    determined = float(np.sum(numbers - worth * square.open / present**2))
+    return _Determined(max(determined, 0.0), float(np.sum(worth * square.missed)))
 
 
 def equivalent_variances(model: Model, weights: Weights) -> Weights:
     """Weights for covariances: those of the normal distribution that stands for each Student's t.
 
     :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the spread. Nor are the
-    levels themselves known better than from as many numbers as told them.
+    levels themselves known better than from as many numbers as determine them.
     """
-    unsure = _widening(PRIOR_WEIGHT + weights.noise.told)
+    unsure = _widening(PRIOR_WEIGHT + weights.noise.numbers)
     return replace(
         weights,
         stretch={
@@ -211,7 +212,7 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
     )
 
 
-def _of_level(source: Source, unsure: FloatArray) -> FloatArray | float:
+def _of_level(source: DriftSource, unsure: FloatArray) -> FloatArray | float:
     return unsure if source in ESTIMATED else 1.0
 
 

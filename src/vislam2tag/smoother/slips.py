@@ -21,19 +21,19 @@ LEAST_M = 0.3
 
 def slips(smoothed: Smoothed) -> tuple[TrackerEvent, ...]:
     """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
-    walked, state = smoothed.model.walked, smoothed.solution.state
+    observations, state = smoothed.model.observations, smoothed.solution.state
     off = state[1:] - np.einsum("kij,kj->ki", smoothed.model.carry, state[:-1])
     off += smoothed.model.stretches_drifted
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_M)
     found = []
     for k in np.flatnonzero(unusual).tolist():
-        start, stop = walked.nodes[k : k + 2].tolist()
-        if not walked.odometry.jumped[start:stop].any():
-            doubt = walked.odometry.doubt[start:stop] * smoothed.model.turn[start:stop]
+        start, stop = observations.nodes[k : k + 2].tolist()
+        if not observations.odometry.jumped[start:stop].any():
+            doubt = observations.odometry.doubt[start:stop] * smoothed.model.turn[start:stop]
             along = np.abs((doubt * complex(off[k, 0], -off[k, 1])).real)
             at = start + int(along.argmax()) + 1 if doubt.any() else (start + stop) // 2
-            frame = int(walked.odometry.frame[at])
+            frame = int(observations.odometry.frame[at])
             found.append(TrackerEvent(EventKind.SLIP, frame, float(size[k]), float(off[k, 3])))
     return tuple(found)
 

@@ -17,11 +17,11 @@ from vislam2tag.core.robust import iterate
 from vislam2tag.core.similarity import as_points
 from vislam2tag.smoother.chain import Solution, solve
 from vislam2tag.smoother.equations import Weights, heading_origin, landmark_origin, normal_equations
-from vislam2tag.smoother.frame_states import Knots, bridged
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
+from vislam2tag.smoother.frame_states import FrameStates, states_between_nodes
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.model import Model
-from vislam2tag.smoother.noise import USUAL, Noise
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.noise import USUAL, NoiseLevels
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
 
 SETTLED_SIGMAS = 0.1
@@ -55,45 +55,45 @@ class Smoothed:
     """A solved walk: everything about it follows from the first four."""
 
     model: Model
-    known: KnownLandmarks
+    priors: LandmarkPriors
     weights: Weights
     solution: Solution
     converged: bool = True
     """Whether re-weighting ended because another round would change nothing that matters."""
 
     @property
-    def noise(self) -> Noise:
+    def noise(self) -> NoiseLevels:
         """Estimated noise levels of the session."""
         return self.weights.noise
 
-    def knots(self) -> Knots:
+    def knots(self) -> FrameStates:
         """States between the nodes."""
-        return bridged(self.model, self.weights, self.solution)
+        return states_between_nodes(self.model, self.weights, self.solution)
 
     @property
     def landmark_position(self) -> ComplexArray:
         """(m,) most probable positions, complex metres; of a landmark that was never passed its surveyed one."""
-        error = self.solution.border[: 2 * len(self.known.position)]
-        return np.asarray(landmark_origin(self.model, self.known) + error[::2] + 1j * error[1::2])
+        error = self.solution.border[: 2 * len(self.priors.position)]
+        return np.asarray(landmark_origin(self.model, self.priors) + error[::2] + 1j * error[1::2])
 
     @property
     def landmark_heading_rad(self) -> FloatArray:
         """(m,) most probable headings of the sheets."""
-        marks = len(self.known.position)
-        return np.asarray(heading_origin(self.model, self.known) + self.solution.border[2 * marks :])
+        marks = len(self.priors.position)
+        return np.asarray(heading_origin(self.model, self.priors) + self.solution.border[2 * marks :])
 
     def landmark_covariance(self) -> FloatArray:
         """(m, 2, 2) of :attr:`landmark_position`, m^2."""
-        column = np.arange(2 * len(self.known.position)).reshape(-1, 2)
+        column = np.arange(2 * len(self.priors.position)).reshape(-1, 2)
         return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
 
 
-def smooth(walked: Walked, known: KnownLandmarks) -> Smoothed | None:
+def smooth(observations: WalkObservations, priors: LandmarkPriors) -> Smoothed | None:
     """Map a walk into the BCS; None where nothing ties it there (see the module's text)."""
-    passed = np.intersect1d(np.flatnonzero(known.surveyed), walked.passes.landmark)
-    apart = _extent_m(known.position[passed]) > LEAST_BASE_M
-    model = _roughly_mapped(walked, known) if apart else _headed_by_a_sheet(walked, known)
-    return None if model is None else _refined(model, known, pinned=False)
+    passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
+    apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
+    model = _roughly_mapped(observations, priors) if apart else _headed_by_a_sheet(observations, priors)
+    return None if model is None else _refined(model, priors, pinned=False)
 
 
 def _extent_m(place: ComplexArray) -> float:
@@ -101,11 +101,11 @@ def _extent_m(place: ComplexArray) -> float:
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 
-def smooth_in_own_frame(walked: Walked) -> Smoothed:
+def smooth_in_own_frame(observations: WalkObservations) -> Smoothed:
     """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
-    path = walked.odometry.path
-    model = Model(walked, path, np.ones_like(path), rough=False)
-    return _refined(model, KnownLandmarks.nothing(len(walked.ids)), pinned=True)
+    path = observations.odometry.path
+    model = Model(observations, path, np.ones_like(path), rough=False)
+    return _refined(model, LandmarkPriors.nothing(len(observations.ids)), pinned=True)
 
 
 @dataclass(frozen=True)
@@ -127,16 +127,16 @@ class _Weighted:
     def _position(self) -> ComplexArray:
         """(k,) of the nodes, complex metres."""
         state = self.solution.state
-        return np.asarray(self.model.path[self.model.walked.nodes] + state[:, 0] + 1j * state[:, 1])
+        return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
 
     def linearised_again(self) -> Model:
         """The model about the path that was found."""
-        return _relinearised(self.model, bridged(self.model, self.weights, self.solution))
+        return _relinearised(self.model, states_between_nodes(self.model, self.weights, self.solution))
 
 
 def _weighted(
     model: Model,
-    known: KnownLandmarks,
+    priors: LandmarkPriors,
     weights: Weights,
     *,
     pinned: bool = False,
@@ -147,10 +147,10 @@ def _weighted(
 
     def solved(weights: Weights, number: int) -> _Weighted:
         cautious = replace(weights, sighting=weights.sighting * max(caution * RELAXATION**number, 1.0))
-        return _Weighted(model, cautious, solve(normal_equations(model, known, cautious, pinned=pinned)))
+        return _Weighted(model, cautious, solve(normal_equations(model, priors, cautious, pinned=pinned)))
 
     def step(before: _Weighted, number: int) -> _Weighted:
-        squares = expected_squares(model, known, before.weights, before.solution)
+        squares = expected_squares(model, priors, before.weights, before.solution)
         return solved(reweighted(model, before.weights, squares), number)
 
     done = iterate(
@@ -165,68 +165,68 @@ def _weighted(
     return replace(done.state, converged=done.converged)
 
 
-def _refined(model: Model, known: KnownLandmarks, *, pinned: bool) -> Smoothed:
+def _refined(model: Model, priors: LandmarkPriors, *, pinned: bool) -> Smoothed:
     tolerance = SETTLED_SIGMAS_IN_OWN_FRAME if pinned else SETTLED_SIGMAS
 
     def weighted(model: Model, weights: Weights) -> _Weighted:
-        return _weighted(model, known, weights, pinned=pinned, tolerance=tolerance)
+        return _weighted(model, priors, weights, pinned=pinned, tolerance=tolerance)
 
     done = iterate(
         "the path that a walk is linearised about",
-        weighted(model, _even(model, known)),
+        weighted(model, _even(model, priors)),
         lambda before, _: weighted(before.linearised_again(), before.weights),
         lambda before, after: after.sigmas_from(before),
         tolerance=tolerance,
         most_rounds=MOST_RELINEARISATIONS,
     )
     model, weights = done.state.model, equivalent_variances(done.state.model, done.state.weights)
-    solution = solve(normal_equations(model, known, weights, pinned=pinned))
-    return Smoothed(model, known, weights, solution, done.converged and done.state.converged)
+    solution = solve(normal_equations(model, priors, weights, pinned=pinned))
+    return Smoothed(model, priors, weights, solution, done.converged and done.state.converged)
 
 
-def _even(model: Model, known: KnownLandmarks) -> Weights:
-    return Weights.even(USUAL, len(model.walked.passes.at), len(known.position))
+def _even(model: Model, priors: LandmarkPriors) -> Weights:
+    return Weights.even(USUAL, len(model.observations.passes.at), len(priors.position))
 
 
-def _roughly_mapped(walked: Walked, known: KnownLandmarks) -> Model:
+def _roughly_mapped(observations: WalkObservations, priors: LandmarkPriors) -> Model:
     """Solve with heading and scale free: linear, so that nothing needs to be known before."""
-    path = walked.odometry.path
-    model = Model(walked, path, np.ones_like(path), rough=True)
-    weights = replace(_even(model, known), sighting=np.where(_agreeing(walked, known), 1.0, DOUBT))
-    return _weighted(model, known, weights, caution=CAUTION, tolerance=ROUGHLY_SETTLED_SIGMAS).linearised_again()
+    path = observations.odometry.path
+    model = Model(observations, path, np.ones_like(path), rough=True)
+    weights = replace(_even(model, priors), sighting=np.where(_agreeing(observations, priors), 1.0, DOUBT))
+    return _weighted(model, priors, weights, caution=CAUTION, tolerance=ROUGHLY_SETTLED_SIGMAS).linearised_again()
 
 
-def _agreeing(walked: Walked, known: KnownLandmarks) -> BoolArray:
+def _agreeing(observations: WalkObservations, priors: LandmarkPriors) -> BoolArray:
     """(p,) passes that lie as far from a neighbouring one as surveyed, or have nothing to be compared with."""
-    passes = walked.passes
-    seen = walked.odometry.path[passes.at] + passes.offset
-    place = known.position[passes.landmark]
+    passes = observations.passes
+    seen = observations.odometry.path[passes.at] + passes.offset
+    place = priors.position[passes.landmark]
     compared, agreed = np.zeros(len(seen), dtype=np.int64), np.zeros(len(seen), dtype=np.int64)
     for ahead in range(1, NEIGHBOURING + 1):
         true, logged = np.abs(place[ahead:] - place[:-ahead]), np.abs(seen[ahead:] - seen[:-ahead])
         apart = true > LEAST_APART_M
         alike = apart & (np.abs(true - logged) < CLOSE_M + SCALE_TOLERANCE * true)
-        for part in (slice(ahead, None), slice(None, -ahead)):
-            compared[part] += apart
-            agreed[part] += alike
+        for pair in (slice(ahead, None), slice(None, -ahead)):
+            compared[pair] += apart
+            agreed[pair] += alike
     return np.asarray((agreed > 0) | (compared == 0))
 
 
-def _headed_by_a_sheet(walked: Walked, known: KnownLandmarks) -> Model | None:
+def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -> Model | None:
     """Turn the walk as the sheets say whose heading is surveyed, and move it to a surveyed landmark."""
-    passes = walked.passes
-    told = np.flatnonzero((passes.heading != 0) & np.isfinite(known.heading_rad[passes.landmark]))
-    if told.size == 0:
+    passes = observations.passes
+    headed = np.flatnonzero((passes.heading != 0) & np.isfinite(priors.heading_rad[passes.landmark]))
+    if headed.size == 0:
         return None
-    landmark = passes.landmark[told]
-    votes = np.exp(1j * known.heading_rad[landmark]) * passes.heading[told].conj()
-    turn = np.full(len(walked.odometry.path), votes.sum() / abs(votes.sum()))
-    path = walked.odometry.path * turn
-    seen = path[passes.at[told[0]]] + passes.offset[told[0]] * turn[0]
-    return Model(walked, path + (known.position[landmark[0]] - seen), turn, rough=False)
+    landmark = passes.landmark[headed]
+    votes = np.exp(1j * priors.heading_rad[landmark]) * passes.heading[headed].conj()
+    turn = np.full(len(observations.odometry.path), votes.sum() / abs(votes.sum()))
+    path = observations.odometry.path * turn
+    seen = path[passes.at[headed[0]]] + passes.offset[headed[0]] * turn[0]
+    return Model(observations, path + (priors.position[landmark[0]] - seen), turn, rough=False)
 
 
-def _relinearised(model: Model, knots: Knots) -> Model:
+def _relinearised(model: Model, knots: FrameStates) -> Model:
     """Take the solved headings into the reference path; scale stays with the states."""
     count = len(model.path)
     state = knots.at_frames(knots.state, count)
@@ -235,7 +235,7 @@ def _relinearised(model: Model, knots: Knots) -> Model:
     middle = turn[1:] + turn[:-1]
     step = np.diff(model.path) * middle / np.abs(middle)
     start = model.path[0] + complex(state[0, 0], state[0, 1])
-    return Model(model.walked, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
+    return Model(model.observations, start + np.concatenate(([0], np.cumsum(step))), model.turn * turn, rough=False)
 
 
 def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -244,7 +244,7 @@ def mapped_path(smoothed: Smoothed) -> tuple[FloatArray, FloatArray, FloatArray]
     count = len(model.path)
     state = knots.at_frames(knots.state, count)
     covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
-    covariance += model.walked.odometry.aside_m2[:, None, None] * np.eye(2)
+    covariance += model.observations.odometry.aside_m2[:, None, None] * np.eye(2)
     position = model.path + state[:, 0] + 1j * state[:, 1]
-    turn = model.turn * model.walked.odometry.turn
+    turn = model.turn * model.observations.odometry.turn
     return as_points(position), covariance, np.angle(turn) + state[:, 3]

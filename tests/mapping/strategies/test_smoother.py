@@ -16,9 +16,9 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.core.uncertainty import mark_uncertain
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.smoother.noise import Noise
+from vislam2tag.smoother.noise import NoiseLevels
 
-TYPICAL = Noise(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
+TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
 
 def mapped(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:

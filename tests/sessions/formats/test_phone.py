@@ -132,7 +132,7 @@ def test_frames_are_held_within_their_part(folder: Path) -> None:
     session = read_rows(folder, rows)
     assert (session.camera.position_acs[30:33] == session.camera.position_acs[33]).all()
     assert session.camera.state is not None
-    assert session.camera.state.part.tolist() == [0] * 30 + [1] * 30
+    assert session.camera.state.section.tolist() == [0] * 30 + [1] * 30
     assert kinds(session) == {("tracking_lost", "CameraPose.csv"): 3, ("tracking_restarted", "CameraPose.csv"): 1}
 
 

@@ -8,7 +8,7 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import Sheet, surveyed_part
+from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
 
 
 class FirstSighting:
@@ -18,13 +18,13 @@ class FirstSighting:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames, or none where fewer than two landmarks were seen."""
-        known = surveyed_part(log, landmarks)
-        first = known.plane_acs[known.offsets[:-1]]
-        surveyed = landmarks.position_bcs[[landmarks.index[name] for name in known.ids]].reshape(-1, 2)
-        sheet = Sheet.blank(camera, Status.NO_MAPPING)
+        log = surveyed_rows(log, landmarks)
+        first = log.plane_acs[log.offsets[:-1]]
+        surveyed = landmarks.position_bcs[[landmarks.index[name] for name in log.ids]].reshape(-1, 2)
+        builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
         if len(np.unique(first, axis=0)) >= 2:
-            sheet.map_stretch(camera, 0, len(camera.time_ns), Similarity2.fit(first, surveyed))
-        return sheet.finish(camera, (), ())
+            builder.map_stretch(camera, 0, len(camera.time_ns), Similarity2.fit(first, surveyed))
+        return builder.finish(camera, (), ())
 
 
 register("first-sighting", lambda settings: FirstSighting())  # noqa: ARG005 - it has no settings

@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.path_length import FASTEST_M_PER_S, WAY_STEP_NS, step_lengths, walked_steps, way_frames
+from vislam2tag.core.path_length import FASTEST_M_PER_S, STEP_NS, step_frames, step_lengths, steps_without_jumps
 
 LEAST_SPAN_NS = 1_000_000_000
 """Shorter spans are widened to this about their middle."""
@@ -40,7 +40,7 @@ class PhoneMotion:
         time_ns = frames["time_ns"].to_numpy()
         values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
         known = np.isfinite(values[:, 0])
-        knots = way_frames(time_ns)
+        knots = step_frames(time_ns)
         return cls(
             time_ns,
             known,
@@ -80,9 +80,7 @@ class PhoneMotion:
         end_ns = np.minimum(end_ns, self.knot_ns[-1])
         way_m = np.interp(end_ns, self.knot_ns, self.way_m) - np.interp(start_ns, self.knot_ns, self.way_m)
         speed = way_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
-        believable: FloatArray = np.where(
-            (end_ns - start_ns >= WAY_STEP_NS) & (speed <= FASTEST_M_PER_S), speed, np.nan
-        )
+        believable: FloatArray = np.where((end_ns - start_ns >= STEP_NS) & (speed <= FASTEST_M_PER_S), speed, np.nan)
         return believable
 
 
@@ -103,7 +101,7 @@ def _way(time_ns: IntArray, position: FloatArray) -> FloatArray:
     """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
     if not len(time_ns):
         return np.empty(0)
-    return np.concatenate(([0.0], np.cumsum(walked_steps(step_lengths(position), time_ns))))
+    return np.concatenate(([0.0], np.cumsum(steps_without_jumps(step_lengths(position), time_ns))))
 
 
 def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:

@@ -12,7 +12,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory
 from vislam2tag.core.visits import boundaries_of_loss, find_visits
 from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import Sheet, surveyed_part
+from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class GlobalMapping:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames between the first and the last boundary by one transformation."""
-        log_surveyed = surveyed_part(log, landmarks)
+        log_surveyed = surveyed_rows(log, landmarks)
         visits = find_visits(camera, log_surveyed, self.visit_radius_m)
         frames = [boundary.frame for boundary in (*visits, *boundaries_of_loss(camera, log))]
         source, target = _median_pairs(log_surveyed, landmarks)
@@ -37,11 +37,11 @@ class GlobalMapping:
             bcs_T_acs = self.transformation.fit(source, target)
             start, stop = min(frames), max(frames)
         except ValueError:
-            return Sheet.blank(camera, Status.NO_MAPPING).finish(camera, (), visits)
-        sheet = Sheet.blank(camera, Status.BEFORE_FIRST_LANDMARK)
-        sheet.map_stretch(camera, start, stop, bcs_T_acs)
-        sheet.discard(camera, stop, len(camera.time_ns), Status.AFTER_LAST_LANDMARK)
-        return sheet.finish(camera, (Segment(start, stop, Status.OK),), visits)
+            return TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), visits)
+        builder = TrajectoryBuilder.blank(camera, Status.BEFORE_FIRST_LANDMARK)
+        builder.map_stretch(camera, start, stop, bcs_T_acs)
+        builder.discard(camera, stop, len(camera.time_ns), Status.AFTER_LAST_LANDMARK)
+        return builder.finish(camera, (Segment(start, stop, Status.OK),), visits)
 
 
 def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Segment, Trajectory, Visit
 from vislam2tag.core.visits import NO_LANDMARK, boundaries_of_loss, find_visits, merge_boundaries
 from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import Sheet, surveyed_part
+from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder, surveyed_rows
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class LocalMapping:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map each sub-trajectory on its own; the others keep what discarded them."""
-        visits = find_visits(camera, surveyed_part(log, landmarks), self.visit_radius_m)
+        visits = find_visits(camera, surveyed_rows(log, landmarks), self.visit_radius_m)
         return self.map_between(visits, camera, log, landmarks)
 
     def map_between(
@@ -42,29 +42,29 @@ class LocalMapping:
         boundaries = merge_boundaries(visits, losses)
         frames = [boundary.frame for boundary in boundaries if boundary.landmark != NO_LANDMARK]
         if len(merge_boundaries(visits)) < 2:
-            return Sheet.blank(camera, Status.NO_MAPPING).finish(camera, (), visits)
-        sheet = Sheet.blank(camera, Status.BEFORE_FIRST_LANDMARK)
-        sheet.discard(camera, frames[-1], len(camera.time_ns), Status.AFTER_LAST_LANDMARK)
+            return TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), visits)
+        builder = TrajectoryBuilder.blank(camera, Status.BEFORE_FIRST_LANDMARK)
+        builder.discard(camera, frames[-1], len(camera.time_ns), Status.AFTER_LAST_LANDMARK)
         segments = _segments(boundaries, frames[0], frames[-1])
-        done = [self._map_segment(sheet, segment, camera, log, landmarks) for segment in segments]
-        return sheet.finish(camera, tuple(done), visits)
+        done = [self._map_segment(builder, segment, camera, log, landmarks) for segment in segments]
+        return builder.finish(camera, tuple(done), visits)
 
     def _map_segment(
-        self, sheet: Sheet, segment: Segment, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
+        self, builder: TrajectoryBuilder, segment: Segment, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
     ) -> Segment:
         """Map one segment, or discard it; return it with the status it got."""
         start, stop = segment.start, segment.stop
         status = Status(segment.status)
         if status == Status.OK:
             try:
-                sheet.map_stretch(camera, start, stop, _between_landmarks(segment, log, landmarks))
+                builder.map_stretch(camera, start, stop, _between_landmarks(segment, log, landmarks))
             except ValueError:
                 status = Status.NO_MAPPING
             else:
-                if self.discards and _longest_step(sheet, camera, start, stop) > self.max_step_m:
+                if self.discards and _longest_step(builder, camera, start, stop) > self.max_step_m:
                     status = Status.BREAK
         if status != Status.OK:
-            sheet.discard(camera, start, stop, status)
+            builder.discard(camera, start, stop, status)
         return replace(segment, status=status)
 
 
@@ -98,9 +98,9 @@ def _logged_at(log: LandmarkLog, landmark_id: str, frame: int) -> tuple[float, f
     return float(x), -float(z)
 
 
-def _longest_step(sheet: Sheet, camera: CameraTrack, start: int, stop: int) -> float:
+def _longest_step(builder: TrajectoryBuilder, camera: CameraTrack, start: int, stop: int) -> float:
     """Greatest distance between neighbouring mapped frames of a stretch, metres."""
-    mapped = sheet.position_bcs[start:stop, :2][camera.usable[start:stop]]
+    mapped = builder.position_bcs[start:stop, :2][camera.usable[start:stop]]
     steps = np.linalg.norm(np.diff(mapped, axis=0), axis=1)
     return float(steps.max(initial=0.0))
 

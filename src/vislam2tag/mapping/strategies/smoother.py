@@ -12,11 +12,11 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
-from vislam2tag.mapping.trajectory_builder import Sheet
+from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
 from vislam2tag.smoother.contradictions import contradictions
 from vislam2tag.smoother.exposure import AtStamps
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import FEWEST_FRAMES, Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.smoother.slips import slips
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 
@@ -32,33 +32,33 @@ class Smoother:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
-        sheet = Sheet.blank(camera, Status.NO_MAPPING)
-        nothing = sheet.finish(camera, (), ())
+        builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
+        nothing = builder.finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
             return nothing
-        walked = Walked.of(camera, log, self.sighting_range_m)
-        nothing = replace(nothing, visits=_visits(walked), events=walked.odometry.events)
-        smoothed = smooth(walked, KnownLandmarks.of(log.ids, landmarks))
+        observations = WalkObservations.of(camera, log, self.sighting_range_m)
+        nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
+        smoothed = smooth(observations, LandmarkPriors.of(log.ids, landmarks))
         if smoothed is None:
             return nothing
-        heights = estimate_heights(camera, log, landmarks, self.heights, walked.odometry)
-        frame = walked.odometry.frame
+        heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
+        frame = observations.odometry.frame
         path, spread, rotation = mapped_path(smoothed)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         position = np.column_stack((path, heights.z_m[frame]))
         if self.allow_for_pose_lag and camera.pose_lag_s:
-            stamps = AtStamps.of(walked.odometry.time_s, camera.pose_lag_s)
+            stamps = AtStamps.of(observations.odometry.time_s, camera.pose_lag_s)
             position, spread, orientation = (
                 stamps.blend(position),
                 stamps.blend(spread),
                 stamps.blend_quaternions(orientation),
             )
         covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
-        sheet.position_bcs[frame], covariance[frame] = position, spread
-        sheet.orientation_bcs[frame] = orientation
-        sheet.status[frame] = Status.OK
+        builder.position_bcs[frame], covariance[frame] = position, spread
+        builder.orientation_bcs[frame] = orientation
+        builder.status[frame] = Status.OK
         return replace(
-            sheet.finish(camera, (), nothing.visits),
+            builder.finish(camera, (), nothing.visits),
             covariance_bcs=covariance,
             floor=heights.floor,
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
@@ -71,10 +71,10 @@ class Smoother:
         )
 
 
-def _visits(walked: Walked) -> tuple[Visit, ...]:
-    passes, frame = walked.passes, walked.odometry.frame
+def _visits(observations: WalkObservations) -> tuple[Visit, ...]:
+    passes, frame = observations.passes, observations.odometry.frame
     return tuple(
-        Visit(int(frame[at]), walked.ids[landmark], float(distance))
+        Visit(int(frame[at]), observations.ids[landmark], float(distance))
         for at, landmark, distance in zip(passes.at, passes.landmark, passes.distance_m, strict=True)
     )
 

@@ -17,12 +17,12 @@ from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
-from vislam2tag.self_check.landmark_gain import gains, walked_metre_by_metre
+from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
 from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
@@ -51,11 +51,11 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
-    odometry = smoothed.model.walked.odometry
+    odometry = smoothed.model.observations.odometry
     floor = _floors(prepared, settings.mapping.heights, odometry)[odometry.frame]
-    metres = walked_metre_by_metre(smoothed)
+    positions = positions_each_metre(smoothed)
     found = session_gains(
-        gains(smoothed, metres, floor[metres.at]), error_factor(left_out), floor, expected_error_m(covariance)
+        gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
     return CheckedSession(
         _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m)), found
@@ -64,8 +64,8 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
     session, range_m = prepared.session, settings.sighting_range_m
-    walked = Walked.of(session.camera, session.landmarks, range_m)
-    smoothed = smooth(walked, KnownLandmarks.of(walked.ids, prepared.landmarks))
+    observations = WalkObservations.of(session.camera, session.landmarks, range_m)
+    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs
         raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
@@ -87,12 +87,12 @@ def _accuracy(
     max_sigma_m: float,
 ) -> dict[str, Any]:
     """The session's numbers under their names in its record; ``covariance`` (n, 2, 2) of its frames, m^2."""
-    walked, known = smoothed.model.walked, smoothed.known
+    observations, priors = smoothed.model.observations, smoothed.priors
     sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
     labelled = sigma_m <= max_sigma_m
     estimate = estimate_accuracy(covariance[labelled], left_out)
     details: dict[str, Any] = {
-        "landmarks": int(known.surveyed[np.unique(walked.passes.landmark)].sum()),
+        "landmarks": int(priors.surveyed[np.unique(observations.passes.landmark)].sum()),
         "left_out": [_mark(error, prepared.landmarks) for error in left_out],
         "frames": len(sigma_m),
         "labelled": int(labelled.sum()),

@@ -9,7 +9,7 @@ from vislam2tag.core.faults import Contradiction
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.trajectory_builder import surveyed_part
+from vislam2tag.mapping.trajectory_builder import surveyed_rows
 from vislam2tag.sessions.prepared import PreparedSession
 
 
@@ -31,7 +31,7 @@ def landmark_findings(
 ) -> list[Finding]:
     """Landmarks too high to be visited, or too few for the strategy, which says what it needs."""
     return [
-        *_too_high(camera, surveyed_part(log, landmarks), trajectory, radius_m),
+        *_too_high(camera, surveyed_rows(log, landmarks), trajectory, radius_m),
         *_too_few(camera, trajectory, needs),
     ]
 

@@ -121,11 +121,11 @@ def _session(session: ReducedSession, *, used: bool) -> SessionRow:
 
 def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
     place, joined = joint.places[index], joint.joined
-    surveyed = bool(joined.known.surveyed[index])
+    surveyed = bool(joined.priors.surveyed[index])
     sigma_m = math.sqrt(float(np.trace(joined.position_covariance[index])) / 2)
     if surveyed:
-        x, y = joined.known.position[index].real, joined.known.position[index].imag
-        sigma_m = math.sqrt(float(np.trace(joined.known.covariance[index])) / 2)
+        x, y = joined.priors.position[index].real, joined.priors.position[index].imag
+        sigma_m = math.sqrt(float(np.trace(joined.priors.covariance[index])) / 2)
     else:
         x, y = joined.position[index].real, joined.position[index].imag
     seen = _passes(joined, index)
@@ -203,12 +203,12 @@ def _z(joint: JointSurvey, index: int) -> float | None:
     site, place = joint.survey.site.landmarks, joint.places[index]
     if index < len(site.ids) and np.isfinite(site.z_m[index]):
         return float(site.z_m[index])
-    told = [_told_z(session, place) for session in joint.mapped]
-    known = [z for z in told if math.isfinite(z)]
-    return round(float(np.median(known)), 3) if known else None
+    heights = [_z_of_session(session, place) for session in joint.mapped]
+    finite = [z for z in heights if math.isfinite(z)]
+    return round(float(np.median(finite)), 3) if finite else None
 
 
-def _told_z(session: ReducedSession, place: LandmarkPlace) -> float:
+def _z_of_session(session: ReducedSession, place: LandmarkPlace) -> float:
     if session.z_m is None or place not in session.places:
         return math.nan
     return float(session.z_m[session.places.index(place)])
@@ -217,12 +217,12 @@ def _told_z(session: ReducedSession, place: LandmarkPlace) -> float:
 def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] | None:
     """How far the others put a landmark from its surveyed place, the usual size of that, and whether it is too far."""
     tied = [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
-    passed = {int(number) for one in tied for number in one.landmark[joined.known.surveyed[one.landmark]]}
+    passed = {int(number) for one in tied for number in one.landmark[joined.priors.surveyed[one.landmark]]}
     if len(passed - {index}) < FEWEST_OTHERS:
         return None
     trial = predicted(joined, index)
-    offset = complex(trial.position[index] - joined.known.position[index])
-    covariance = trial.position_covariance[index] + joined.known.covariance[index]
+    offset = complex(trial.position[index] - joined.priors.position[index])
+    covariance = trial.position_covariance[index] + joined.priors.covariance[index]
     sigma_m = math.sqrt(float(np.trace(covariance)) / 2)
     if not sigma_m <= GREATEST_SIGMA_M:
         return None

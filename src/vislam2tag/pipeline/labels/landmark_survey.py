@@ -25,8 +25,8 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.floors_walked import CLIMB_M
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.smoother.landmark_priors import KnownLandmarks
-from vislam2tag.smoother.observations import Walked
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.model import SessionKey, Site, Survey
@@ -90,20 +90,20 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     if task.frames and (landmarks.floor != key.floor).any():
         raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
     log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])
-    walked = Walked.of(camera, log, settings.smoother.sighting_range_m)
-    if len(walked.passes.at) == 0:
+    observations = WalkObservations.of(camera, log, settings.smoother.sighting_range_m)
+    if len(observations.passes.at) == 0:
         return ReducedSession(key, unused=prepared.unused)
-    smoothed = smooth_in_own_frame(walked)
+    smoothed = smooth_in_own_frame(observations)
     local = LocalMap.of(smoothed)
     climbed = vertical_span_m(camera, log) >= CLIMB_M
     around = _over_all_floors(site, landmarks) if climbed else landmarks
-    heights = estimate_heights(camera, log, around, settings.heights, walked.odometry)
-    floors = [_floor(walked, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
+    heights = estimate_heights(camera, log, around, settings.heights, observations.odometry)
+    floors = [_floor(observations, heights, landmarks, index, key.floor) for index in local.landmark.tolist()]
     places = tuple(
         _place(site.landmarks, landmarks, log.ids[index], floor)
         for index, floor in zip(local.landmark.tolist(), floors, strict=True)
     )
-    z_m = _heights_above_floor(site, camera, log, walked, heights, floors, local)
+    z_m = _heights_above_floor(site, camera, log, observations, heights, floors, local)
     return ReducedSession(key, places, local, z_m, prepared.unused, converged=smoothed.converged)
 
 
@@ -112,21 +112,21 @@ def _over_all_floors(site: Site, landmarks: Landmarks) -> Landmarks:
     if landmarks.storeys is None:
         return landmarks
     elevation = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
-    known = [floor.number for floor in site.floors]
-    numbers = np.unique(np.concatenate((landmarks.storeys.number, landmarks.floor, known))).astype(np.int64)
+    there = [floor.number for floor in site.floors]
+    numbers = np.unique(np.concatenate((landmarks.storeys.number, landmarks.floor, there))).astype(np.int64)
     elevations = np.array([elevation.get(number, np.nan) for number in numbers.tolist()])
     return replace(landmarks, storeys=Storeys(landmarks.storeys.own, numbers, elevations))
 
 
-def _floor(walked: Walked, heights: Heights, landmarks: Landmarks, index: int, own: int) -> int:
+def _floor(observations: WalkObservations, heights: Heights, landmarks: Landmarks, index: int, own: int) -> int:
     """A landmark's floor: as its file says, else the one on which the walk passed it most often."""
-    name = walked.ids[index]
+    name = observations.ids[index]
     if name in landmarks.index:
         return int(landmarks.floor[landmarks.index[name]])
     if not len(heights.floor):
         return own
-    at = walked.passes.at[walked.passes.landmark == index]
-    floors, count = np.unique(heights.floor[walked.odometry.frame[at]], return_counts=True)
+    at = observations.passes.at[observations.passes.landmark == index]
+    floors, count = np.unique(heights.floor[observations.odometry.frame[at]], return_counts=True)
     return int(floors[count.argmax()])
 
 
@@ -144,18 +144,18 @@ def _heights_above_floor(
     site: Site,
     camera: CameraTrack,
     log: LandmarkLog,
-    walked: Walked,
+    observations: WalkObservations,
     heights: Heights,
     floors: Sequence[int],
     local: LocalMap,
 ) -> FloatArray:
     """(k,) median over the passes of each landmark: the camera's height, and how much higher the landmark was."""
     elevation = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
-    passes = walked.passes
+    passes = observations.passes
     z_m = np.full(len(floors), np.nan)
     for i, (index, floor) in enumerate(zip(local.landmark.tolist(), floors, strict=True)):
         rows = log.rows_of(index)
-        frames = walked.odometry.frame[passes.at[passes.landmark == index]]
+        frames = observations.odometry.frame[passes.at[passes.landmark == index]]
         chosen = rows.start + np.searchsorted(log.frame[rows], frames)
         above = log.position_acs[chosen, 1] - camera.position_acs[frames, 1] + heights.z_m[frames]
         z_m[i] = np.median(above) - elevation.get(floor, np.nan)
@@ -214,23 +214,23 @@ def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_si
             numbers = np.array([index[place] for place in session.places], dtype=np.int64)
             mapped.append(session)
             maps.append(replace(session.local, landmark=numbers))
-    return JointSurvey(survey, ordered, tuple(mapped), places, join(maps, _known(places, site, default_sigma_m)))
+    return JointSurvey(survey, ordered, tuple(mapped), places, join(maps, _priors(places, site, default_sigma_m)))
 
 
-def _known(places: Sequence[LandmarkPlace], site: Landmarks, default_sigma_m: float) -> KnownLandmarks:
+def _priors(places: Sequence[LandmarkPlace], site: Landmarks, default_sigma_m: float) -> LandmarkPriors:
     """What files and corrections say of the places; the first of them are the site's landmarks."""
-    known = KnownLandmarks.nothing(len(places))
+    priors = LandmarkPriors.nothing(len(places))
     count = len(site.ids)
     rows = np.flatnonzero(site.surveyed)
-    known.position[rows] = site.position_bcs[rows] @ (1, 1j)
-    known.covariance[rows] = site.covariance_bcs[rows]
+    priors.position[rows] = site.position_bcs[rows] @ (1, 1j)
+    priors.covariance[rows] = site.covariance_bcs[rows]
     headed = np.isfinite(site.heading_rad) & np.isfinite(site.heading_sigma_rad)
-    known.heading_rad[:count] = np.where(headed, site.heading_rad, np.nan)
-    known.heading_sigma_rad[:count] = np.where(headed, site.heading_sigma_rad, np.nan)
+    priors.heading_rad[:count] = np.where(headed, site.heading_rad, np.nan)
+    priors.heading_sigma_rad[:count] = np.where(headed, site.heading_sigma_rad, np.nan)
     sigma_m = dict(zip(places, np.sqrt(site.covariance_bcs[:, 0, 0]).tolist(), strict=False))
     for i, place in enumerate(places):
         if place.moved_to is not None:
             usual = sigma_m.get(place._replace(moved_to=None), np.inf)
-            known.position[i] = complex(*place.moved_to)
-            known.covariance[i] = np.eye(2) * (usual if np.isfinite(usual) else default_sigma_m) ** 2
-    return known
+            priors.position[i] = complex(*place.moved_to)
+            priors.covariance[i] = np.eye(2) * (usual if np.isfinite(usual) else default_sigma_m) ** 2
+    return priors

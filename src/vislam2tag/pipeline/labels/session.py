@@ -127,7 +127,7 @@ def _still_holds(job: Job, done: SessionResult) -> bool:
 def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str:
     """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks."""
     task = job.task
-    marks, _ = task.considered_landmarks(logged)
+    marks, _ = task.candidate_landmarks(logged)
     storeys = marks.storeys
     ambiguous = ambiguous_landmarks(task.landmarks_of_all_floors(), task.ref.key.floor, logged)
     parts = {

@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common import log_bins
-from vislam2tag.core.path_length import step_lengths, walked_steps, way_frames
+from vislam2tag.core.path_length import step_frames, step_lengths, steps_without_jumps
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, Trajectory
 from vislam2tag.labeling.results import RecordingRecord, ScanStatistics, SigmaStatistics
@@ -57,14 +57,14 @@ def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
     Jumps of the tracker are left out (:mod:`vislam2tag.core.path_length`).
     """
     frames = np.flatnonzero(camera.usable)
-    frames = frames[way_frames(camera.time_ns[frames])]
+    frames = frames[step_frames(camera.time_ns[frames])]
     mapped = has_position(trajectory.status[frames])
     steps = np.where(
         mapped[1:] & mapped[:-1],
         step_lengths(trajectory.position_bcs[frames, :2]),
         step_lengths(camera.plane_acs[frames]),
     )
-    return float(walked_steps(steps, camera.time_ns[frames]).sum())
+    return float(steps_without_jumps(steps, camera.time_ns[frames]).sum())
 
 
 def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:

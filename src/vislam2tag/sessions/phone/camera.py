@@ -67,7 +67,7 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
 
 def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Finding]:
     """Report the frames at which the tracker began anew."""
-    first = np.flatnonzero(np.diff(state.part) != 0) + 1
+    first = np.flatnonzero(np.diff(state.section) != 0) + 1
     if not len(first):
         return []
     message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
