@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -82,7 +82,7 @@ class Inspection(Record):
 def inspect_survey(
     root: Path,
     finding_settings: FindingSettings | None = None,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress[int] = silent,
 ) -> Inspection:
     """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.dataset.comparing.comparable import Comparable, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
-
-Progress = Callable[[int, int], None]
-"""Told after each table: how many are done, of how many."""
 
 
 class Comparison(Record):
@@ -37,7 +34,7 @@ class Comparison(Record):
         return not (self.missing_sessions or self.extra_sessions or self.facts or self.differences)
 
 
-def compare(first: Path, second: Path, tolerance: float, progress: Progress | None = None) -> Comparison:
+def compare(first: Path, second: Path, tolerance: float, progress: Progress[int] = silent) -> Comparison:
     """Compare two folders, one table of one session at a time.
 
     ``tolerance``: metres for positions, the own unit of any other column with fractions.
@@ -55,8 +52,7 @@ def compare(first: Path, second: Path, tolerance: float, progress: Progress | No
     found = []
     for done, (session, table) in enumerate(compared, start=1):
         found.append(_compared(session, table, one, other, tolerance))
-        if progress is not None:
-            progress(done, len(compared))
+        progress(done, len(compared))
     return Comparison(
         kind=one.kind,
         tolerance=tolerance,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -13,6 +12,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_folder import whole_folder
@@ -27,8 +27,6 @@ from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.sessions.registry import open_survey
 
 RECORD_FILE = "export.json"
-Progress = Callable[[str, int], None]
-"""Called after each part of a stage (``build``, ``write``) with how many parts it has."""
 
 
 class ExportRecord(Record):
@@ -73,15 +71,16 @@ def export(
     options: ExportOptions | None = None,
     *,
     jobs: int = 1,
-    progress: Progress | None = None,
+    progress: Progress[str] = silent,
 ) -> ExportRecord:
     """Write ``source`` in a format into the folder ``out``, whole or not at all.
 
-    Formats that are made of a data set take labels, too: the data set is built on the way. Raises UsageError for a
+    Formats that are made of a data set take labels, too: the data set is built on the way. ``progress`` hears the stage
+    (``build``, ``write``) of each part and how many parts that stage has. Raises UsageError for a
     format, split, fold or survey that is not there and for options that mean nothing to the format, DatasetError where
     ``source`` is neither, or holds nothing that the format can, OutputError where ``out`` cannot be written.
     """
-    options, report = options or ExportOptions(), progress or _silent
+    options = options or ExportOptions()
     chosen = export_named(format_name)
     _refuse(source, out, chosen, options)
     context = ExportContext(
@@ -89,21 +88,17 @@ def export(
         fold=options.fold,
         survey=options.survey,
         privacy=options.privacy,
-        advance=lambda total: report("write", total),
+        advance=lambda total: progress("write", total),
     )
     if chosen.write_labels:
         with whole_folder(out, is_export) as folder:
             lost = chosen.write_labels(source, folder, context)
             return _finish(folder, chosen, source, None, (*lost, *left_out(_labels(source), chosen.holds)))
     with whole_folder(out, is_export) as folder:
-        opened = _dataset(source, folder.with_name("dataset"), jobs, report)
+        opened = _dataset(source, folder.with_name("dataset"), jobs, progress)
         dataset = with_privacy(opened, options.privacy)
         lost = _write(chosen, dataset, folder, context)
         return _finish(folder, chosen, source, dataset.info.bssid_key, (*_opted_out(opened, dataset), *lost))
-
-
-def _silent(_stage: str, _total: int) -> None:
-    """Report nothing."""
 
 
 def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOptions) -> None:
@@ -124,7 +119,7 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         refuse_among_sessions(open_survey(options.survey), out)
 
 
-def _dataset(source: Path, scratch: Path, jobs: int, report: Progress) -> Dataset:
+def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) -> Dataset:
     """Open the data set, or build it of labels in the folder ``scratch``."""
     if is_dataset(source):
         return open_dataset(source)
@@ -140,7 +135,7 @@ def _dataset(source: Path, scratch: Path, jobs: int, report: Progress) -> Datase
         scratch,
         options=BuildOptions(privacy=None),  # the export's own wishes say what goes
         jobs=jobs,
-        progress=lambda _stage, _error, total: report("build", total),
+        progress=lambda _stage, _error, total: progress("build", total),
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_session import CheckedSession, check_session
@@ -23,9 +24,6 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections import read_corrections
 
 CHECK_FILE, PAGE_FILE = "check.json", "check.html"
-
-Progress = Callable[[SessionCheck, int], None]
-"""Called after each session with what was found and the total number of sessions."""
 
 
 @dataclass
@@ -55,7 +53,7 @@ def check(
     landmarks: Path | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
-    progress: Progress | None = None,
+    progress: Progress[SessionCheck] = silent,
 ) -> SurveyCheck:
     """Check a survey against itself: leave out each landmark in turn, session by session (docs/evaluation.md).
 
@@ -76,8 +74,7 @@ def check(
 
     def report(checked: CheckedSession) -> None:
         collected.take(checked)
-        if progress is not None:
-            progress(checked.record, len(refs))
+        progress(checked.record, len(refs))
 
     todo = [session_task(ref, survey, corrections, settings) for ref in refs]
     process_all(partial(check_session, settings), todo, jobs, report)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
@@ -30,9 +31,6 @@ PROGRAM = "vislam2tag evaluate"
 RECORD_FILE, PAGE_FILE = "evaluation.json", "report.html"
 ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE = "errors.csv", "errors.tex", "sessions.csv", "dense.csv"
 
-Progress = Callable[[SessionEvaluation, int], None]
-"""Called after each session with what is new, and the total number of calls; a station's sessions come twice."""
-
 
 def evaluate(
     survey_root: Path,
@@ -45,16 +43,17 @@ def evaluate(
     clock_drift: bool = False,
     selection: Selection | None = None,
     jobs: int = 1,
-    progress: Progress | None = None,
+    progress: Progress[SessionEvaluation] = silent,
 ) -> SurveyEvaluation:
     """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/evaluation.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
     folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run
     at another rate than the phone's. With ``jobs`` > 1 sessions run in that many processes (call it from under
-    ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey
-    or has no truth at all, UsageError for an unknown strategy or a selection that matches nothing, OutputError where
-    ``out`` cannot be written or is not ours; a bad session is only counted in ``SurveyEvaluation.failed``.
+    ``if __name__ == "__main__":``). ``progress`` hears of a total station's sessions twice. Raises SurveyError where
+    ``survey_root`` is no survey or has no truth at all, UsageError for an unknown strategy or a selection that matches
+    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
+    ``SurveyEvaluation.failed``.
     """
     settings, selection = settings or ProcessSettings(), selection or Selection()
     names = tuple(dict.fromkeys(strategies)) or strategy_names()
@@ -80,15 +79,13 @@ def evaluate(
 
     def report(session: SessionEvaluation) -> None:
         found[session.slug] = session
-        if progress is not None:
-            progress(session, total)
+        progress(session, total)
 
     def add(outcome: StationOutcome) -> None:
         for slug, tracked in outcome.found.items():
             news = found[slug].model_copy(update={"error": None, "missing": tracked.missing})
             found[slug] = with_station(found[slug], tracked)
-            if progress is not None:
-                progress(news, total)
+            progress(news, total)
 
     run = run_record(survey.root, landmarks, settings, selection) | {
         "strategies": list(names),

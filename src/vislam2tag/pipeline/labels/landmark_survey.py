@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
@@ -168,7 +169,7 @@ def survey_landmarks(
     *,
     floors: tuple[int, ...] = (),
     jobs: int = 1,
-    progress: Callable[[ReducedSession, int], None] = lambda _session, _total: None,
+    progress: Progress[ReducedSession] = silent,
 ) -> JointSurvey:
     """Give the landmarks without a position one, from all sessions of a survey (or of some floors) together.
 

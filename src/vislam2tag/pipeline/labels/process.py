@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
@@ -30,9 +31,6 @@ from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef, Site, Survey
 
-Progress = Callable[[Outcome, int], None]
-"""Called after each session with its outcome and the total number of sessions."""
-
 
 def process(
     survey_root: Path,
@@ -43,7 +41,7 @@ def process(
     selection: Selection | None = None,
     jobs: int = 1,
     replace: bool = False,
-    progress: Progress | None = None,
+    progress: Progress[Outcome] = silent,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
@@ -56,7 +54,6 @@ def process(
     """
     settings = settings or ProcessSettings()
     selection = selection or Selection()
-    report = progress or _silent
     strategy_named(settings.strategy, settings.mapping)
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
@@ -72,7 +69,7 @@ def process(
         todo = [
             Job(session_task(ref, survey, corrections, settings), settings, folder, code[ref.format]) for ref in refs
         ]
-        process_all(process_session, todo, jobs, lambda outcome: report(outcome, len(todo)))
+        process_all(process_session, todo, jobs, lambda outcome: progress(outcome, len(todo)))
         return _reduce(survey, refs, settings, folder)
 
 
@@ -90,10 +87,6 @@ def _refuse_other_labels(out: Path, strategy: str) -> None:
         raise OutputError(
             f"{out}: holds {what}; give --replace to replace them by labels of {strategy}, or choose another --out"
         )
-
-
-def _silent(_outcome: Outcome, _total: int) -> None:
-    """Report nothing."""
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.folder import write_dataset
@@ -30,9 +31,6 @@ STRATEGY = "local-corrected"
 EVALUATED = ("_ref", "_tachy", "_split")
 """Device folders of the published evaluation end like this; their walks collect nothing."""
 
-Progress = Callable[[int, int], None]
-"""Called after each walk with how many are done, and how many there are."""
-
 
 @dataclass(frozen=True)
 class Collection:
@@ -46,7 +44,7 @@ class Collection:
 def paper_collection(
     data: PaperData,
     settings: ProcessSettings,
-    progress: Progress = lambda _done, _total: None,
+    progress: Progress[int] = silent,
     keep: Path | None = None,
 ) -> Collection:
     """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.evaluation.paper.walks import (
     PaperWalk,
@@ -22,8 +23,6 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.data import PaperData, read_mappable
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
-Progress = Callable[[int, int], None]
-"""Called after each walk with how many are done, and how many there are."""
 Phone = tuple[int, str]
 """Floor and device: what shares a clock offset."""
 Refs = Sequence[tuple[Survey, SessionRef]]
@@ -52,9 +51,7 @@ class PaperWalks:
         return [walk for phone in self.phones.values() for walk in phone.found.walks]
 
 
-def paper_walks(
-    data: PaperData, settings: ProcessSettings, progress: Progress = lambda _done, _total: None
-) -> PaperWalks:
+def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[int] = silent) -> PaperWalks:
     """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only told."""
     pressed, phones = _sorted_out(data)
     total = len(pressed) + sum(map(len, phones.values()))

@@ -10,6 +10,7 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
@@ -30,8 +31,6 @@ from vislam2tag.walkable.settings import WalkableSettings
 from vislam2tag.walkable.space import walkable_space
 
 SUMMARY_FILE, LANDMARKS_FILE, PAGE_FILE = "plan.json", "landmarks.csv", "index.html"
-Progress = Callable[[str, int], None]
-"""Hears the name of each step when it begins, and the number of all steps."""
 
 
 @dataclass(frozen=True)
@@ -70,12 +69,13 @@ def write_plans(
     out: Path,
     settings: PlanSettings,
     request: PlanRequest,
-    progress: Progress = lambda _step, _total: None,
+    progress: Progress[str] = silent,
 ) -> PlanSummary:
     """Plan the landmarks of a site's floors into ``out``, which appears whole or not at all.
 
-    Raises SurveyError where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError
-    where something cannot be written.
+    ``progress`` hears the name of each step of a floor when it begins, and the number of floors. Raises SurveyError
+    where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError where something
+    cannot be written.
     """
     site, findings = read_site(site_folder)
     floors = _floors(site, request.floors)
