@@ -1,1 +1,6 @@
-"""Everything before a walk: sites, plans of landmarks, registration, other frames."""
+"""Everything before a walk, and what follows from moving a site.
+
+A site begins with ``init``, is looked at with ``show``; ``walkable`` finds where its floors can be walked, ``plan``
+where landmarks stand, ``register`` where they really hang. ``write`` gives its files in another layout or frame,
+``rebase`` (``rebase_dataset``) carries labels and data sets over to a new one.
+"""
