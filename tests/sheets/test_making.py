@@ -24,9 +24,9 @@ def _own(tmp_path: Path) -> Path:
 
 
 def test_every_step_is_told(tmp_path: Path) -> None:
-    steps: list[int] = []
-    make_sheets(SheetOptions(ids="1-3"), tmp_path / "out", steps.append)
-    assert steps == [9] * 9
+    steps: list[tuple[int, int]] = []
+    make_sheets(SheetOptions(ids="1-3"), tmp_path / "out", lambda *told: steps.append(told))
+    assert steps == [(done, 9) for done in range(1, 10)]
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_other_images(tmp_path: Path) -> None:
@@ -62,9 +62,9 @@ def test_more_images_than_a_phone_holds_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_others_is_refused_before_any_work(own: Path, tmp_path: Path) -> None:
-    steps: list[int] = []
+    steps: list[tuple[int, int]] = []
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
-        make_sheets(SheetOptions(ids="1-500"), own, steps.append)
+        make_sheets(SheetOptions(ids="1-500"), own, lambda *told: steps.append(told))
     assert steps == []
 
 

@@ -101,7 +101,7 @@ def _import(
     )
     try:
         with session_bar("files") as bar:
-            dataset = import_format(path, out, options, progress=lambda total: bar.advance(total, None))
+            dataset = import_format(path, out, options, progress=lambda _done, total: bar.advance(total, None))
     except KeyboardInterrupt:
         typer.echo(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None

@@ -82,7 +82,7 @@ def _radio_maps(
     try:
         with session_bar("access points") as bar:
             found = write_radio_maps(
-                dataset, out, settings, tuple(ap or ()), lambda total: bar.advance(total, error=None)
+                dataset, out, settings, tuple(ap or ()), lambda _done, total: bar.advance(total, error=None)
             )
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {out} holds no new radio maps", err=True)

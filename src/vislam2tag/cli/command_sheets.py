@@ -70,7 +70,7 @@ def _sheets(
     options = SheetOptions(site, ids, images, settings.sheets)
     try:
         with session_bar("images and pages") as bar:
-            found = make_sheets(options, out, lambda total: bar.advance(total, error=None))
+            found = make_sheets(options, out, lambda _done, total: bar.advance(total, error=None))
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {out} holds no new sheets", err=True)
         raise typer.Exit(INTERRUPTED) from None

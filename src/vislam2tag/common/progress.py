@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import count
 from typing import TypeAlias, TypeVar
 
 Told = TypeVar("Told")
@@ -12,3 +13,9 @@ Progress: TypeAlias = Callable[[Told, int], None]
 
 def silent(_told: object, _total: int) -> None:
     """Tell nobody."""
+
+
+def counted(progress: Progress[int]) -> Callable[[int], None]:
+    """For work that tells only the number of all steps after each: counts those that are done."""
+    done = count(1)
+    return lambda total: progress(next(done), total)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
 from vislam2tag.sheets.settings import SheetSettings
@@ -22,8 +24,6 @@ from vislam2tag.sheets.sheet_folder import (
 from vislam2tag.sheets.sheet_requests import MOST_SHEETS, SheetRequest, requested_sheets
 from vislam2tag.survey.sheet_size import sheet_size
 
-Progress = Callable[[int], None]
-"""Called after each of so many steps."""
 _NAMED = 10
 """Landmarks that a message names."""
 
@@ -40,7 +40,7 @@ class SheetOptions:
     settings: SheetSettings = field(default_factory=SheetSettings)
 
 
-def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _total: None) -> SheetsRecord:
+def make_sheets(options: SheetOptions, out: Path, progress: Progress[int] = silent) -> SheetsRecord:
     """Make the sheets into ``out``, which appears whole or not at all.
 
     Raises OutputError where it holds something else or cannot be written, UsageError and SurveyError as the steps do.
@@ -52,7 +52,7 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress = lambda _t
     if len(names) > MOST_SHEETS:
         raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
     total = 2 * len(names) + len(requests)
-    step = lambda: progress(total)
+    step = partial(counted(progress), total)
     seed = options.settings.seed if options.images is None else None
     with whole_folder(out, is_sheets) as folder:
         images = _images(options, files, names, step)

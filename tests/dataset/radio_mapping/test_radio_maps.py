@@ -128,10 +128,10 @@ def test_most_heard_come_first_and_only_so_many(survey: Surveyed) -> None:
 
 def test_a_named_access_point_gets_the_same_map(survey: Surveyed, maps: FloorMaps) -> None:
     name = maps.maps[1].bssid
-    steps: list[int] = []
-    (one,) = radio_maps(survey.dataset, SETTINGS, (name,), steps.append)
+    steps: list[tuple[int, int]] = []
+    (one,) = radio_maps(survey.dataset, SETTINGS, (name,), lambda *told: steps.append(told))
     assert [found.bssid for found in one.maps] == [name]
-    assert steps == [1]
+    assert steps == [(1, 1)]
     assert one.maps == maps.maps[1:2]
     np.testing.assert_array_equal(one.mean_dbm[0], maps.mean_dbm[1])
     np.testing.assert_array_equal(one.heard[0], maps.heard[1])

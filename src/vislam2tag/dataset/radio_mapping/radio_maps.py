@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.spatial import cKDTree
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
@@ -100,15 +102,11 @@ class FloorMaps:
     """Share of scans that hear it, 0 to 1."""
 
 
-Progress = Callable[[int], None]
-"""Called after each map with how many there are."""
-
-
 def radio_maps(
     dataset: Dataset,
     settings: RadioMapSettings,
     access_points: Sequence[str] = (),
-    progress: Progress = lambda _total: None,
+    progress: Progress[int] = silent,
 ) -> Iterator[FloorMaps]:
     """Make the maps floor by floor; ``access_points`` names those wanted, else it is the most heard of each floor.
 
@@ -119,6 +117,7 @@ def radio_maps(
     """
     heard = _often_heard(dataset, settings, access_points)
     wanted = heard.filter("wanted")
+    step = partial(counted(progress), len(wanted))
     offsets = offsets_db(dataset)
     names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
     for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
@@ -131,7 +130,7 @@ def radio_maps(
         here = _FloorMapper(place, readings, order, shared, names, settings)
         # The matrices are small, and how many threads add up a sum shows in its last digits.
         with threadpool_limits(limits=1):
-            maps = here.maps(device_offsets, lambda: progress(len(wanted)))
+            maps = here.maps(device_offsets, step)
         yield maps
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
+from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
@@ -18,13 +19,7 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 
-Progress = Callable[[int], None]
-"""Called after each file (or walk) with how many there are."""
 _OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
-
-
-def _silent(_total: int) -> None:
-    """Report nothing."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +40,7 @@ class ImportOptions:
 
 
 def import_format(
-    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress = _silent
+    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress[int] = silent
 ) -> Dataset:
     """Read files of another format into the data set ``out``, whole or not at all, and open it.
 
@@ -58,7 +53,7 @@ def import_format(
         scratch = folder.root.with_name("scratch")
         scratch.mkdir()
         with _reading(path):
-            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress))
+            dataset = chosen.read(path, ImportContext(scratch, options.origin, counted(progress)))
         dataset = with_privacy(dataset, options.privacy)
         folder.add_tables(dataset.tables)
         folder.add_splits(dataset.splits)

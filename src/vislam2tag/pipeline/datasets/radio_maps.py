@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag import __version__
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
-from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, Progress, RadioMap, radio_maps
+from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMap, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
 from vislam2tag.figures.radio_map_figures import access_point_map, contact_sheet
 from vislam2tag.figures.style import rendered
@@ -78,7 +79,7 @@ def write_radio_maps(
     out: Path,
     settings: RadioMapSettings,
     access_points: Sequence[str] = (),
-    progress: Progress = lambda _total: None,
+    progress: Progress[int] = silent,
 ) -> RadioMapIndex:
     """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
 
