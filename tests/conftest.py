@@ -13,8 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
 from tests.undrawn import undrawn
 
+__all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_configure"]
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 settings.register_profile(

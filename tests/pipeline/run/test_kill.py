@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,6 +53,25 @@ def killed_and_continued(survey: Path, out: Path, step: int, jobs: int) -> dict[
 def test_killed_at_moments_spread_over_the_run(survey: Path, whole: Whole, tmp_path: Path, moment: int) -> None:
     step = math.ceil(whole.steps * moment / MOMENTS)
     assert killed_and_continued(survey, tmp_path / "out", step, jobs=1) == whole.files
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("block", range(10))
+def test_killed_at_every_step(
+    survey: Path, whole: Whole, tmp_path: Path, block: int, jobs: int, record_property: Callable[[str, object], None]
+) -> None:
+    """With two workers the main process has fewer steps: then it may come to its end before it is killed."""
+    steps = range(block + 1, whole.steps + 1, 10)
+    killed = 0
+    for step in steps:
+        out = tmp_path / str(step)
+        done = struck(out, Strike(step), "process", survey, "--out", out, "--jobs", str(jobs))
+        killed += done.returncode == -signal.SIGKILL
+        process(survey, out)
+        assert bytes_of(out) == whole.files, step
+    assert killed == len(steps) or jobs == 2
+    record_property("kills", killed)
 
 
 @pytest.mark.parametrize("step", [10, 15])
