@@ -273,3 +273,12 @@ def test_damaged_site_files_raise_nothing(tmp_path: Path, name: str, files: int)
         surveyed = site.landmarks.position_bcs[site.landmarks.surveyed]
         assert np.isfinite(surveyed).all()
         assert all(np.isfinite(floor.control_points.position_bcs).all() for floor in site.floors)
+
+
+def test_what_a_killed_command_had_moved_aside_is_moved_back(tmp_path: Path) -> None:
+    survey = write_survey(tmp_path / "site")
+    work = survey.with_name(f".{survey.name}.vislam2tag")
+    work.mkdir()
+    survey.rename(work / "old")
+    assert read_site(survey)[0].floors
+    assert not work.exists()

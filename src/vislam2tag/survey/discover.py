@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.whole_folder import restore
 from vislam2tag.survey.corrections import CORRECTIONS_FILE
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.landmark_file import (
@@ -44,6 +45,7 @@ def read_site(
     replaces the floors' own landmark files. Missing and damaged site files are findings. Raises SurveyError where the
     folder is missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
+    restore(root)  # what `site write` makes is replaced whole
     described = has_site_file(root)
     folders, findings = _numbered_folders(root) if described else floor_folders(root)
     floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)

@@ -56,6 +56,16 @@ def test_what_is_there(tmp_path: Path) -> None:
     assert session.unknown_columns("wifi") == []
 
 
+def test_what_a_killed_command_had_moved_aside_is_moved_back(tmp_path: Path) -> None:
+    for name, opened in (("a", is_labelled), ("b", open_labelled)):
+        out = write_out(tmp_path / name)
+        work = tmp_path / f".{name}.vislam2tag"
+        work.mkdir()
+        out.rename(work / "old")
+        assert opened(out)
+        assert not work.exists()
+
+
 def test_folders_that_are_no_output_of_process(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     assert not is_labelled(tmp_path / "empty")

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
+from vislam2tag.common.whole_folder import restore
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 
@@ -102,6 +103,7 @@ class LabelledSurvey:
 
 def is_labelled(folder: Path) -> bool:
     """Whether the folder is an output folder of ``process``, finished or not."""
+    restore(folder)
     return (folder / RUN_FILE).is_file()
 
 
@@ -110,6 +112,7 @@ def open_labelled(root: Path) -> LabelledSurvey:
 
     Raises DatasetError where it is none, its last run has not ended, or it holds no session.
     """
+    restore(root)  # labels that were rebased are replaced whole
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
         raise DatasetError(f"{root}: the run of `vislam2tag process` into it has not ended; run it again, it goes on")
