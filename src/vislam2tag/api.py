@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from vislam2tag.core.tracks import LandmarkLog as LandmarkLog
     from vislam2tag.core.tracks import Landmarks as Landmarks
     from vislam2tag.core.tracks import Trajectory as Trajectory
-    from vislam2tag.core.uncertainty import mark_uncertain as mark_uncertain
     from vislam2tag.dataset.description import Description as Description
     from vislam2tag.dataset.folder import open_dataset as open_dataset
     from vislam2tag.dataset.folder import write_dataset as write_dataset
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
     from vislam2tag.labeling.readings import label_readings as label_readings
+    from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
     from vislam2tag.labeling.results import Summary as Summary
     from vislam2tag.labeling.settings import LabelRule as LabelRule
@@ -114,7 +114,6 @@ _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
     "core.status": "Status",
     "core.tracks": "CameraTrack LandmarkLog Landmarks Trajectory",
-    "core.uncertainty": "mark_uncertain",
     "dataset.description": "Description",
     "dataset.folder": "open_dataset write_dataset",
     "dataset.model": "Dataset",
@@ -123,7 +122,7 @@ _NAMES = {
     "dataset.transmitters.privacy": "Privacy",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
-    "labeling.readings": "label_readings",
+    "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "mapping.registry": "MappingStrategy strategy_named strategy_names",

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.labeling.readings import label_readings
+from vislam2tag.labeling.readings import label_readings, mark_uncertain
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
 
 
@@ -62,3 +64,41 @@ def test_a_reading_is_uncertain_by_its_own_sigma(walk: Trajectory) -> None:
     assert labelled["sigma"].to_list() == pytest.approx([0.44, 0.49, 0.51, 0.6])
     assert labelled["status"].to_list() == ["ok", "ok", "uncertain", "uncertain"]
     assert labelled["x"].to_list() == pytest.approx([4.4, 4.9, 5.1, 6.0])
+
+
+SIGMAS = st.lists(st.one_of(st.just(float("nan")), st.floats(0.0, 5.0)), min_size=1, max_size=20)
+
+
+def trajectory(sigma_m: list[float], status: list[int] | None = None) -> Trajectory:
+    n = len(sigma_m)
+    return Trajectory(
+        np.arange(n, dtype=np.int64),
+        np.random.default_rng(0).normal(size=(n, 3)),
+        np.zeros((n, 4)),
+        np.eye(2) * np.square(sigma_m)[:, None, None],
+        np.array(status or [Status.OK] * n, dtype=np.int8),
+    )
+
+
+@given(SIGMAS, st.floats(0.01, 4.0))
+def test_exactly_the_frames_above_the_limit_are_uncertain_and_nothing_is_lost(
+    sigma_m: list[float], limit: float
+) -> None:
+    walk = trajectory(sigma_m)
+    marked = mark_uncertain(walk, limit)
+    np.testing.assert_array_equal(marked.status == Status.UNCERTAIN, walk.sigma_m > limit)
+    assert set(marked.status) <= {Status.OK, Status.UNCERTAIN}
+    np.testing.assert_array_equal(marked.position_bcs, walk.position_bcs)
+    np.testing.assert_array_equal(marked.sigma_m, walk.sigma_m)
+    assert (walk.status == Status.OK).all()
+
+
+@given(SIGMAS)
+def test_infinite_marks_nothing(sigma_m: list[float]) -> None:
+    assert (mark_uncertain(trajectory(sigma_m), float("inf")).status == Status.OK).all()
+
+
+def test_only_ok_becomes_uncertain() -> None:
+    causes = [status for status in Status if status != Status.OK]
+    walk = trajectory([9.0] * len(causes), list(causes))
+    np.testing.assert_array_equal(mark_uncertain(walk, 0.5).status, walk.status)

@@ -1,7 +1,7 @@
 """The numeric core: arrays in frozen dataclasses; no files, no data frames, no plots.
 
-``tracks`` is what one session gives to a mapping strategy and what it gets back; ``context`` is what its tracker says
-of itself, ``status`` why a frame has a position or none, ``faults`` what went wrong. The rest is algebra on these:
-``pose_lag`` and ``tracker_sections`` before mapping, ``visits``, ``similarity``, ``orientation`` and ``robust`` for
-it, ``uncertainty`` and ``interpolation`` after it; ``path_length`` and ``cell_grid`` for whoever counts.
+Data meet it in this order: what a session logged (``tracks``, with what its tracker and building say in ``context``),
+closest approaches to landmarks (``visits``), a trajectory with the cause of each gap (``tracks``, ``status``,
+``faults``), a position for any time (``interpolation``). The rest is algebra that many need: ``similarity``,
+``orientation``, ``robust``, ``path_length``, ``pose_lag``, ``cell_grid``.
 """

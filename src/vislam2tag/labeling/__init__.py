@@ -1,5 +1,6 @@
 """Time-based annotation: a position for every time-stamped reading.
 
-``readings`` labels a session's readings by its trajectory, ``tables`` makes the tables of ``schemas``, ``results`` is
-what is kept besides them; ``tables_in_new_frame`` and ``results_in_new_frame`` carry both over to another frame.
+``readings`` are labelled by a trajectory, ``tables`` are made of both, by their ``schemas``, and, where floors have
+frames of their own, each row goes to that of its floor (``tables_in_new_frame``). What is kept of a session besides is
+its result (``results``, ``results_in_new_frame``).
 """

@@ -1,17 +1,20 @@
-"""Labels for the time-stamped tables of a session (paper, section IV-B, last paragraph)."""
+"""Labels for the time-stamped tables of a session (paper, section IV-B, last paragraph), and which are too uncertain.
+
+What is too uncertain to count as labelled keeps its position and its sigma, and says so by its status.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.core.arrays import BoolArray, IntArray, StatusArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.core.uncertainty import with_uncertain
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
 
 _LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
@@ -44,6 +47,18 @@ def label_readings(
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
         status_text(status),
     )
+
+
+def with_uncertain(status: StatusArray, sigma_m: FloatArray, max_sigma_m: float) -> StatusArray:
+    """Turn ``ok`` into ``uncertain`` where sigma (n,) exceeds ``max_sigma_m``, metres; an unknown sigma (NaN) never."""
+    above = (status == Status.OK) & (sigma_m > max_sigma_m)
+    marked: StatusArray = np.where(above, np.int8(Status.UNCERTAIN), status).astype(np.int8)
+    return marked
+
+
+def mark_uncertain(trajectory: Trajectory, max_sigma_m: float) -> Trajectory:
+    """Mark the frames whose sigma exceeds ``max_sigma_m``, metres (``inf``: none); nothing else changes."""
+    return replace(trajectory, status=with_uncertain(trajectory.status, trajectory.sigma_m, max_sigma_m))
 
 
 def status_text(status: StatusArray) -> pl.Series:

@@ -15,8 +15,7 @@ from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.core.uncertainty import mark_uncertain
-from vislam2tag.labeling.readings import label_readings, status_text
+from vislam2tag.labeling.readings import label_readings, mark_uncertain, status_text
 from vislam2tag.labeling.schemas import KEY, SCHEMAS, TRAJECTORY, UNITS
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables_in_new_frame import changed_table

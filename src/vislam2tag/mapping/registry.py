@@ -11,8 +11,7 @@ import numpy as np
 from vislam2tag.common import plugins
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.core.tracker_sections import one_section, section_numbers
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, one_section, section_numbers
 from vislam2tag.mapping.settings import MappingSettings
 
 

@@ -1,6 +1,6 @@
-"""Labels checked without truth: each landmark left out in turn, what one more would gain, which are bad.
+"""Labels checked without truth (docs/evaluation.md).
 
-``left_out`` gives a session's errors at left-out landmarks, ``accuracy`` makes of them how good its labels are, and
-``bad_landmarks`` pools them over sessions; ``landmark_gain`` tells what one more landmark would gain a session,
-``gain_map`` adds that up by floor. ``record`` is what is written.
+Each landmark is left out in turn (``left_out``), which tells a session's ``accuracy`` and, over all sessions, the
+``bad_landmarks``; ``landmark_gain`` is what one more landmark would help a session, ``gain_map`` a floor. ``record`` is
+what is kept of it.
 """

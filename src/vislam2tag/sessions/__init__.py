@@ -1,7 +1,7 @@
-"""Sessions: what one walk recorded, and one reader per raw format.
+"""Sessions: what one walk recorded.
 
-``registry`` finds the reader of a session among ``formats``, which read ``session_files`` with what they share in
-``tables`` and ``phone`` into a ``model``; ``clock`` finds tables that never meet the frames. ``corrected`` applies
-the survey's corrections, ``floors_walked`` chooses landmarks, ``site_findings`` compares them with the site:
-``prepared`` is a session as every command sees it. ``inspection`` looks without mapping.
+``registry`` lists a survey's sessions and lets one of ``formats`` read each to the ``model``, with what formats share
+in ``tables``, ``phone``, ``session_files`` and ``clock``. ``corrected`` applies corrections, ``session_landmarks``
+chooses the landmarks that the session may use: ``prepared`` does all three for every command, ``site_findings`` tells
+what is odd then. ``inspection`` shows a whole survey.
 """

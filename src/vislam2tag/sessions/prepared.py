@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.tracker_sections import longest_section
-from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.tracks import Landmarks, longest_section
 from vislam2tag.sessions.corrected import corrected_session
-from vislam2tag.sessions.floors_walked import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
@@ -105,4 +104,4 @@ def prepared_session(task: SessionTask) -> PreparedSession:
     session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
-    return PreparedSession(task, session, mine.landmarks, mine.elsewhere, (*landmark_uses, *session_uses))
+    return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))

@@ -10,12 +10,12 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.survey.model import Floor
 
 
-def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, elsewhere: Sequence[str] = ()) -> list[Finding]:
+def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:
     """Report landmarks that were seen but have no surveyed position among ``landmarks``, which the session may use.
 
-    ``elsewhere`` are those that only other floors have, where the session does not seem to have been.
+    ``unused`` are those that only other floors have, where the session does not seem to have been.
     """
-    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in elsewhere]
+    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
     findings = []
     if missing:
         message = (
@@ -23,13 +23,13 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, elsewhere
             "less: add them to marker_dict.csv, or let vislam2tag survey-landmarks place them"
         )
         findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
-    if elsewhere:
+    if unused:
         message = (
-            f"landmark {', '.join(elsewhere)} was seen, which only other floors have; nothing else says that the walk "
+            f"landmark {', '.join(unused)} was seen, which only other floors have; nothing else says that the walk "
             "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
             "a floor where one landmark was met looks the same: pass a second one there, or log air pressure"
         )
-        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(elsewhere), message=message))
+        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(unused), message=message))
     return findings
 
 

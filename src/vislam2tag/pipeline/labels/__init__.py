@@ -1,8 +1,7 @@
-"""From raw sessions to labels and what is told of them.
+"""From raw sessions to labels and what is told of them: process, check, evaluate, survey-landmarks.
 
-Each command (``process``, ``check``, ``evaluate``, ``landmark_survey``) hands sessions to workers and reduces what
-comes back. In a worker, ``session`` maps and labels one and ``session_result`` makes its result: ``findings``,
-``marks``, ``statistics``, ``accuracy`` and ``drawing``. ``check_session``, ``evaluate_session`` and
-``evaluate_station`` are the workers' parts of the others; ``landmark_results`` is what the joint survey of landmarks
-found.
+Each command has a module that goes over a survey (``process``, ``check``, ``evaluate``, ``landmark_survey`` with
+``landmark_results``) and one for a worker's part, one session (``session``, ``check_session``, ``evaluate_session``,
+``evaluate_station``). A processed session is reduced by ``session_result``: to ``statistics``, ``marks``, ``findings``,
+a ``drawing`` and its ``accuracy``.
 """

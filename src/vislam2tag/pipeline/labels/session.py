@@ -27,9 +27,9 @@ from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
-from vislam2tag.sessions.floors_walked import ambiguous_landmarks
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import format_module, hash_inputs
+from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 
 
 @dataclass(frozen=True)

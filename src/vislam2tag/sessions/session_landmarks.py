@@ -25,11 +25,11 @@ SAME_PLACE_M = 1e-3
 class SessionLandmarks:
     """The landmarks that a session may use, ids unique, with the storeys it may be on.
 
-    ``elsewhere`` are the logged ids that only other floors know and that nothing else speaks for: they are not used.
+    ``unused`` are the logged ids that only other floors know and that nothing else speaks for.
     """
 
     landmarks: Landmarks
-    elsewhere: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
 
 
 def ids_of_other_floors(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:

@@ -14,8 +14,7 @@ from vislam2tag.core.context import TrackerState
 from vislam2tag.core.orientation import multiply
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.core.status import Status
-from vislam2tag.core.tracker_sections import longest_section, section_numbers
-from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, longest_section, section_numbers
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 

@@ -12,7 +12,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
-from vislam2tag.sessions.floors_walked import (
+from vislam2tag.sessions.session_landmarks import (
     SessionLandmarks,
     ambiguous_floor,
     candidate_landmarks,
@@ -69,7 +69,7 @@ def place_of(landmarks: Landmarks, name: str) -> tuple[int, list[float]]:
 @pytest.mark.parametrize("logged", ["ab", "a", "ax", "xy"])
 def test_a_session_that_logs_what_its_floor_knows_uses_its_floor_alone(logged: str) -> None:
     chosen = choose(site_of(TWO_FLOORS), CLIMB, logged)
-    assert chosen.elsewhere == ()
+    assert chosen.unused == ()
     assert chosen.landmarks.ids == ("a", "b")
     assert place_of(chosen.landmarks, "a") == (1, [1, 1])
     storeys = chosen.landmarks.storeys
@@ -88,9 +88,9 @@ def test_two_landmarks_that_only_another_floor_has_make_it_a_walk_over_floors() 
 
 
 def test_one_such_landmark_needs_a_climb() -> None:
-    assert choose(site_of(TWO_FLOORS), CLIMB, "bc").elsewhere == ()
+    assert choose(site_of(TWO_FLOORS), CLIMB, "bc").unused == ()
     flat = choose(site_of(TWO_FLOORS), FLAT, "bc")
-    assert (flat.elsewhere, flat.landmarks.ids) == (("c",), ("a", "b"))
+    assert (flat.unused, flat.landmarks.ids) == (("c",), ("a", "b"))
     assert flat.landmarks.storeys is not None
     assert flat.landmarks.storeys.number.tolist() == [1]
 
@@ -98,7 +98,7 @@ def test_one_such_landmark_needs_a_climb() -> None:
 def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:
     chosen = choose(site_of(TWO_FLOORS), FLAT, "bcx")
     _, log = walked(FLAT, "bcx")
-    found = {finding.kind: finding for finding in landmarks_without_position(log, chosen.landmarks, chosen.elsewhere)}
+    found = {finding.kind: finding for finding in landmarks_without_position(log, chosen.landmarks, chosen.unused)}
     assert set(found) == {"landmark_of_other_floor", "landmark_without_position"}
     assert "landmark c was seen" in found["landmark_of_other_floor"].message
     assert "lift ride" in found["landmark_of_other_floor"].message
@@ -116,7 +116,7 @@ def test_an_id_in_two_places_is_an_error_that_names_both() -> None:
 
 def test_where_nobody_surveyed_the_own_floor_other_floors_ids_say_nothing() -> None:
     chosen = choose(site_of([row for row in TWO_FLOORS if row[0] == 2]), CLIMB, "acd")
-    assert (chosen.landmarks.ids, chosen.elsewhere) == ((), ())
+    assert (chosen.landmarks.ids, chosen.unused) == ((), ())
 
 
 def test_an_id_whose_place_is_not_known_on_one_floor_is_ambiguous_too() -> None:
