@@ -93,7 +93,7 @@ def label_by_next_frame(time_ns: IntArray, trajectory: Trajectory) -> Labels:
 
 
 def _status_between(frames: _Frames, before: IntArray, after: IntArray) -> StatusArray:
-    """Status of a reading between two frames: the first cause met, ``uncertain`` if either end is, else ``ok``."""
+    """Status (r,) of readings between frames ``before`` and ``after`` (r,): the first cause met, or the less sure."""
     first, second = frames.status[before], frames.status[after]
     cause = np.where(has_position(first), second, first)
     uncertain = (
@@ -103,11 +103,12 @@ def _status_between(frames: _Frames, before: IntArray, after: IntArray) -> Statu
 
 
 def _chosen(floor: IntArray, frame: IntArray) -> IntArray:
-    """Floor of each of these frames; empty where all lie on the session's own."""
+    """Floor (r,) of frames (r,), from that of each (n,); empty where all lie on the session's own."""
     return floor[frame] if len(floor) else floor
 
 
 def _blend(values: FloatArray, before: IntArray, after: IntArray, share: FloatArray) -> FloatArray:
+    """Values (r, ...) at a ``share`` of the way from frames ``before`` to frames ``after`` (r,) of values (n, ...)."""
     start = values.take(before, axis=0)
     blended: FloatArray = values.take(after, axis=0)  # many times quicker than values[after] where values has columns
     blended -= start

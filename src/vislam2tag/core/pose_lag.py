@@ -56,7 +56,7 @@ def _correlation(candidates: FloatArray, reference: FloatArray) -> FloatArray:
 
 
 def _peak(lags: FloatArray, correlation: FloatArray) -> float | None:
-    """Lag of the greatest correlation, refined by a parabola; None where it is weak or at the end of the range."""
+    """Lag of the greatest correlation (c,) at lags (c,), s, refined by a parabola; None where weak or at either end."""
     best = int(np.argmax(correlation))
     if correlation[best] < MIN_CORRELATION or best in (0, len(lags) - 1):
         return None

@@ -87,6 +87,7 @@ class Similarity2:
         return Similarity2(self.a * other.a, self.a * other.b + self.b)
 
     def __matmul__(self, points: FloatArray) -> FloatArray:
+        """Map points (..., 2)."""
         return as_points(self.a * as_complex(points) + self.b)
 
 
@@ -118,5 +119,6 @@ class Affine2:
         return float(np.arctan2(m[1, 0] - m[0, 1], m[0, 0] + m[1, 1]))
 
     def __matmul__(self, points: FloatArray) -> FloatArray:
+        """Map points (..., 2)."""
         mapped: FloatArray = points @ self.matrix.T + self.translation
         return mapped

@@ -33,6 +33,6 @@ STATUS_LABELS: tuple[str, ...] = tuple(status.label for status in Status)
 
 
 def has_position(status: StatusArray) -> BoolArray:
-    """Tell which entries carry coordinates (``ok`` or ``uncertain``)."""
+    """Mask (n,) of the codes (n,) of entries that carry coordinates (``ok`` or ``uncertain``)."""
     positioned: BoolArray = (status == Status.OK) | (status == Status.UNCERTAIN)
     return positioned

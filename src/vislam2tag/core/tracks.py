@@ -19,6 +19,7 @@ from vislam2tag.core.status import Status
 
 
 def _no_rows() -> IntArray:
+    """An empty (0,) array."""
     return np.empty(0, dtype=np.int64)
 
 

@@ -35,14 +35,14 @@ def find_visits(camera: CameraTrack, log: LandmarkLog, radius_m: float) -> tuple
 
 
 def _run_starts(landmark: IntArray, rank: IntArray) -> IntArray:
-    """Return the indices at which a new run of one landmark's neighbouring frames begins."""
+    """Indices (r,) at which a new run of one landmark's neighbouring frames begins; ``rank`` (k,) of each row."""
     new = np.ones(len(landmark), dtype=bool)
     new[1:] = (np.diff(landmark) != 0) | (np.diff(rank) != 1)
     return np.flatnonzero(new)
 
 
 def _argmin_of_runs(values: FloatArray, starts: IntArray) -> IntArray:
-    """Return the index of the first least value of each run."""
+    """Index (r,) of the first least of the values (k,) of each run, which begin at ``starts`` (r,)."""
     run = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, len(values))))
     order = np.lexsort((values, run))
     return order[np.searchsorted(run[order], np.arange(len(starts)))]

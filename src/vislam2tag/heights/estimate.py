@@ -119,14 +119,14 @@ def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> Vertica
 
 
 def _carried(height: FloatArray, elevation: FloatArray, settings: HeightSettings) -> float:
-    """Usual height of the phone above the floor on this walk, metres."""
+    """Usual height of the phone above the floor, metres, of heights (f,) over floors with these elevations (s,)."""
     above = height[:, None] - elevation
     nearest = np.abs(above - settings.carried_m).argmin(axis=1)
     return float(np.median(above[np.arange(len(above)), nearest]).clip(*settings.carried_range_m))
 
 
 def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
-    """Give frames that are not usable the floor of the usable one before."""
+    """Give frames that are not usable the floor (n,) of the usable one before."""
     before = usable_rank(camera)
     frames = np.flatnonzero(camera.usable)
     carried: IntArray = floor[frames[before.clip(0)]]
@@ -134,7 +134,7 @@ def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
 
 
 def _index(storeys: Storeys, floor: IntArray) -> IntArray:
-    """Index of floor numbers among the storeys; every landmark of a session lies on one of them."""
+    """Index (k,) among the storeys of floor numbers (k,); every landmark of a session lies on one of them."""
     return np.searchsorted(storeys.number, floor).astype(np.int64)
 
 
@@ -153,7 +153,7 @@ def _sightings(
 
 
 def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: IntArray) -> _Sightings:
-    """Reduce each landmark's sightings in a block of time to their middle one by height."""
+    """Reduce each landmark's sightings (r,) in a block of time (r,) to their middle one by height (r,), metres."""
     order = np.lexsort((height, landmark, block))
     new = np.ones(len(order), dtype=bool)
     new[1:] = (np.diff(block[order]) != 0) | (np.diff(landmark[order]) != 0)
@@ -185,6 +185,7 @@ def _with_rides(
 
 
 def _usual_height(landmarks: Landmarks, settings: HeightSettings) -> FloatArray:
+    """Height (m,) of each landmark above its floor, metres: as surveyed, else the usual one."""
     return np.where(np.isfinite(landmarks.z_m), landmarks.z_m, settings.carried_m)
 
 
@@ -232,7 +233,7 @@ def _solve(
 
 
 def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, storey_m: float) -> list[Differences]:
-    """Known elevations are pinned; unknown ones follow the next floor's by the usual height of a storey."""
+    """Pin known elevations (s,), metres; unknown ones follow the next floor's by the usual height of a storey."""
     measured = np.isfinite(storeys.elevation_m)
     pinned = np.flatnonzero(measured if measured.any() else storeys.number == storeys.own)
     none = np.full(len(pinned), -1, dtype=np.int64)

@@ -31,7 +31,7 @@ def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: f
 
 
 def _settled(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
-    """Decide each undecided run (-1): the neighbours' floor, or one change where the two differ."""
+    """Decide each undecided run (-1) of ranks (f,): the neighbours' floor, or one change where the two differ."""
     settled = rank.copy()
     edges = np.flatnonzero(np.diff(np.concatenate(([False], rank < 0, [False])))).reshape(-1, 2)
     for start, stop in edges.tolist():
@@ -46,5 +46,5 @@ def _settled(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
 
 
 def _change(early: BoolArray) -> int:
-    """Index at which to change so that the fewest entries lie on the wrong side."""
+    """Index at which to change so that the fewest entries of the mask (k,) lie on the wrong side."""
     return int(np.argmax(np.concatenate(([0], np.cumsum(np.where(early, 1, -1))))))

@@ -104,7 +104,7 @@ def still_stretches(track: VerticalTrack) -> IntArray:
 
 
 def _stillest(still: IntArray, time_s: FloatArray, tie: Tie) -> tuple[int, int]:
-    """First and last rank of the longest still stretch between two sightings; they themselves where there is none."""
+    """First and last rank of the longest still stretch (r, 2) between two sightings; of these where there is none."""
     between = np.column_stack((still[:, 0].clip(tie.first, tie.last), still[:, 1].clip(tie.first, tie.last)))
     lasting = time_s[between[:, 1]] - time_s[between[:, 0]]
     if not len(lasting) or lasting.max() < SHORTEST_S:

@@ -166,7 +166,7 @@ def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
 
 
 def _turns_of_pairs(a: ComplexArray, b: ComplexArray) -> FloatArray:
-    """By how much each pair of landmarks says that ``b`` must be turned to lie as ``a``."""
+    """By how much, rad (q,), pairs of places ``b`` (k,) must be turned to lie as in ``a`` (k,), complex metres."""
     pairs: IntArray = np.array(list(combinations(range(len(a)), 2)), dtype=np.int64).reshape(-1, 2)
     apart_a, apart_b = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (a, b))
     apart = np.minimum(np.abs(apart_a), np.abs(apart_b))

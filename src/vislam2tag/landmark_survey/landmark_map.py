@@ -295,6 +295,7 @@ def _missed(joined: LandmarkMap, number: int) -> _Missed:
 
 
 def _survey_doubts(joined: LandmarkMap) -> FloatArray:
+    """Variance factors (m,) of the surveyed places; 1 where not surveyed."""
     priors, rows = joined.priors, joined.priors.surveyed
     worth = np.linalg.inv(priors.covariance[rows])
     miss = _survey_miss(joined)[rows]

@@ -43,7 +43,7 @@ class LocalMap:
 
     @property
     def observed(self) -> IntArray:
-        """Rows of :attr:`covariance` that mean something."""
+        """Rows (r,) of :attr:`covariance` that mean something."""
         headings = np.flatnonzero(np.isfinite(self.heading_rad))
         return np.concatenate((np.arange(2 * len(self.landmark)), 2 * len(self.landmark) + headings))
 

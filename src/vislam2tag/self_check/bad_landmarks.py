@@ -124,6 +124,7 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
 
 
 def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:
+    """Squared lengths (s,) of offsets (s, 2) in units of the precisions ``worth`` (s, 2, 2)."""
     return np.asarray(np.einsum("si,sij,sj->s", miss, np.asarray(worth), miss))
 
 
@@ -156,5 +157,6 @@ def _judged(predictions: Sequence[_Prediction]) -> BadLandmark | None:
 
 
 def _matrices(entries: Sequence[tuple[float, float, float]]) -> FloatArray:
+    """Covariances (s, 2, 2) from their entries xx, xy, yy."""
     xx, xy, yy = np.array(entries).T
     return np.asarray(np.stack((xx, xy, xy, yy), axis=-1).reshape(-1, 2, 2))

@@ -127,7 +127,7 @@ def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
 
 
 def _places(positions: DensePositions, floor: IntArray) -> Iterator[tuple[tuple[int, int, int], list[int]]]:
-    """Yield each place near the walk, as floor and cell, and the nearest of the ``positions`` at each of its passes."""
+    """Yield each place near the walk, as floor and cell, and the nearest position at each pass; ``floor`` (k,)."""
     cell = np.floor(positions.position / CELL_M).astype(np.int64)[:, None] + _AROUND
     away = np.linalg.norm((cell + 0.5) * CELL_M - positions.position[:, None], axis=2)
     node, around = np.nonzero(away <= SIGHT_M)

@@ -59,7 +59,7 @@ def _shifted(session: Session, entry: ShiftClock, uses: list[str]) -> Session:
 
 
 def _times_of(session: Session, table: str) -> IntArray:
-    """Times of a table by its name in ``corrections.toml``; none where it is missing."""
+    """Times (k,) of a table by its name in ``corrections.toml``, ns; none where it is missing."""
     if table == "camera":
         return session.camera.time_ns
     if table == "presses":
@@ -70,7 +70,7 @@ def _times_of(session: Session, table: str) -> IntArray:
 
 
 def _add(time_ns: IntArray, offset_ns: int) -> IntArray:
-    """Shift times, staying within int64."""
+    """Shift times (k,), ns, staying within int64."""
     limits = np.iinfo(np.int64)
     low, high = limits.min - min(offset_ns, 0), limits.max - max(offset_ns, 0)
     shifted: IntArray = np.clip(time_ns, low, high) + offset_ns

@@ -54,6 +54,7 @@ def candidate_landmarks(site: Site, own: int, logged: Sequence[str]) -> Landmark
 
 
 def _storeys(site: Site, own: int, numbers: IntArray) -> Storeys:
+    """The floors with these numbers (s,), sorted, and their elevations."""
     known = {floor.number: floor.elevation_m for floor in site.floors if floor.elevation_m is not None}
     return Storeys(own, numbers, np.array([known.get(number, np.nan) for number in numbers.tolist()]))
 

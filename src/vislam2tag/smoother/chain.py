@@ -61,7 +61,7 @@ def solve(equations: NormalEquations) -> Solution:
 
 
 def _eliminate(equations: NormalEquations, columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Eliminate the states from the first to the last; returns the inverted pivots, the gains and the right sides."""
+    """Eliminate the states one by one: inverted pivots (k, n, n), gains (k - 1, n, n) and right sides (k, n, 1 + b)."""
     pivot = equations.diagonal[0]
     inverse, gain = np.empty_like(equations.diagonal), np.empty_like(equations.upper)
     for k, upper in enumerate(equations.upper):
@@ -76,7 +76,7 @@ def _eliminate(equations: NormalEquations, columns: FloatArray) -> tuple[FloatAr
 def _with_border(
     equations: NormalEquations, columns: FloatArray, covariance: FloatArray, beside: FloatArray
 ) -> Solution:
-    """Solve for the border by its Schur complement and add what its uncertainty does to the states."""
+    """Solve for the border (b,) by its Schur complement and add its uncertainty to the states' (k, n, n)."""
     free, response = columns[:, :, 0], columns[:, :, 1:]
     flat = equations.border.reshape(free.size, equations.border.shape[2])
     schur = equations.corner - flat.T @ response.reshape(flat.shape)

@@ -146,6 +146,7 @@ def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, 
 
 
 def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) -> None:
+    """Add to the corner (3m, 3m) what the survey says of places and headings."""
     marks = len(priors.position)
     x = 2 * np.arange(marks)
     precision = landmark_precision(priors, weights)

@@ -77,6 +77,7 @@ def states_between_nodes(model: Model, weights: Weights, solution: Solution) -> 
 
 
 def _knots(model: Model) -> IntArray:
+    """Frames (k,) at which states are computed, by index into the odometry's, sorted."""
     odometry = model.observations.odometry
     wanted = np.zeros(len(odometry.path), dtype=bool)
     wanted[model.observations.nodes] = True

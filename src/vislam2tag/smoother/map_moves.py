@@ -124,7 +124,7 @@ def _fit(
     moved: BoolArray,
     sighted: BoolArray,
 ) -> MapMoves:
-    """Fit a turn and a shift to the points that moved in each step, by their positions and headings."""
+    """Fit a turn and a shift in each step (n - 1,) to the points that moved: rows ``before`` and ``after`` (k,)."""
     count = len(moved)
     plane, heading = points.plane, points.heading
     fitted = np.bincount(step, minlength=count)
@@ -159,5 +159,6 @@ def group_sums(group: IntArray, values: ComplexArray, count: int) -> ComplexArra
 
 
 def _unit(values: ComplexArray) -> ComplexArray:
+    """Complex numbers (n,) of length one in the same directions; 1 where there is none."""
     length = np.abs(values)
     return np.asarray(np.where(length > 0, values / np.maximum(length, 1e-300), 1.0))

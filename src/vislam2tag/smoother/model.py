@@ -161,6 +161,7 @@ class Model:
 
 
 def _ranks(covariance: FloatArray) -> IntArray:
+    """Ranks (k,) of covariances (k, 4, 4)."""
     trace = np.trace(covariance, axis1=1, axis2=2)
     values = np.linalg.eigvalsh(covariance)
     return np.asarray(np.sum(values > NEGLIGIBLE * np.maximum(trace, 1e-12)[:, None], axis=1))

@@ -95,12 +95,12 @@ class _Steps:
 
     @property
     def miss_m(self) -> FloatArray:
-        """Distance of each step from its prediction."""
+        """Distance (n - 1,) of each step from its prediction, metres."""
         return np.abs(self.moved - self.expected)
 
     @property
     def excess(self) -> ComplexArray:
-        """How each step misses its prediction, but for what is usual: complex metres in the ACS plane."""
+        """How each step (n - 1,) misses its prediction, but for what is usual: complex metres in the ACS plane."""
         share = 1 - SUSPICIOUS * self.spread_m / np.maximum(self.miss_m, SUSPICIOUS * self.spread_m)
         return np.asarray((self.moved - self.expected) * share)
 
@@ -163,6 +163,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
 
 
 def _steps(raw: ComplexArray, time_s: FloatArray, twist: FloatArray) -> _Steps:
+    """The steps between positions (n,), complex metres in the ACS plane, at times (n,), s; ``twist`` (n - 1,) rad."""
     moved, dt = np.diff(raw), np.diff(time_s)
     expected, before, after = (predicted_in_plane(moved, dt, those) for those in (BEFORE + AFTER, BEFORE, AFTER))
     spread = usual_miss_m(np.abs(moved - expected), dt, dimensions=2)
@@ -179,7 +180,7 @@ def _twist(orientation_acs: FloatArray) -> FloatArray:
 
 
 def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolArray) -> _Verdict:
-    """Tell map updates and jumps from motion; a frozen camera's steps are no motion anyhow."""
+    """Tell map updates and jumps (n - 1,) from motion; a frozen camera's steps are no motion anyhow."""
     miss = np.where(frozen, np.abs(steps.moved), steps.miss_m)
     # A map that turned has turned the steps after it, too.
     likely = np.stack((moves.turn * steps.expected, moves.turn * steps.expected_before, steps.expected_after))
@@ -227,7 +228,7 @@ def _losses(lost: BoolArray, hole: BoolArray) -> list[tuple[int, int]]:
 def _loss_events(
     camera: CameraTrack, frame: IntArray, losses: list[tuple[int, int]], raw: ComplexArray
 ) -> list[TrackerEvent]:
-    """Report each loss at its first frame, with how far the tracker says that the camera moved over it, and why."""
+    """Report each loss at its first frame, why, and how far the camera moved over it as logged (n,), complex metres."""
     found = []
     for start, stop in losses:
         first, last = int(frame[start + 1]), int(frame[stop])
@@ -244,7 +245,7 @@ def _events(
     with_map: ComplexArray,
     losses: list[TrackerEvent],
 ) -> tuple[TrackerEvent, ...]:
-    """Report updates, jumps and losses, by frame."""
+    """Report updates, jumps and losses, by frame (n,)."""
     found = [*losses]
     open_jumps: list[complex] = []
     for i in np.flatnonzero(verdict.update | verdict.jump).tolist():

@@ -87,4 +87,5 @@ def _groups(landmark: IntArray, time_s: FloatArray) -> tuple[IntArray, int]:
 
 
 def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int) -> ComplexArray:
+    """Means (p,) of complex values (r,) by weights (r,) over ``count`` groups, which ``group`` (r,) numbers."""
     return np.asarray(group_sums(group, weight * values, count) / np.bincount(group, weight, count))

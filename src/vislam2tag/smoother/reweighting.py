@@ -48,7 +48,7 @@ class Square:
 
     @property
     def expected(self) -> FloatArray:
-        """Expected squares, given the observations."""
+        """Expected squares (k,), given the observations."""
         return np.asarray(self.missed + self.open)
 
 
@@ -120,6 +120,7 @@ def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> 
 
 
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
+    """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed."""
     rows = np.flatnonzero(priors.surveyed)
     column = np.stack((2 * rows, 2 * rows + 1), axis=1)
     error = solution.border[column]
@@ -190,6 +191,7 @@ class _Determined:
 
 
 def _determined(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Determined:
+    """What squares (k,) of this ``worth`` (k,) each say of a level, and how many of ``numbers`` (k,) they determine."""
     determined = float(np.sum(numbers - worth * square.open / present**2))
     return _Determined(max(determined, 0.0), float(np.sum(worth * square.missed)))
 
@@ -213,6 +215,7 @@ def equivalent_variances(model: Model, weights: Weights) -> Weights:
 
 
 def _of_level(source: DriftSource, unsure: FloatArray) -> FloatArray | float:
+    """Factor (1,) or 1 of the variances of a source, as far as its level is estimated."""
     return unsure if source in ESTIMATED else 1.0
 
 

@@ -97,7 +97,7 @@ def smooth(observations: WalkObservations, priors: LandmarkPriors) -> Smoothed |
 
 
 def _extent_m(place: ComplexArray) -> float:
-    """Diagonal of the box around some places; 0 where there are none."""
+    """Diagonal of the box around some places (k,), complex metres; 0 where there are none."""
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 

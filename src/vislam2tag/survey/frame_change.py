@@ -162,7 +162,7 @@ def _estimated(
 
 
 def _rise(before: Floor, after: Floor, old_z_m: FloatArray, new_z_m: FloatArray) -> float:
-    """How much heights above the building's zero grow: by the floor's elevation and its landmarks' heights above it."""
+    """How much heights above the building's zero grow, metres: by floor's elevation and landmarks' heights (k,)."""
     if before.elevation_m is None or after.elevation_m is None:
         return 0.0
     grown = new_z_m - old_z_m
@@ -199,5 +199,6 @@ def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
 
 
 def _matrix(similarity: Similarity2) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """The linear part (2, 2) of a similarity."""
     a = similarity.a
     return np.array([[a.real, -a.imag], [a.imag, a.real]])

@@ -125,6 +125,7 @@ def _to_earth(east: FloatArray, north: FloatArray, georeference: Georeference) -
 
 
 def _to_geodetic(earth: FloatArray) -> FloatArray:
+    """Longitude and latitude (n, 2), degrees, of places (3, n) in the earth's frame, metres."""
     x, y, z = earth
     distance = np.hypot(x, y)
     latitude = np.arctan2(z, distance * (1 - _SQUARED_ECCENTRICITY))

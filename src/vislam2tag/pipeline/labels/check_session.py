@@ -119,6 +119,7 @@ def _mark(error: LeftOut, landmarks: Landmarks) -> LeftOutMark:
 
 
 def _entries(covariance: FloatArray) -> tuple[float, float, float]:
+    """xx, xy and yy of a covariance (2, 2)."""
     return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
 
 

@@ -96,6 +96,7 @@ def _stretch(status: Status, points: FloatArray, spacing_m: float, sigma_m: Floa
 
 
 def _polyline(points: FloatArray, spacing_m: float) -> Polyline:
+    """Thin points (n, 2), metres."""
     return _rounded(points[_kept(points, spacing_m)])
 
 
@@ -111,10 +112,12 @@ def _kept(points: FloatArray, spacing_m: float) -> IntArray:
 
 
 def _length(points: FloatArray) -> float:
+    """Length of the way along points (n, 2), metres."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def _rounded(points: FloatArray) -> Polyline:
+    """Points (n, 2) to the centimetre."""
     return [(x, y) for x, y in np.round(points, 2).tolist()]
 
 

@@ -196,7 +196,7 @@ def _at_control_points(
 
 
 def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | None:
-    """Say that no strategy labels anything; None where one does."""
+    """Say that no strategy labels anything, by the mask (n,) of each; None where one does."""
     if any(mask.any() for mask in labelled.values()):
         return None
     return f"{job.ref.key}: could not be mapped by any of the strategies; vislam2tag inspect says what it has"

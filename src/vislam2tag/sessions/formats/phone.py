@@ -222,7 +222,7 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
 
 
 def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
-    """Times of the presses that were not taken back."""
+    """Times (k,) of the presses that were not taken back, ns."""
     file, data, table = _table(reading, "presses", PRESSES)
     rows = reading.account("presses", data, table)
     undone = rows.filter(pl.col("action") == "undo")["n"]

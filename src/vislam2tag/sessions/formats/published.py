@@ -112,6 +112,7 @@ def _ble(reading: SessionFiles, camera: CameraTrack) -> pl.DataFrame:
 
 
 def _presses(reading: SessionFiles, camera: CameraTrack) -> IntArray:
+    """Times (k,) of the presses, ns."""
     file, data = reading.load("presses")
     rows = reading.account("presses", data, parse_table(data, file, _PRESS_SCHEMA))
     presses_ns = rows["time_ns"].to_numpy().astype(np.int64)

@@ -46,6 +46,7 @@ def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, Boo
 
 
 def _finding(kind: str, file: str, lines: IntArray, message: str) -> list[Finding]:
+    """A finding at these lines (k,), as a list; empty where there is none."""
     return [Finding.at_lines(kind, file, lines.tolist(), message)] if len(lines) else []
 
 
@@ -84,7 +85,7 @@ def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:
 
 
 def _backward_message(time_ns: IntArray, latest_ns: IntArray, backward: BoolArray, line: IntArray) -> str:
-    """What happened; where most frames are backward, probably one wrong time is to blame, and is named."""
+    """What happened at frames (n,); where most are backward, one wrong time is probably to blame, and is named."""
     message = "frames are earlier than one before them; they are not used"
     if 2 * np.count_nonzero(backward) <= len(backward):
         return message
@@ -95,6 +96,7 @@ def _backward_message(time_ns: IntArray, latest_ns: IntArray, backward: BoolArra
 
 
 def _frame_gaps(track: CameraTrack, line: IntArray, file: str, settings: FindingSettings) -> list[Finding]:
+    """Holes between the usable frames, at their lines (n,)."""
     step_s = np.diff(track.time_ns[track.usable]) / 1e9
     gaps = step_s > settings.frame_gap_s
     if not gaps.any():

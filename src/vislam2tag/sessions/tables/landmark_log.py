@@ -42,13 +42,14 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
 
 
 def _same_place(position: FloatArray, camera: FloatArray) -> BoolArray:
+    """Mask (k,) of the positions (k, 3) that are the camera's (k, 3), metres."""
     offset = position - camera
     same: BoolArray = np.einsum("ij,ij->i", offset, offset) <= SAME_POSITION_M**2
     return same
 
 
 def frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArray]:
-    """Index of the usable frame at each time, -1 where there is none; mask of times at which no frame at all is."""
+    """Index (k,) of the usable frame at each time (k,), ns, -1 where there is none; mask (k,) of times of no frame."""
     usable = np.flatnonzero(camera.usable)
     at = np.searchsorted(camera.time_ns[usable], time_ns)
     padded = np.append(usable, -1)
@@ -62,7 +63,7 @@ def frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArr
 
 
 def _landmarks_of(raw_ids: pl.Series) -> tuple[tuple[str, ...], IntArray]:
-    """The different ids in order of appearance, and each row's index among them."""
+    """The different ids in order of appearance, and the index (k,) of each row's among them."""
     spellings = raw_ids.unique(maintain_order=True).to_list()
     names = [landmark_id(spelling) for spelling in spellings]
     ids = tuple(dict.fromkeys(names))
@@ -75,7 +76,7 @@ def _landmarks_of(raw_ids: pl.Series) -> tuple[tuple[str, ...], IntArray]:
 def _by_first_sighting(
     ids: tuple[str, ...], landmark: IntArray, frame: IntArray, used: IntArray
 ) -> tuple[tuple[str, ...], IntArray]:
-    """Number the landmarks by the frame of their first used row; landmarks without one go."""
+    """Number landmarks by the frame of their first used row, rows (k,); landmarks without one go."""
     never = np.iinfo(np.int64).max
     first = np.full(len(ids), never)
     np.minimum.at(first, landmark[used], frame[used])
@@ -97,7 +98,7 @@ def _sorted_once(landmark: IntArray, frame: IntArray, used: IntArray) -> tuple[I
 
 
 def _narrowest(landmark: IntArray) -> type[np.int16 | np.int64]:
-    """A stable sort of 16-bit numbers is a radix sort, many times quicker than one of wider numbers."""
+    """The narrowest type for numbers (k,): a stable sort of 16 bits is a radix sort, many times quicker."""
     return np.int16 if landmark.max(initial=0) < np.iinfo(np.int16).max else np.int64
 
 

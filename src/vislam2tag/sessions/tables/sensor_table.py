@@ -45,7 +45,7 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
 
 
 def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
-    """Row indices of each sensor, in file order."""
+    """Row indices (k,) of each sensor, in file order."""
     names = sensor.unique().to_list()
     code = sensor.cast(pl.Enum(names)).to_physical().to_numpy()
     order = np.argsort(code, kind="stable")
@@ -54,7 +54,7 @@ def _rows_by_sensor(sensor: pl.Series) -> list[IntArray]:
 
 
 def _irregular(time_ns: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Masks of one sensor's readings whose time was there before, and of those before the latest time so far."""
+    """Masks (k,) of one sensor's readings at times (k,), ns, that were there before, and of those that go back."""
     n = len(time_ns)
     repeated = np.zeros(n, dtype=bool)
     step = np.diff(time_ns)

@@ -79,6 +79,7 @@ def drawn_plan(
     scale = np.array([size[0] / (right - left), -size[1] / (high - low)])
 
     def pixels(points: FloatArray) -> list[tuple[float, float]]:
+        """Pixels (n, 2) of points (n, 2), metres."""
         inside = ((points - (left, high)) * scale).clip(0, np.array(size) - 1)
         return [(x, y) for x, y in inside.tolist()]
 
