@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 
 _HALF = np.sqrt(0.5)
+"""Sine and cosine of half a quarter turn."""
 
 
 def wrapped(angle_rad: FloatArray) -> FloatArray:

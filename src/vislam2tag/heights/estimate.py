@@ -34,6 +34,7 @@ SIGHTING_REACH_M = 2.5
 BLOCK_S = 1.0
 """Sightings of a landmark within this time count once."""
 PINNED_M = 1e-3
+"""What is known exactly is met within this: no height is told better."""
 
 
 @dataclass(frozen=True)

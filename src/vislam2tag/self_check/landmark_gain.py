@@ -31,6 +31,7 @@ CELL_M = 1.0
 SIGHT_M = 1.0
 """A landmark is sighted at every pass of its place within this distance: it is made to be walked by."""
 SURVEY_SIGMA_M = 0.02
+"""How well one more landmark would be surveyed: the usual error of a tape."""
 _AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
 
 

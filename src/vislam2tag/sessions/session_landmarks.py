@@ -19,6 +19,7 @@ from vislam2tag.survey.model import SessionKey, Site
 CLIMB_M = 1.5
 """One landmark of another floor is believed where the walk went up or down by this; two are believed anyway."""
 SAME_PLACE_M = 1e-3
+"""Two entries of one id this near each other are one landmark: files give millimetres."""
 
 
 @dataclass(frozen=True)

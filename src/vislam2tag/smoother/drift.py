@@ -16,6 +16,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 
 STATES = 4
+"""x, y, scale, heading."""
 
 
 class DriftKind(Enum):

@@ -35,6 +35,7 @@ ROUGH_KINDS = {
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
 """No stretch is exact: 1 mm and 0.01 mrad keep the equations regular."""
 NEGLIGIBLE = 1e-6
+"""An eigenvalue below this share of the trace is none: its direction does not drift."""
 
 
 @dataclass(frozen=True)

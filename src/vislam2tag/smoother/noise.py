@@ -69,3 +69,4 @@ TAIL = {
 SIGHTING_TAIL = 3.0
 SHEET_TAIL = 3.0
 LANDMARK_TAIL = 2.0
+"""... and for a pass, for the heading of a sheet, and for the survey of a landmark."""

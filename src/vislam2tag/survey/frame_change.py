@@ -27,6 +27,7 @@ _HEAD = (
     "# x_m, y_m; heights rise by rise_m. residuals_m: how far landmarks that both surveys know lie apart then.\n"
 )
 _LEAST_SCALE, _GREATEST_SCALE = 1e-3, 1e3
+"""Between millimetres and kilometres for metres; beyond, a number is mistyped."""
 _Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
 
 

@@ -17,6 +17,7 @@ from vislam2tag.sessions.tables.raw_table import RawTable, sift
 LEAST_DBM, GREATEST_DBM = -127.0, 20.0
 """Levels that a controller may report (Bluetooth Core, HCI); 127 says that it knows none."""
 _GREATEST_NUMBER = 65535
+"""Of major and minor, which have 16 bits."""
 
 # The name may hold the separator, so that the fields after it are found from the end of the line: the shortest name
 # that leaves a level, with or without an identity after it.
