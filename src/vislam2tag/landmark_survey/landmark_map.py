@@ -13,11 +13,11 @@ from math import ceil, log
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
-from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.landmark_survey.local_map import LinearMap, LocalMap
 from vislam2tag.smoother.equations import FREE_M, FREE_RAD
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.noise import PRIOR_WEIGHT
@@ -92,25 +92,6 @@ class LandmarkMap:
         return np.sqrt(np.diag(self.covariance)[2 * len(self.position) :])
 
 
-@dataclass(frozen=True)
-class _Linear:
-    """One map's observations about the present solution, its frame taken out of the unknowns.
-
-    ``column`` (3k',) of its landmarks' unknowns; ``residual`` (r,) observed minus predicted; ``design`` (r, 3k') by
-    landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame; ``noise`` (r, r) the whole covariance.
-    """
-
-    column: IntArray
-    residual: FloatArray
-    design: FloatArray
-    frame: FloatArray
-    noise: FloatArray
-    own: FloatArray
-    """(r, r) the part of ``noise`` that is the map's covariance."""
-    shift: FloatArray
-    """(r,) the part that is a landmark off its place, a diagonal."""
-
-
 def join(maps: Sequence[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
     """Join all maps that can be tied to the survey; the order of the maps does not matter."""
 
@@ -159,37 +140,16 @@ def rough(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
     )
 
 
-def _linear(joined: LandmarkMap, number: int) -> _Linear:
-    """Linearise one map's observations, in its own frame."""
-    own = joined.maps[number]
-    k, landmark = len(own.landmark), own.landmark
-    turn = np.exp(-1j * joined.turn_rad[number])
-    arm = turn * (joined.position[landmark] - joined.origin[number])
-    miss = own.position - arm
-    turned = own.heading_rad - joined.heading_rad[landmark] + joined.turn_rad[number]
-    rotation = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
-    design = np.eye(3 * k)
-    design[: 2 * k, : 2 * k] = np.kron(np.eye(k), rotation)
-    frame = np.zeros((3 * k, 3))
-    frame[: 2 * k, :2] = np.tile(-rotation, (k, 1))
-    frame[: 2 * k, 2] = np.column_stack((arm.imag, -arm.real)).ravel()
-    frame[2 * k :, 2] = -1
-    residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped(turned)))
-    column = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * len(joined.position) + landmark))
-    shift = np.concatenate((np.repeat(joined.doubts.shift_m**2 * joined.doubts.shift[number], 2), np.zeros(k)))
-    rows = own.observed
-    covariance = own.covariance[np.ix_(rows, rows)] * joined.doubts.walk[number]
-    noise = covariance + np.diag(shift[rows])
-    return _Linear(column, residual[rows], design[rows], frame[rows], noise, covariance, shift[rows])
-
-
-def _without_frame(linear: _Linear) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Worth (r, r) of the observations once the frame has adapted itself, its covariance (3, 3) and its gain (3, r)."""
-    worth = np.linalg.inv(linear.noise)
-    pull = linear.frame.T @ worth
-    covariance: FloatArray = np.asarray(np.linalg.inv(pull @ linear.frame), dtype=np.float64)
-    gain = covariance @ pull
-    return worth - pull.T @ gain, covariance, gain
+def _linear(joined: LandmarkMap, number: int) -> LinearMap:
+    """Linearise one map's observations about the present solution."""
+    doubts = joined.doubts
+    return joined.maps[number].linearised(
+        joined.position,
+        joined.heading_rad,
+        (complex(joined.origin[number]), float(joined.turn_rad[number])),
+        walk_factor=float(doubts.walk[number]),
+        shift_m2=doubts.shift_m**2 * doubts.shift[number],
+    )
 
 
 def solved(joined: LandmarkMap) -> LandmarkMap:
@@ -198,14 +158,14 @@ def solved(joined: LandmarkMap) -> LandmarkMap:
     information, right = _survey_equations(joined)
     linear = {number: _linear(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
     for one in linear.values():
-        worth = one.design.T @ _without_frame(one)[0]
+        worth = one.design.T @ one.without_frame()[0]
         information[np.ix_(one.column, one.column)] += worth @ one.design
         right[one.column] += worth @ one.residual
     covariance: FloatArray = np.asarray(np.linalg.inv((information + information.T) / 2), dtype=np.float64)
     step = covariance @ right
     origin, turn_rad = joined.origin.copy(), joined.turn_rad.copy()
     for number, one in linear.items():
-        x, y, turn = _without_frame(one)[2] @ (one.residual - one.design @ step[one.column])
+        x, y, turn = one.without_frame()[2] @ (one.residual - one.design @ step[one.column])
         origin[number] += complex(x, y)
         turn_rad[number] += turn
     return replace(
@@ -277,7 +237,7 @@ class _Missed:
 
 def _missed(joined: LandmarkMap, number: int) -> _Missed:
     one = _linear(joined, number)
-    _, frame_covariance, gain = _without_frame(one)
+    _, frame_covariance, gain = one.without_frame()
     design = one.design - one.frame @ (gain @ one.design)
     spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T
     spread += one.frame @ frame_covariance @ one.frame.T

@@ -7,7 +7,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.smoother.smoothing import Smoothed
+
+
+@dataclass(frozen=True)
+class LinearMap:
+    """A local map's observations about one solution, linear in the landmarks and in where the map's frame lies.
+
+    ``column`` (3k,) of its landmarks' unknowns: x and y of each, then headings; ``residual`` (r,) observed minus
+    predicted; ``design`` (r, 3k) by landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame; ``noise`` (r, r)
+    the whole covariance, of which ``own`` (r, r) is the map's and ``shift`` (r,), a diagonal, that of landmarks off
+    their places. Metres and rad.
+    """
+
+    column: IntArray
+    residual: FloatArray
+    design: FloatArray
+    frame: FloatArray
+    noise: FloatArray
+    own: FloatArray
+    shift: FloatArray
+
+    def without_frame(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Worth (r, r) of the observations once the frame has adapted itself, its covariance (3, 3) and gain (3, r)."""
+        worth = np.linalg.inv(self.noise)
+        pull = self.frame.T @ worth
+        covariance: FloatArray = np.asarray(np.linalg.inv(pull @ self.frame), dtype=np.float64)
+        gain = covariance @ pull
+        return worth - pull.T @ gain, covariance, gain
 
 
 @dataclass(frozen=True)
@@ -57,3 +85,37 @@ class LocalMap:
             self.covariance[np.ix_(rows, rows)],
             self.passes[keep],
         )
+
+    def linearised(
+        self,
+        position: ComplexArray,
+        heading_rad: FloatArray,
+        frame: tuple[complex, float],
+        *,
+        walk_factor: float,
+        shift_m2: FloatArray,
+    ) -> LinearMap:
+        """Linearise the map's observations about all landmarks' places (m,), complex metres, and headings (m,).
+
+        ``frame`` is where the map's frame lies and how it is turned, rad; ``walk_factor`` that of its covariance;
+        ``shift_m2`` (k,) the variance per axis of how far it sees each landmark off its place.
+        """
+        k, landmark = len(self.landmark), self.landmark
+        turn = np.exp(-1j * frame[1])
+        arm = turn * (position[landmark] - frame[0])
+        miss = self.position - arm
+        turned = self.heading_rad - heading_rad[landmark] + frame[1]
+        rotation = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+        design = np.eye(3 * k)
+        design[: 2 * k, : 2 * k] = np.kron(np.eye(k), rotation)
+        by_frame = np.zeros((3 * k, 3))
+        by_frame[: 2 * k, :2] = np.tile(-rotation, (k, 1))
+        by_frame[: 2 * k, 2] = np.column_stack((arm.imag, -arm.real)).ravel()
+        by_frame[2 * k :, 2] = -1
+        residual = np.concatenate((np.column_stack((miss.real, miss.imag)).ravel(), wrapped(turned)))
+        column = np.concatenate(((2 * landmark[:, None] + (0, 1)).ravel(), 2 * len(position) + landmark))
+        shift = np.concatenate((np.repeat(shift_m2, 2), np.zeros(k)))
+        rows = self.observed
+        own = self.covariance[np.ix_(rows, rows)] * walk_factor
+        noise = own + np.diag(shift[rows])
+        return LinearMap(column, residual[rows], design[rows], by_frame[rows], noise, own, shift[rows])
