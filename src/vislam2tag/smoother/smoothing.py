@@ -25,8 +25,8 @@ from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.reweighting import equivalent_variances, expected_squares, reweighted
 
 SETTLED_SIGMAS = 0.1
-"""Re-weighting has converged when no node moves any more by this many of its own standard deviations. To ask for less
-changes no mean error, and costs twice the rounds."""
+"""Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this
+share. To ask for less changes no mean error, and costs twice the rounds."""
 ROUGHLY_SETTLED_SIGMAS = 0.5
 """The first solution is but a start."""
 SETTLED_SIGMAS_IN_OWN_FRAME = 0.01
@@ -118,16 +118,20 @@ class _Weighted:
     converged: bool = False
 
     def sigmas_from(self, before: _Weighted) -> float:
-        """By how many of its standard deviations the node moved that did most, since ``before``."""
-        moved = np.abs(self._position - before._position)
-        variance = np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2
-        return float((moved / np.sqrt(variance)).max())
+        """By how many of its standard deviations the node moved, or they changed, that did most since ``before``."""
+        moved, changed = np.abs(self._position - before._position), np.abs(self._sigma_m - before._sigma_m)
+        return float((np.maximum(moved, changed) / self._sigma_m).max())
 
     @property
     def _position(self) -> ComplexArray:
         """(k,) of the nodes, complex metres."""
         state = self.solution.state
         return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
+
+    @property
+    def _sigma_m(self) -> FloatArray:
+        """(k,) standard deviations per axis of the nodes' positions."""
+        return np.asarray(np.sqrt(np.trace(self.solution.covariance[:, :2, :2], axis1=1, axis2=2) / 2))
 
     def linearised_again(self) -> Model:
         """The model about the path that was found."""
