@@ -49,7 +49,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.seed == 33:  # no option of the simulator: nothing else needs other radio waves
         survey.RadioSettings = partial(survey.RadioSettings, **HARSH)  # type: ignore[assignment, attr-defined]
-    survey.simulate(scenario(arguments.seed), arguments.out, survey.WritingOptions(), lambda _: None)
+    survey.simulate(scenario(arguments.seed), arguments.out, survey.WritingOptions())
 
 
 if __name__ == "__main__":

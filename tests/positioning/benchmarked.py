@@ -79,8 +79,7 @@ class Telling(Drawn):
     """The same, telling when it is half way."""
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: tuple[RadioScans, ScanPlaces] | None) -> None:
-        if self.progress is not None:
-            self.progress(0.5)
+        self.progress(0.5, 1)
         super()._fit(scans, places, validation)
 
 

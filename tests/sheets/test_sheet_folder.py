@@ -15,6 +15,7 @@ from PIL import Image
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.progress import silent
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.images import LandmarkImage, generated_image
@@ -41,7 +42,7 @@ def _images() -> list[LandmarkImage]:
 def write(out: Path, requests: list[SheetRequest], images: list[LandmarkImage]) -> SheetsRecord:
     sheets = lay_out_sheets(requests, images, A4, None)
     with whole_folder(out, is_sheets) as folder:
-        record = sheets_record(sheets, images, checked_lookalikes(images, 0, lambda: None), 0)
+        record = sheets_record(sheets, images, checked_lookalikes(images, 0, silent), 0)
         write_sheets(folder, record, sheets, images)
     return record
 
@@ -103,9 +104,9 @@ def test_a_tall_image_fits_by_its_height(images: list[LandmarkImage]) -> None:
 def test_images_that_would_be_confused_are_refused(images: list[LandmarkImage]) -> None:
     copy = LandmarkImage("copy", images[0].pixels, images[0].features, images[0].quality)
     with pytest.raises(SurveyError, match="these would be taken for each other: 7 and copy; replace one of each"):
-        checked_lookalikes([*images, copy], None, lambda: None)
+        checked_lookalikes([*images, copy], None, silent)
     with pytest.raises(UsageError, match="--seed 4: these would be taken for each other: 7 and copy; choose another"):
-        checked_lookalikes([*images, copy], 4, lambda: None)
+        checked_lookalikes([*images, copy], 4, silent)
 
 
 def test_only_folders_with_sheets_are_replaced(images: list[LandmarkImage], tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def test_more_devices_and_sessions_leave_the_others_as_they_are(tmp_path: Path) 
 def test_layout(tmp_path: Path) -> None:
     done: list[SessionKey] = []
     scenario = tiny()
-    simulate(scenario, tmp_path, on_session=done.append)
+    simulate(scenario, tmp_path, progress=lambda key, _total: done.append(key))
     assert done == [planned.key for planned in scenario.sessions]
     survey = open_survey(tmp_path)
     assert [ref.key for ref in survey.sessions] == sorted(done)

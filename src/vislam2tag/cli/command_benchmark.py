@@ -17,6 +17,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
+    from vislam2tag.common.progress import Stage
     from vislam2tag.dataset.model import Dataset
     from vislam2tag.positioning.benchmark.protocol import ModelChoice
     from vislam2tag.positioning.benchmark.record import Benchmark
@@ -154,8 +155,8 @@ def _bar() -> Iterator[Any]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("reading", total=None)
 
-        def advance(what: str, done: float, total: int) -> None:
-            bar.update(task, description=escape(what), completed=done, total=total)
+        def advance(stage: Stage, total: int) -> None:
+            bar.update(task, description=escape(stage.name), completed=stage.done, total=total)
 
         yield advance
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.model import Dataset
     from vislam2tag.dataset.settings import DatasetSettings
     from vislam2tag.dataset.statistics.record import FieldWork
-    from vislam2tag.pipeline.datasets.build import BuildOptions
+    from vislam2tag.pipeline.datasets.build import BuildOptions, SessionStep
 
 HELP = """
 Build a data set: fingerprints, readings, access points, walks, splits, statistics and a card that describes it.
@@ -184,11 +184,11 @@ def _built(sources: list[Path], out: Path, settings: DatasetSettings, options: B
     with ExitStack() as stack:
         bars: dict[str, SessionBar] = {}
 
-        def advance(stage: str, error: str | None, total: int) -> None:
-            if stage not in bars:
+        def advance(step: SessionStep, total: int) -> None:
+            if step.stage not in bars:
                 stack.close()  # one bar at a time
-                bars[stage] = stack.enter_context(session_bar(f"walks: {stage}"))
-            bars[stage].advance(total, error)
+                bars[step.stage] = stack.enter_context(session_bar(f"walks: {step.stage}"))
+            bars[step.stage].advance(total, step.error)
 
         return build_dataset(sources, out, settings, options, jobs=jobs, progress=advance)
 

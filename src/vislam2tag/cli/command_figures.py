@@ -72,7 +72,7 @@ def _figures(
     console = Console(stderr=True)
     with console.status("counting") as status:
         made = make_dataset_figures(
-            dataset, out, settings, starts, lambda stem: status.update(f"drawn: {stem.replace('_', ' ')}")
+            dataset, out, settings, starts, lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}")
         )
     _print(made, out)
 

@@ -10,6 +10,7 @@ import typer
 from vislam2tag.cli.tables import print_table_4, table, table_console
 
 if TYPE_CHECKING:
+    from vislam2tag.common.progress import Stage
     from vislam2tag.pipeline.paper.reproduce import Reproduced
     from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
 
@@ -55,8 +56,8 @@ def _paper(
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("walks", total=None)
 
-        def advance(what: str, done: float, total: int) -> None:
-            bar.update(task, description=escape(what), completed=done, total=total)
+        def advance(stage: Stage, total: int) -> None:
+            bar.update(task, description=escape(stage.name), completed=stage.done, total=total)
 
         made = reproduce(data, out, progress=advance, model_seeds=seeds if models else None)
     _print(made, out)

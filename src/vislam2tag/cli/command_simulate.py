@@ -158,6 +158,6 @@ def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -
     columns = (TextColumn("simulate"), BarColumn(), MofNCompleteColumn(), TextColumn("sessions"), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("simulate", total=len(scenario.sessions))
-        simulate(scenario, out, options, lambda _: progress.advance(bar))
+        simulate(scenario, out, options, lambda _session, _total: progress.advance(bar))
     floors = len(scenario.building.floors)
     typer.echo(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,6 +15,7 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
+    from vislam2tag.common.progress import Progress
     from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel
 
 HELP = f"""
@@ -77,7 +78,7 @@ def _train(
 
 
 @contextmanager
-def _bar() -> Iterator[Callable[[float], None]]:
+def _bar() -> Iterator[Progress[float]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
@@ -85,7 +86,7 @@ def _bar() -> Iterator[Callable[[float], None]]:
     columns = (TextColumn("training"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)
-        yield lambda share: bar.update(task, total=1.0, completed=share)
+        yield lambda done, total: bar.update(task, total=total, completed=done)
 
 
 def _print(trained: TrainedModel, seconds: float) -> None:

@@ -14,14 +14,11 @@ from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.transmitters.privacy import Privacy
 
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
-
-
-def _no_progress(total: int) -> None:
-    del total
 
 
 @dataclass(frozen=True)
@@ -32,8 +29,8 @@ class ImportContext:
     """An empty folder for intermediate tables that the data set scans; it outlives the data set's use."""
     origin: tuple[float, float] | None = None
     """Latitude and longitude, degrees, where metres count from, for formats whose positions are geographic."""
-    advance: Callable[[int], None] = _no_progress
-    """Called after each file (or walk) with how many there are."""
+    progress: Progress[str] = silent
+    """Called after each file (or walk) with its name."""
 
 
 class Reader(Protocol):
@@ -59,8 +56,8 @@ class ExportContext:
     """The raw survey that labels were made of, for formats that put its files beside."""
     privacy: Privacy = field(default_factory=Privacy)
     """What formats made of labels leave out or hide; a data set comes without it already."""
-    advance: Callable[[int], None] = _no_progress
-    """Called after each part (chunk, table, walk) with how many there are."""
+    progress: Progress[str] = silent
+    """Called after each part (table, walk) with its name."""
 
 
 class Writer(Protocol):

@@ -12,6 +12,7 @@ from sklearn.base import BaseEstimator
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.plugins import Registry
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
@@ -30,8 +31,8 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
     access_points_: tuple[str, ...]
     """What was heard in training; nothing else is looked at."""
     storeys_: tuple[Storey, ...]
-    progress: Callable[[float], None] | None = None
-    """Told the share of ``fit`` that is done, 0 to 1, by models that take long; no parameter, and not copied."""
+    progress: Progress[float] = staticmethod(silent)
+    """Called during ``fit`` by models that take long, with the steps done; no parameter, and not copied."""
 
     def fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None = None) -> Self:
         """Learn from scans (n) and their places (n).

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.features import Features, GreyImage
 from vislam2tag.sheets.quality import ImageQuality, quality_of, reference_features
@@ -23,8 +24,6 @@ _GREATEST_SIDE_PX = 2000
 _ATTEMPTS = 20
 _NAMED = 10
 """Faulty images that a message names."""
-
-Progress = Callable[[], None]
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def own_files(folder: Path) -> dict[str, Path]:
     return files
 
 
-def own_images(folder: Path, files: Mapping[str, Path], progress: Progress = lambda: None) -> tuple[LandmarkImage, ...]:
+def own_images(folder: Path, files: Mapping[str, Path], progress: Progress[str] = silent) -> tuple[LandmarkImage, ...]:
     """Read the images of landmarks; raises SurveyError naming all that cannot be read or cannot be a landmark."""
     found: list[LandmarkImage] = []
     faulty: list[str] = []
@@ -95,7 +94,7 @@ def own_images(folder: Path, files: Mapping[str, Path], progress: Progress = lam
         found.append(LandmarkImage(landmark, pixels, features, quality))
         if quality.faults:
             faulty.append(f"{path.name} ({'; '.join(quality.faults)})")
-        progress()
+        progress(landmark, len(files))
     if faulty:
         count = f"{len(faulty)} of {len(found)} images cannot be landmarks"
         more = ", ..." if len(faulty) > _NAMED else ""
@@ -112,12 +111,12 @@ def _read(path: Path) -> GreyImage:
     return np.array(on_paper(image, _GREATEST_SIDE_PX).convert("L"), np.uint8)
 
 
-def lookalikes(images: Sequence[LandmarkImage], progress: Progress = lambda: None) -> Iterable[Lookalike]:
+def lookalikes(images: Sequence[LandmarkImage], progress: Progress[str] = silent) -> Iterable[Lookalike]:
     """Yield for each image of a set the other that it could most easily be taken for."""
     recogniser = Recogniser([image.features for image in images], VOTERS)
     for index, image in enumerate(images):
         nearest = recogniser.most_like(index)
-        progress()
+        progress(image.landmark, len(images))
         yield Lookalike(image.landmark, images[nearest.index].landmark if nearest.index >= 0 else "", nearest.inliers)
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
@@ -52,7 +51,7 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress[int] = sile
     if len(names) > MOST_SHEETS:
         raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
     total = 2 * len(names) + len(requests)
-    step = partial(counted(progress), total)
+    step = counted(progress, total)
     seed = options.settings.seed if options.images is None else None
     with whole_folder(out, is_sheets) as folder:
         images = _images(options, files, names, step)
@@ -75,12 +74,12 @@ def _requests(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[S
 
 
 def _images(
-    options: SheetOptions, files: Mapping[str, Path], names: Sequence[str], step: Callable[[], None]
+    options: SheetOptions, files: Mapping[str, Path], names: Sequence[str], step: Progress[str]
 ) -> tuple[LandmarkImage, ...]:
     if options.images is not None:
         return own_images(options.images, {name: files[name] for name in names}, step)
     images = []
     for name in names:
         images.append(generated_image(options.settings.seed, name))
-        step()
+        step(name, len(names))
     return tuple(images)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,6 +16,7 @@ from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.page_layout import SCALE_BAR_M, Box, PageLayout
 from vislam2tag.sheets.sheet_requests import SheetRequest
@@ -171,7 +172,7 @@ def write_pdf(
     path: Path,
     sheets: Sequence[SheetPage],
     images: Mapping[str, GreyImage],
-    progress: Callable[[], None] = lambda: None,
+    progress: Progress[str] = silent,
 ) -> None:
     """Write a page for each sheet with its image (height, width); raises OSError where that cannot be."""
     rl_config.useA85 = 0  # images as bytes, not as text a quarter longer
@@ -188,5 +189,5 @@ def write_pdf(
             printable(f"{sheet.place}: {name}" if sheet.place else name), f"page {canvas.getPageNumber()}"
         )
         draw_page(canvas, sheet, readers[name])
-        progress()
+        progress(name, len(sheets))
     canvas.save()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from PIL import Image
@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.sheets.images import LandmarkImage, Lookalike, confused, lookalikes
@@ -112,7 +113,7 @@ def lay_out_sheets(
 
 
 def checked_lookalikes(
-    images: Sequence[LandmarkImage], seed: int | None, progress: Callable[[], None]
+    images: Sequence[LandmarkImage], seed: int | None, progress: Progress[str]
 ) -> tuple[Lookalike, ...]:
     """Measure how like the images of a set are; raises UsageError or SurveyError where two would be confused."""
     found = tuple(lookalikes(images, progress))
@@ -164,7 +165,7 @@ def write_sheets(
     record: SheetsRecord,
     sheets: Sequence[SheetPage],
     images: Sequence[LandmarkImage],
-    progress: Callable[[], None] = lambda: None,
+    progress: Progress[str] = silent,
 ) -> None:
     """Write PDF, images, manifest and record into an empty folder; raises OSError where that cannot be."""
     (folder / IMAGE_FOLDER).mkdir()

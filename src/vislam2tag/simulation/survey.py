@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
@@ -70,11 +70,11 @@ def simulate(
     scenario: Scenario,
     out: Path,
     options: WritingOptions | None = None,
-    on_session: Callable[[SessionKey], None] | None = None,
+    progress: Progress[SessionKey] = silent,
 ) -> None:
     """Write a survey of the scenario into ``out``, which must be new or empty.
 
-    ``on_session`` is called after each session. The same scenario and options give the same bytes. Raises
+    ``progress`` is called after each session with its key. The same scenario and options give the same bytes. Raises
     OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap, or one that the
     phone app's layout cannot hold.
     """
@@ -94,8 +94,7 @@ def simulate(
                 _write_phone_session(session, planned, scenario.seed, out, chosen)
             else:
                 _write_session(session, planned.key, out, chosen)
-            if on_session is not None:
-                on_session(planned.key)
+            progress(planned.key, len(scenario.sessions))
     except OSError as error:
         raise OutputError(f"{out}: cannot be written: {error}") from error
 

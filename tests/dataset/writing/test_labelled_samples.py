@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from tests.dataset.factory import SCANS, small_dataset
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.progress import silent
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.writing.labelled_samples import (
     MatrixLosses,
@@ -27,15 +28,15 @@ from vislam2tag.dataset.writing.labelled_samples import (
 def test_sessions_in_pieces_and_progress(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vislam2tag.dataset.writing.labelled_samples._CELLS_AT_ONCE", 30)
     dataset = small_dataset()
-    told: list[int] = []
+    steps: list[tuple[str, int]] = []
     rows, _ = labelled_fingerprints(dataset)
     transmitters = dataset.access_points.collect()["bssid"]
     pieces = [
         (each["scan_id"].to_list(), levels)
-        for tables in each_labelled(dataset, rows, told.append)
+        for tables in each_labelled(dataset, rows, lambda session, total: steps.append((session, total)))
         for each, levels in matrices(tables, transmitters, 100.0)
     ]
-    assert told == [4] * 4
+    assert [total for _, total in steps] == [4] * 4
     assert max(len(ids) for ids, _ in pieces) == 3
     assert [scan for ids, _ in pieces for scan in ids] == rows.collect()["scan_id"].to_list()
     heard = sum(int((levels != 100.0).sum()) for _, levels in pieces)
@@ -57,19 +58,15 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
 
 
 def _matrices(dataset: Dataset, rows: pl.LazyFrame, transmitters: pl.Series) -> list[np.ndarray]:
-    pieces = (matrices(tables, transmitters, 100.0) for tables in each_labelled(dataset, rows, _quiet))
+    pieces = (matrices(tables, transmitters, 100.0) for tables in each_labelled(dataset, rows, silent))
     return [levels for piece in pieces for _, levels in piece]
 
 
 def losses(dataset: Dataset, rows: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
     counted = MatrixLosses(not_heard)
-    for tables in each_labelled(dataset, rows, _quiet):
+    for tables in each_labelled(dataset, rows, silent):
         counted.add(tables.readings)
     return counted.findings
-
-
-def _quiet(_total: int) -> None:
-    pass
 
 
 def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:

@@ -36,10 +36,10 @@ def _rendered(figure: Figure, kind: str) -> bytes:
 
 
 def test_figures_table_and_walk_are_written_the_same_bytes_each_time(folder: Path, tmp_path: Path) -> None:
-    out, drawn = tmp_path / "figures", list[str]()
-    make_dataset_figures(folder, out, progress=drawn.append)
+    out, drawn = tmp_path / "figures", list[tuple[str, int]]()
+    make_dataset_figures(folder, out, progress=lambda stem, total: drawn.append((stem, total)))
     stems = {"fingerprints", "coverage", "access_points", "rssi", "sigma", "over_time"}
-    assert set(drawn) == stems
+    assert set(drawn) == {(stem, len(stems)) for stem in stems}
     expected = {f"{stem}.{kind}" for stem in stems for kind in ("svg", "pdf")}
     expected |= {"table_3.csv", "table_3.md", "table_3.tex", "coverage.json", "run.json"}
     assert {path.name for path in out.iterdir()} == expected

@@ -21,11 +21,11 @@ def source(tmp_path: Path) -> Path:
 
 
 def test_the_official_split_stays_beside_the_standard_ones(source: Path, tmp_path: Path) -> None:
-    counted: list[tuple[int, int]] = []
-    dataset = import_format(source, tmp_path / "set", progress=lambda *told: counted.append(told))
+    parts: list[tuple[str, int]] = []
+    dataset = import_format(source, tmp_path / "set", progress=lambda part, total: parts.append((part, total)))
     assert {"official", "random", "device"} <= dataset.splits.keys()
     assert dataset.splits["official"].groups["group"].to_list().count("test") == 2
-    assert counted == [(1, 2), (2, 2)]
+    assert parts == [("test", 2), ("train", 2)]
     assert {"README.md", "statistics.json", "SHA256SUMS"} <= {path.name for path in (tmp_path / "set").iterdir()}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "set"]
 

@@ -11,6 +11,7 @@ import pytest
 from tests.positioning.benchmarked import benchmark_dataset, known_models
 from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.progress import silent
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.positioning import paper_positioning, refuse_without_networks
@@ -32,10 +33,6 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 def folder(tmp_path: Path) -> Iterator[OutputFolder]:
     with claim(tmp_path / "out", {}, "test") as opened:
         yield opened
-
-
-def silent(_what: str, _done: float, _total: int) -> None:
-    """Report nothing."""
 
 
 def test_table_4_is_made_of_the_paper_splits(folder: OutputFolder, tmp_path: Path) -> None:

@@ -28,15 +28,15 @@ def trained(folder: Path, out: Path, **plan: object) -> TrainedModel:
 
 
 def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> None:
-    told: list[float] = []
+    steps: list[tuple[float, int]] = []
     plan = TrainPlan("extra-trees", {"trees": 3}, seed=2)
-    made = train(folder, plan, tmp_path / "model.v2t", told.append)
+    made = train(folder, plan, tmp_path / "model.v2t", lambda done, total: steps.append((done, total)))
     saved = load_model(tmp_path / "model.v2t")
     assert saved.model.get_params()["seed"] == 2
     assert (saved.origin.dataset, saved.origin.part, saved.origin.scans) == ("small", "all", 44)
     assert len(saved.model.access_points_) == 10
     assert made.tested is None
-    assert told[-1] == 1
+    assert steps[-1] == (6, 6)
 
 
 def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:

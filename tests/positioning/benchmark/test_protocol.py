@@ -119,6 +119,6 @@ def test_unknown_parameters_are_told_before_any_run(dataset: Dataset) -> None:
 
 
 def test_progress_reaches_the_model(dataset: Dataset, data: LearningData) -> None:
-    told: list[float] = []
-    execute(run_of(dataset, "test-telling", 0), data, "key", told.append)
-    assert told == [0.5]
+    steps: list[tuple[float, int]] = []
+    execute(run_of(dataset, "test-telling", 0), data, "key", lambda done, total: steps.append((done, total)))
+    assert steps == [(0.5, 1)]

@@ -146,10 +146,10 @@ def test_a_given_validation_part_is_used_where_it_is_of_use(name: str) -> None:
 def test_progress_is_told(name: str) -> None:
     scans, places = surveyed(10)
     model = tiny(name)
-    shares: list[float] = []
-    model.progress = shares.append
+    steps: list[tuple[float, int]] = []
+    model.progress = lambda done, total: steps.append((done, total))
     model.fit(scans, places)
-    assert shares == [1 / 3, 2 / 3, 1.0]
+    assert steps == [(1, 3), (2, 3), (3, 3)]
 
 
 @pytest.mark.parametrize(

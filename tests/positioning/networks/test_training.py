@@ -47,13 +47,14 @@ def test_it_learns_a_line() -> None:
 def test_best_weights_are_kept_and_patience_ends_it() -> None:
     network = torch.nn.Linear(1, 1)
     held_out = Scripted(network, [5, 4, 2, 3, 3, 3, 3, 3])
-    shares: list[float] = []
+    steps: list[tuple[int, int]] = []
     schedule = TrainingSchedule(epochs=8, patience=3)
-    history = train(network, line(network), TrainingExamples(5, held_out), schedule, shares.append)
+    examples = TrainingExamples(5, held_out)
+    history = train(network, line(network), examples, schedule, lambda done, total: steps.append((done, total)))
     assert history.best_epoch == 2
     assert list(history.held_out_loss) == [5, 4, 2, 3, 3, 3]
     assert network.weight.tolist()[0][0] == held_out.seen[2] != held_out.seen[-1]
-    assert shares == [(epoch + 1) / 8 for epoch in range(6)]
+    assert steps == [(epoch, 8) for epoch in range(1, 7)]
     assert not network.training
 
 

@@ -16,7 +16,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     points = dataset.fingerprints.select(COLUMNS).collect()
     placed = points.drop_nulls(["x", "y"])
     placed.write_csv(folder / "points.csv")
-    context.advance(1)
+    context.progress("points.csv", 1)
     left_out = len(points) - len(placed)
     if not left_out:
         return ()

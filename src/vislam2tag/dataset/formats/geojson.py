@@ -48,7 +48,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     with (folder / FILE).open("w", encoding="utf-8", newline="\n") as file:
         file.write(_head(dataset, georeferenced=georeferenced))
         separator = ""
-        for tables in each_labelled(dataset, fingerprints, context.advance):
+        for tables in each_labelled(dataset, fingerprints, context.progress):
             for feature in _features(tables, known if georeferenced else {}):
                 file.write(f"{separator}{feature}")
                 separator = ",\n"

@@ -38,7 +38,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
         metadata = _metadata(dataset) if name == FINGERPRINTS else {}
         path = folder / f"{name}.parquet"
         write_parquet(table, path, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
-        context.advance(len(dataset.tables))
+        context.progress(name, len(dataset.tables))
     if dataset.splits:
         write_parquet(_splits_table(dataset.splits), folder / SPLITS_FILE, compression="snappy")
     write_csv(_columns_table(dataset), folder / COLUMNS_FILE)

@@ -64,7 +64,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
         findings += [*table.findings, *odd]
         first_row += described.height
-        context.advance(len(parts))
+        context.progress(part, len(parts))
     points = PointFingerprints(pl.concat(rows), pl.concat(heard))
     elevations_m = {floor: round(FLOOR_HEIGHT_M * floor, 3) for floor in points.rows["floor"].drop_nulls().unique()}
     inputs = {file.name: sha256_of(file) for _, file in sorted(files.items())}

@@ -26,7 +26,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     unmapped = 0
     for session in sessions:
         unmapped += not _write(session, folder)
-        context.advance(len(sessions))
+        context.progress(session.slug, len(sessions))
     if unmapped == len(sessions):
         raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
     return _findings(unmapped)

@@ -50,7 +50,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
         findings += table.findings
         first_row += table.rows.height
-        context.advance(len(files))
+        context.progress(file.name, len(files))
     points = PointFingerprints(pl.concat(rows), pl.concat(heard))
     inputs = {file.name: sha256_of(file) for file in files}
     info = DatasetInfo(

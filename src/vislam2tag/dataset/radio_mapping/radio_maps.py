@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -117,7 +116,7 @@ def radio_maps(
     """
     heard = _often_heard(dataset, settings, access_points)
     wanted = heard.filter("wanted")
-    step = partial(counted(progress), len(wanted))
+    step = counted(progress, len(wanted))
     offsets = offsets_db(dataset)
     names = dict(dataset.access_points.select("bssid", "ssid").collect().iter_rows())
     for (building, floor, technology), own in wanted.group_by(*MapPlace._fields, maintain_order=True):
@@ -174,7 +173,7 @@ class _FloorMapper:
     names: dict[str, str | None]
     settings: RadioMapSettings
 
-    def maps(self, offsets: dict[str, float], done: Callable[[], None]) -> FloorMaps:
+    def maps(self, offsets: dict[str, float], progress: Progress[str]) -> FloorMaps:
         grid = grid_of(self.readings.scan_position, self.settings)
         cells = np.argwhere(np.ones(grid.shape, dtype=bool))
         centres = grid.centres_m(cells)
@@ -188,7 +187,7 @@ class _FloorMapper:
             process, square_m, inside = self._fit(index, kernel, centres)
             layers[:3, number, inside] = process.at(centres[inside])
             records.append(self._record(index, process, square_m, layers[0, number], brier[number]))
-            done()
+            progress(self.readings.bssids[index], len(self.order))
         mean, deviation, sigma, share = layers.reshape(4, len(self.order), *grid.shape)
         scans = len(self.readings.scan_fold)
         known = (tuple(records), kernel, width_m, offsets)

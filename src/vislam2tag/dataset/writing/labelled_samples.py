@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +14,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.progress import Progress
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.model import Dataset
 
@@ -56,14 +57,12 @@ def labelled_fingerprints(
     return dataset.fingerprints.filter(known & wanted & sure), tuple(findings)
 
 
-def each_labelled(
-    dataset: Dataset, fingerprints: pl.LazyFrame, advance: Callable[[int], None]
-) -> Iterator[SessionTables]:
-    """Yield the fingerprints and their readings session by session, telling ``advance`` after each."""
+def each_labelled(dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]) -> Iterator[SessionTables]:
+    """Yield the fingerprints and their readings session by session, telling ``progress`` after each."""
     total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
     for tables in each_session(fingerprints, dataset.readings):
         yield tables
-        advance(total)
+        progress(tables.session, total)
 
 
 def matrices(

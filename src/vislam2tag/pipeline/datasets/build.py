@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
@@ -29,9 +31,15 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.survey.names import unique_slugs
 
-Progress = Callable[[str, str | None, int], None]
-"""Called after each session with the stage (``label`` or ``build``), its error, and the number of sessions."""
 LABEL, BUILD = "label", "build"
+
+
+class SessionStep(NamedTuple):
+    """What a data set's progress hears of a session."""
+
+    stage: str
+    """``label`` or ``build``."""
+    error: str | None
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,7 @@ def build_dataset(
     options: BuildOptions | None = None,
     *,
     jobs: int = 1,
-    progress: Progress | None = None,
+    progress: Progress[SessionStep] = silent,
 ) -> Dataset:
     """Build a data set of surveys or of output folders of ``process``, and open it.
 
@@ -77,14 +85,14 @@ def build_dataset(
     ``if __name__ == "__main__":``). Raises SurveyError or DatasetError where a source is neither, cannot be read, or
     clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
     """
-    settings, options, report = settings or DatasetSettings(), options or BuildOptions(), progress or _silent
+    settings, options = settings or DatasetSettings(), options or BuildOptions()
     folders = [sources] if isinstance(sources, Path) else list(sources)
     with dataset_folder(out, "dataset", options.replace) as folder:
         scratch = folder.root / ".scratch"
-        opened = _labelled(folders, scratch / "labels", options, jobs, report)
+        opened = _labelled(folders, scratch / "labels", options, jobs, progress)
         floors, plans = merged_floors(opened)
         todo = list(_session_jobs(opened, scratch / "parts", settings, options.max_sigma_m))
-        outcomes = _build_sessions(todo, jobs, report)
+        outcomes = _build_sessions(todo, jobs, progress)
         info = DatasetInfo(
             name=options.name or "-".join(dict.fromkeys(source.labelled.survey for source in opened)),
             floors=floors,
@@ -100,12 +108,8 @@ def build_dataset(
     return open_dataset(out)
 
 
-def _silent(_stage: str, _error: str | None, _total: int) -> None:
-    """Report nothing."""
-
-
 def _labelled(
-    folders: Sequence[Path], scratch: Path, options: BuildOptions, jobs: int, report: Progress
+    folders: Sequence[Path], scratch: Path, options: BuildOptions, jobs: int, progress: Progress[SessionStep]
 ) -> tuple[LabelledSource, ...]:
     """Process those sources that are surveys, and open all."""
     raw = [folder for folder in folders if not is_labelled(folder)]
@@ -128,7 +132,7 @@ def _labelled(
             options.labelling,
             jobs=jobs,
             replace=options.replace,
-            progress=lambda done, total: report(LABEL, done.error, total),
+            progress=lambda done, total: progress(SessionStep(LABEL, done.error), total),
         )
     return open_sources(outs, options.buildings, surveys, folders, scratch.parent / "plans")
 
@@ -168,13 +172,13 @@ def _session_jobs(
         yield SessionJob(labelled, name, source.building, number, parts, settings, limit_m)
 
 
-def _build_sessions(todo: list[SessionJob], jobs: int, report: Progress) -> list[SessionOutcome]:
+def _build_sessions(todo: list[SessionJob], jobs: int, progress: Progress[SessionStep]) -> list[SessionOutcome]:
     """Build all sessions' parts; return the outcomes in the data set's order."""
     outcomes: list[SessionOutcome] = []
 
     def note(outcome: SessionOutcome) -> None:
         outcomes.append(outcome)
-        report(BUILD, None, len(todo))
+        progress(SessionStep(BUILD, None), len(todo))
 
     process_all(build_session, todo, jobs, note)
     return sorted(outcomes, key=lambda outcome: outcome.session)

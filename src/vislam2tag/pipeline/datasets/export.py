@@ -88,7 +88,7 @@ def export(
         fold=options.fold,
         survey=options.survey,
         privacy=options.privacy,
-        advance=lambda total: progress("write", total),
+        progress=lambda _part, total: progress("write", total),
     )
     if chosen.write_labels:
         with whole_folder(out, is_export) as folder:
@@ -135,7 +135,7 @@ def _dataset(source: Path, scratch: Path, jobs: int, progress: Progress[str]) ->
         scratch,
         options=BuildOptions(privacy=None),  # the export's own wishes say what goes
         jobs=jobs,
-        progress=lambda _stage, _error, total: progress("build", total),
+        progress=lambda _session, total: progress("build", total),
     )
 
 

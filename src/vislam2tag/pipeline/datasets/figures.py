@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Storey
@@ -24,16 +25,13 @@ PROGRAM = "vislam2tag figures"
 COVERAGE_FILE, TABLE = "coverage.json", "table_3"
 KINDS = ("svg", "pdf")
 
-Progress = Callable[[str], None]
-"""Called after each figure with the stem of its files."""
-
 
 def make_dataset_figures(
     root: Path,
     out: Path,
     settings: CoverageSettings | None = None,
     starts: Mapping[Storey, tuple[float, float]] | None = None,
-    progress: Progress = lambda _stem: None,
+    progress: Progress[str] = silent,
 ) -> CoverageRecord:
     """Write a data set's figures (SVG, PDF), Table III (CSV, Markdown, LaTeX) and ``coverage.json`` into ``out``.
 
@@ -59,10 +57,11 @@ def make_dataset_figures(
         folder.write_text(COVERAGE_FILE, record.model_dump_json(indent=1) + "\n")
         for suffix, text in texts.items():
             folder.write_text(f"{TABLE}.{suffix}", text)
-        for stem, figure in dataset_figures(statistics, floors):
+        figures = dict(dataset_figures(statistics, floors))
+        for stem, figure in figures.items():
             for kind in KINDS:
                 folder.write(f"{stem}.{kind}", partial(_write, figure, kind))
-            progress(stem)
+            progress(stem, len(figures))
     return record
 
 

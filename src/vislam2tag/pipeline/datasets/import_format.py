@@ -11,7 +11,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
-from vislam2tag.common.progress import Progress, counted, silent
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
@@ -40,7 +40,7 @@ class ImportOptions:
 
 
 def import_format(
-    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress[int] = silent
+    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress[str] = silent
 ) -> Dataset:
     """Read files of another format into the data set ``out``, whole or not at all, and open it.
 
@@ -53,7 +53,7 @@ def import_format(
         scratch = folder.root.with_name("scratch")
         scratch.mkdir()
         with _reading(path):
-            dataset = chosen.read(path, ImportContext(scratch, options.origin, counted(progress)))
+            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress))
         dataset = with_privacy(dataset, options.privacy)
         folder.add_tables(dataset.tables)
         folder.add_splits(dataset.splits)

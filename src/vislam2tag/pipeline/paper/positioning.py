@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
+from vislam2tag.common.progress import Progress, Stage
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.store import OutputFolder
@@ -25,7 +25,7 @@ def refuse_without_networks(seeds: int | None) -> None:
 
 
 def paper_positioning(
-    folder: OutputFolder, fingerprints: Path | None, seeds: int | None, progress: Callable[[str, float, int], None]
+    folder: OutputFolder, fingerprints: Path | None, seeds: int | None, progress: Progress[Stage]
 ) -> PositioningPart:
     """Train and test on the data set in ``fingerprints``, and write Table IV; without ``seeds`` say how to have it."""
     if fingerprints is None or seeds is None:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.dataset.statistics import table_3
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS, Table3
@@ -31,10 +31,6 @@ PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3 = "index.html", "walks.csv", "table_3"
 NAMES = {name: name_of(name) for name in STRATEGIES}
 
-Progress = Callable[[str, float, int], None]
-"""Called after each step with what is being done ("walks", "fingerprints", a run of a model, "figures"), how many are
-done, how many there are."""
-
 
 @dataclass(frozen=True)
 class Reproduced:
@@ -52,7 +48,7 @@ def reproduce(
     root: Path,
     out: Path,
     settings: ProcessSettings | None = None,
-    progress: Progress = lambda _what, _done, _total: None,
+    progress: Progress[Stage] = silent,
     model_seeds: int | None = None,
 ) -> Reproduced:
     """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
@@ -71,12 +67,12 @@ def reproduce(
     run: dict[str, object] = {"version": __version__, "settings": settings.of_labels()}
     with claim(out, run, PROGRAM) as folder, tempfile.TemporaryDirectory(prefix="vislam2tag-paper-") as scratch:
         fingerprints = None if model_seeds is None else Path(scratch) / "giaIndoorLoc"
-        walks = paper_walks(data, settings, partial(progress, "walks"))
+        walks = paper_walks(data, settings, _of_stage(progress, "walks"))
         tables = _tables(walks)
         for part in tables:
             _write_table(folder, part)
         folder.write_text(WALKS_FILE, walks_csv([*walks.pressed, *walks.tracked]))
-        collected = paper_collection(data, settings, partial(progress, "fingerprints"), fingerprints)
+        collected = paper_collection(data, settings, _of_stage(progress, "fingerprints"), fingerprints)
         collection = _collection(folder, collected.statistics)
         positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
         failed = [*walks.failed, *collected.failed, *positioning.failed]
@@ -84,6 +80,10 @@ def reproduce(
         made = Reproduced(tables, collection, positioning, figures, failed)
         folder.write(PAGE_FILE, lambda path: _write_page(path, root.resolve().name, made))
     return made
+
+
+def _of_stage(progress: Progress[Stage], name: str) -> Progress[int]:
+    return lambda done, total: progress(Stage(name, done), total)
 
 
 def _write_page(path: Path, title: str, made: Reproduced) -> None:
@@ -131,11 +131,11 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
     return CollectionPart(TABLE_3, table, sentence)
 
 
-def _figures(folder: OutputFolder, results: PaperResults, progress: Progress) -> list[FigurePart]:
+def _figures(folder: OutputFolder, results: PaperResults, progress: Progress[Stage]) -> list[FigurePart]:
     figures = []
     for number, figure in enumerate(FIGURES, 1):
         figures.append(_figure(folder, figure, results))
-        progress("figures", number, len(FIGURES))
+        progress(Stage("figures", number), len(FIGURES))
     return figures
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
@@ -40,9 +41,6 @@ RUNS, FIGURES = "runs", "figures"
 PUBLIC = {"tampere": "tampere", "ujiindoorloc": "uji", "utsindoorloc": "uts"}
 """Public data sets by name, and the formats that read them."""
 _KEY_LETTERS = 12
-
-Progress = Callable[[str, float, int], None]
-"""Called with what is being done, how many runs are done (a part of one, too), and how many there are."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +74,7 @@ def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
         yield dataset
 
 
-def benchmark(
-    dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progress = lambda _what, _done, _total: None
-) -> Benchmark:
+def benchmark(dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progress[Stage] = silent) -> Benchmark:
     """Make every run that ``out`` does not hold yet, and write tables, figures, page and ``benchmark.json``.
 
     ``dataset`` lies in a folder (:func:`~vislam2tag.dataset.folder.open_dataset`). Raises UsageError for a model,
@@ -93,20 +89,21 @@ def benchmark(
         made: dict[str, RunRecord] = {}
         failed: list[FailedRun] = []
         for number, run in enumerate(runs):
-            progress(str(run), number, len(runs))
+            progress(Stage(str(run), number), len(runs))
             try:
-                stem, record = _made(folder, dataset, data, run, partial(_part, progress, run, number, len(runs)))
+                stem, record = _made(folder, dataset, data, run, _within(run, number, len(runs), progress))
                 made[stem] = record
             except (DatasetError, UsageError) as error:
                 failed.append(FailedRun(run=str(run), error=str(error)))
-        progress("figures", len(runs), len(runs))
+        progress(Stage("figures", len(runs)), len(runs))
         found = _summed(dataset, plan, list(made.values()), failed)
         _write(folder, dataset, plan, found, made)
     return found
 
 
-def _part(progress: Progress, run: BenchmarkRun, number: int, total: int, share: float) -> None:
-    progress(str(run), number + min(share, 1.0), total)
+def _within(run: BenchmarkRun, number: int, runs: int, progress: Progress[Stage]) -> Progress[float]:
+    """Report a run's own steps as a part of one of all ``runs``."""
+    return lambda done, steps: progress(Stage(str(run), number + min(done / steps, 1.0)), runs)
 
 
 def split_named(dataset: Dataset, name: str) -> Split:
@@ -150,7 +147,7 @@ def _clear(root: Path) -> None:
 
 
 def _made(
-    folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Callable[[float], None]
+    folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Progress[float]
 ) -> tuple[str, RunRecord]:
     """Return a run's stem and record: as it was kept, else made now and kept, the record last."""
     key = run.key(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.positioning.metrics import Score, score
@@ -57,7 +58,7 @@ class TrainedModel:
     """None where there is no test part."""
 
 
-def train(folder: Path, plan: TrainPlan, out: Path, progress: Callable[[float], None] | None = None) -> TrainedModel:
+def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = silent) -> TrainedModel:
     """Train a model on a data set's folder and save it.
 
     Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,

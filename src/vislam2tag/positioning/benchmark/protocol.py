@@ -10,11 +10,12 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.positioning.benchmark.record import RunRecord, versions
@@ -28,8 +29,6 @@ from vislam2tag.positioning.scans.radio_scans import TextArray
 SEED = "seed"
 """Parameter of models that draw random numbers; a model without it gives the same each time and runs once."""
 
-Progress = Callable[[float], None]
-"""Told the share of a run that is done, 0 to 1."""
 GIA = "giaIndoorLoc"
 _PUBLISHED = {"multi-cel": multi_cel.PUBLISHED, "regression-net": regression_net.PUBLISHED}
 
@@ -114,7 +113,7 @@ def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) 
                 yield from (BenchmarkRun(model, split, fold.name, seed) for seed in model.seeds(seeds))
 
 
-def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress | None = None) -> RunOutcome:
+def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress[float] = silent) -> RunOutcome:
     """Train and score; raises DatasetError where a part is empty or the model cannot learn from it."""
     train, test = data.parts(run.split, run.split.fold(run.fold))
     for what, part in (("trains", train), ("tests", test)):

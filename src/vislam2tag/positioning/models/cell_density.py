@@ -98,16 +98,16 @@ class CellDensity(Positioner):
         setup = self._setup()
         self.height_m_ = places.storey_height_m
         self.shape_ = self._chosen(scans, places, setup)
-        self._report(0.5)
+        self.progress(0.5, 1)
         self.density_ = learned_model(scans, places, self.shape_, setup)
-        self._report(0.7)
+        self.progress(0.7, 1)
         given = usable_validation(validation)
         if given:
             familiar = [_answered(self.density_, given)]
         else:
             apart = folds(np.arange(len(scans)), _FOLDS, self.seed)
             familiar = list(self._left_out(scans, places, apart, networks=1))
-        self._report(0.85)
+        self.progress(0.85, 1)
         strange = list(self._left_out(scans, places, self._areas(places), networks=0))
         self.half_novelty_ = _half_novelty(familiar, strange)
         if np.isinf(self.half_novelty_):
@@ -115,16 +115,12 @@ class CellDensity(Positioner):
         self.radii_ = fitted_novelty_radii(*(_errors(part, self.half_novelty_) for part in (familiar, strange)))
         # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
-        self._report(1.0)
+        self.progress(1.0, 1)
 
     def _setup(self, networks: int | None = None) -> LearningSetup:
         if not 0 <= self.copies <= MOST_COPIES or any(exponent <= 0 for exponent in self.networks):
             raise UsageError(f"copies={self.copies}, networks={self.networks}: 0 to {MOST_COPIES}, and above 0")
         return LearningSetup(self.copies, self.networks[:networks], self.seed)
-
-    def _report(self, share: float) -> None:
-        if self.progress:
-            self.progress(share)
 
     def _chosen(self, scans: RadioScans, places: ScanPlaces, setup: LearningSetup) -> DensityShape:
         """Return what puts left-out walks nearest to their labels."""
@@ -144,7 +140,7 @@ class CellDensity(Positioner):
             for learn, held_out in masks:
                 parts = (scans[learn], places[learn]), (scans[held_out], places[held_out])
                 error_m[number] += errors_on_storey_m(*parts, family, setup).sum(axis=1)
-            self._report(0.5 * (number + 1) / len(families))
+            self.progress(0.5 * (number + 1) / len(families), 1)
         best = np.unravel_index(error_m.argmin(), error_m.shape)
         return replace(families[best[0]][best[1]], noise_db=noise_db)
 

@@ -63,8 +63,7 @@ class ExtraTrees(Positioner):
             answer = self._answer(held_out[0])
             error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
         self.radii_ = fitted_radii(error_m, spread_m)
-        if self.progress:
-            self.progress(1.0)
+        self.progress(FOLDS + 1, FOLDS + 1)
 
     def _grown(self, levels: Levels, places: ScanPlaces, trees: int) -> tuple[Forest, AnyArray]:
         """Grow a forest; return it and for each leaf a scan that it holds (nodes,)."""
@@ -84,8 +83,7 @@ class ExtraTrees(Positioner):
             forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
             answer = _voted(forest, scan, places[learned], levels[held_out])
             error_m[held_out], spread_m[held_out] = places[held_out].distance_m(answer.xy), answer.spread_m
-            if self.progress:
-                self.progress((number + 1) / (FOLDS + 1))
+            self.progress(number + 1, FOLDS + 1)
         return error_m, spread_m
 
     def _predict(self, scans: RadioScans) -> Positions:

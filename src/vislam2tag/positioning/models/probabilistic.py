@@ -90,8 +90,7 @@ class Probabilistic(Positioner):
             asked = held_out & calibrates
             answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[asked])
             error_m[asked], spread_m[asked] = places[asked].distance_m(answer.xy), answer.spread_m
-            if self.progress:
-                self.progress((number + 1) / FOLDS)
+            self.progress(number + 1, FOLDS)
         return error_m, spread_m
 
     def _predict(self, scans: RadioScans) -> Positions:

@@ -12,10 +12,9 @@ import numpy as np
 import torch
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import IntArray
 
-Progress = Callable[[float], None]
-"""Told the share of the training that is done, 0 to 1."""
 _CHECKED_AT_ONCE = 1024
 
 
@@ -58,7 +57,7 @@ def train(
     examples: TrainingExamples,
     held_out: TrainingExamples,
     schedule: TrainingSchedule,
-    progress: Progress | None = None,
+    progress: Progress[int] = silent,
 ) -> TrainingHistory:
     """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
 
@@ -79,8 +78,7 @@ def train(
             raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
         if losses[-1] < min(losses[:-1], default=math.inf):
             best_epoch, best = epoch, copy.deepcopy(network.state_dict())
-        if progress:
-            progress((epoch + 1) / schedule.epochs)
+        progress(epoch + 1, schedule.epochs)
         if epoch - best_epoch >= schedule.patience:
             break
     network.load_state_dict(best)

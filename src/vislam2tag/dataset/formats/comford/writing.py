@@ -61,7 +61,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
             stack.enter_context(csv_file(folder / FOLDER / name, separator=";", null=UNKNOWN)) for name in FILES
         )
         aps.add(_transmitter_rows(dataset.access_points.collect()))
-        for tables in each_labelled(dataset, fingerprints, context.advance):
+        for tables in each_labelled(dataset, fingerprints, context.progress):
             samples.add(_sample_rows(tables.fingerprints, extra))
             rssi.add(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()

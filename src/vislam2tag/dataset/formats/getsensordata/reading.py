@@ -56,7 +56,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         walk, findings = _walk(slug, file, places, centre, origin)
         tables.add(walk, findings)
         inputs[slug] = walk.source
-        context.advance(len(logs))
+        context.progress(slug, len(logs))
     settings = DatasetSettings()
     info = DatasetInfo(
         name=path.resolve().name.split(".")[0] or "getsensordata",

@@ -71,7 +71,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
             folder = context.scratch / name
             folder.mkdir(exist_ok=True)
             write_parquet(table, folder / f"{number:06d}.parquet")
-        context.advance(len(sessions))
+        context.progress(session.slug, len(sessions))
     tables = {name: _scanned(context.scratch / name) for name in SCHEMAS if (context.scratch / name).is_dir()}
     names = _scanned(context.scratch / _NAMES).collect(engine="streaming")
     heard = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)

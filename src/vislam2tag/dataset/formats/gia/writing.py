@@ -72,7 +72,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
             written += 1
             if context.survey:
                 _copy_session(_raw_folder(raw, result, context.survey), own, session, private, count)
-        context.advance(len(opened.sessions))
+        context.progress(result.session, len(opened.sessions))
     if not written:
         raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
     if context.survey:

@@ -107,7 +107,7 @@ def _technology(
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
     losses = MatrixLosses(NOT_HEARD_DBM)
-    for tables in each_labelled(dataset, fingerprints, context.advance):
+    for tables in each_labelled(dataset, fingerprints, context.progress):
         losses.add(tables.readings)
         for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
             filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))

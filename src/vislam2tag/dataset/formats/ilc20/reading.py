@@ -48,7 +48,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         walk, findings = _walk(ref, places.index(ref.place), floors[ref.place])
         tables.add(walk, findings)
         inputs[f"{ref.place.building}/{ref.floor_name}/{ref.path.name}"] = walk.source
-        context.advance(len(sites.traces))
+        context.progress(ref.path.name, len(sites.traces))
     inputs.update({name: sha256_of(file) for name, file in sorted(sites.plans.items())})
     settings = DatasetSettings()
     info = DatasetInfo(

@@ -88,7 +88,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         heard.append(table.heard.with_columns(pl.col("row") + first_row))
         findings += table.findings
         first_row += table.rows.height
-        context.advance(len(files))
+        context.progress(part, len(files))
     points = PointFingerprints(pl.concat(rows), pl.concat(heard))
     transmitters = _transmitters(folder / ACCESS_POINTS_FILE)
     points = PointFingerprints(points.rows, _with_addresses(points.heard, transmitters))
