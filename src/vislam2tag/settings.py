@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
@@ -11,6 +10,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.plain_files import read_toml_values
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
@@ -56,7 +56,7 @@ def read_settings(path: Path) -> Settings:
     Raises UsageError, naming file and setting, for what cannot be read or used; of an unknown one the nearest known.
     """
     try:
-        given = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        given = read_toml_values(path)
     except OSError as error:
         raise UsageError(f"--config {path}: cannot be read: {error.strerror}") from error
     except ValueError as error:

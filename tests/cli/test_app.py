@@ -86,6 +86,31 @@ def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, mon
     assert done.stderr.endswith("ZeroDivisionError: by nothing; please report this with the traceback above\n")
 
 
+class PanicException(BaseException):
+    """As Polars raises."""
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (PermissionError(13, "Permission denied", "x.csv"), "error: x.csv: Permission denied"),
+        (RuntimeError("Symlink loop from 'x'"), "error: Symlink loop from 'x': links lead in a circle"),
+        (
+            PanicException("assertion failed"),
+            "error: a table that this reads is damaged; make it again, or copy it again",
+        ),
+    ],
+)
+def test_what_is_wrong_with_files_is_one_line(
+    error: BaseException, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("vislam2tag.sessions.inspection.inspect_survey", fails)
+    assert the_error(vislam2tag("inspect", tmp_path)) == said
+
+
 def test_verbose_shows_the_traceback_of_a_session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
     monkeypatch.setattr("vislam2tag.pipeline.labels.check_session._check", boom)

@@ -55,6 +55,9 @@ def test_faults_are_one_line_and_leave_nothing(place: Path, tmp_path: Path) -> N
     assert scans.read_bytes() == before
     nowhere = tmp_path / "absent" / "out.csv"
     assert "absent/out.csv: cannot be written" in the_error(vislam2tag("locate", model, scans, "--out", nowhere))
+    (tmp_path / "circle").symlink_to("circle")
+    the_error(vislam2tag("locate", tmp_path / "circle", scans, "--out", out))
+    (tmp_path / "circle").unlink()
     assert not list(tmp_path.iterdir())
 
 

@@ -199,3 +199,14 @@ def test_inspect_and_site_show_a_site_with_a_pdf(tmp_path: Path) -> None:
 )
 def test_help_has_examples(command: str, example: str) -> None:
     assert example in vislam2tag("site", command, "--help").stdout
+
+
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_a_height_that_cannot_be_is_told(value: str, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    site.mkdir()
+    size = ("--width-m", "20", "--height-m", "10")
+    plan = drawn_floor.png(tmp_path)
+    done = vislam2tag("site", "init", site, "--plan", plan, "--floor", "1", *size, "--elevation-m", value)
+    assert the_error(done) == "error: elevation_m: Input should be a finite number"
+    assert not list(site.iterdir())

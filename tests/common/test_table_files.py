@@ -62,6 +62,16 @@ def test_a_path_that_is_no_utf_8_is_refused_with_a_printable_name(tmp_path: Path
         read_csv(path)
 
 
+@pytest.mark.parametrize("content", [b'"', b'a,b\n"', b'a,b\n1,"'])
+def test_a_quote_alone_at_the_end_is_an_error_not_a_panic(content: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_bytes(content)
+    for opened in (lambda: read_csv(path), lambda: read_csv(content), lambda: scan_csv(path)):
+        with pytest.raises(pl.exceptions.ComputeError, match="open quote"):
+            opened()
+    assert read_csv(content, quote_char=None, has_header=False).height
+
+
 def calls() -> Iterator[tuple[str, ast.Call, ast.Attribute, set[str]]]:
     """Each call of a method in the package: its place, and the names that a loop takes from a constant there."""
     for path in sorted(SOURCES.rglob("*.py")):
@@ -98,6 +108,17 @@ def test_only_this_module_opens_tables() -> None:
         )
         or method.attr.startswith(("sink_", "write_parquet", "write_ipc"))
         or (method.attr == "write_csv" and call.args and ast.unparse(call.args[0]) not in ("buffer", "self.file"))
+    }
+    assert not others
+
+
+def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -> None:
+    """Files of the package's own are exempt."""
+    own = ("common/plain_files.py", "report/", "receiving/page.py", "survey/plans/reader_process.py")
+    others = {
+        f"{place} {ast.unparse(call)}"
+        for place, call, method, _ in calls()
+        if method.attr in ("read_bytes", "read_text") and not place.startswith(own)
     }
     assert not others
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import polars as pl
@@ -10,7 +11,7 @@ from polars.testing import assert_frame_equal
 
 from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError
-from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, write_dataset
+from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, sha256_of, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
 
 
@@ -96,14 +97,32 @@ def test_a_foreign_folder_is_refused(tmp_path: Path) -> None:
         write_dataset(small_dataset(), tmp_path / "mine.txt")
 
 
+def accounted(root: Path, name: str, table: pl.DataFrame) -> None:
+    """Replace a table, and its checksum in the manifest."""
+    table.write_parquet(root / name)
+    manifest = json.loads((root / MANIFEST).read_bytes())
+    manifest["tables"][name.removesuffix(".parquet")]["sha256"] = sha256_of(root / name)
+    (root / MANIFEST).write_text(json.dumps(manifest))
+
+
+def with_plan(root: Path, plan: str) -> None:
+    manifest = json.loads((root / MANIFEST).read_bytes())
+    manifest["floors"][0]["plan"] = plan
+    (root / MANIFEST).write_text(json.dumps(manifest))
+
+
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
         (lambda root: (root / MANIFEST).write_text("{}"), "is damaged"),
         (lambda root: (root / MANIFEST).write_text('{"format_version": 99}'), "format version 99"),
-        (lambda root: (root / "readings.parquet").write_text("no"), "cannot be read"),
+        (lambda root: (root / "readings.parquet").write_text("no"), "is damaged, or was changed"),
+        (lambda root: (root / "splits" / "thirds.parquet").write_text("no"), "is damaged, or was changed"),
+        (lambda root: (root / MANIFEST).write_text('{"format_version": 1e999}'), "is damaged"),
+        (lambda root: (root / MANIFEST).write_text("[" * 100_000), "is damaged"),
         (lambda root: (root / "readings.parquet").unlink(), "cannot be read"),
-        (lambda root: pl.DataFrame({"scan_id": ["a"]}).write_parquet(root / "readings.parquet"), "column bssid"),
+        (lambda root: accounted(root, "readings.parquet", pl.DataFrame({"scan_id": ["a"]})), "column bssid"),
+        (lambda root: with_plan(root, "../../secret.png"), "lies outside the data set"),
         (lambda root: (root / "splits" / "thirds.json").write_text("no"), "make the split again"),
     ],
 )

@@ -94,7 +94,9 @@ def test_kitti_takes_its_times_from_beside_it(tmp_path: Path) -> None:
     ("read", "text", "message"),
     [
         (read_tum, "1 2 3 0 0 0 0 1\n2 2 3 0 0 0 1\n", r"truth:2: expected t tx ty tz"),
-        (read_tum, "1 2 nan 0 0 0 0 1\n", r"truth:1: expected"),
+        (read_tum, "nan 2 3 0 0 0 0 1\n", r"truth:1: expected"),
+        (read_tum, "1 2 nan 0 0 0 0 1\n", "no line has a finite position"),
+        (read_euroc, "9e30, 2, 3, 0, 0, 0, 0, 1\n", "are no nanoseconds"),
         (read_tum, "# nothing\n", "holds no line"),
         (read_tum, f"{LATE_NS} 2 3 0 0 0 0 1\n", "are they nanoseconds"),
         (read_tum, "2 2 3 0 0 0 0 1\n1 2 3 0 0 0 0 1\n", "go backwards"),
@@ -125,3 +127,12 @@ def test_the_programs_own_format_comes_first_and_none_is_none(tmp_path: Path) ->
     truth = find_truth(tmp_path, "truth")
     assert truth is not None
     assert truth.time_ns.tolist() == [5]
+
+
+def test_lines_where_motion_capture_saw_nothing_are_left_out_and_counted(tmp_path: Path) -> None:
+    path = tmp_path / "truth.tum"
+    path.write_text("1 1 2 0 0 0 0 1\n# gap\n2 nan nan nan 0 0 0 1\n3 3 4 0 0 0 0 1\n4 1e300 0 0 0 0 0 1\n")
+    truth = read_tum(path)
+    assert truth.time_ns.tolist() == [1_000_000_000, 3_000_000_000]
+    (finding,) = truth.findings
+    assert (finding.kind, finding.file, finding.lines) == ("unusable_truth_rows", "truth.tum", (3, 5))

@@ -36,12 +36,37 @@ def test_reads_what_the_simulator_and_the_real_walks_have(tmp_path: Path) -> Non
     assert len(read_truth(path).time_ns) == 1
 
 
-@pytest.mark.parametrize("content", ["", "t,x,y\n1,2,3\n", "time_ns,x,y\n1,a,3\n"])
+@pytest.mark.parametrize(
+    "content",
+    ["", "\n", "t,x,y\n1,2,3\n", "time_ns,x,y\n1,a,3\n", "time_ns,x,y\n", "time_ns,x,y\n\n", "time_ns,x,x\n1,2,3\n"],
+)
 def test_another_file_is_refused(tmp_path: Path, content: str) -> None:
     path = tmp_path / "truth.csv"
     path.write_text(content)
     with pytest.raises(SessionError, match=r"truth\.csv: expected"):
         read_truth(path)
+
+
+def test_rows_without_time_or_position_are_left_out_and_counted(tmp_path: Path) -> None:
+    path = tmp_path / "truth.csv"
+    rows = [
+        "1,1,2",
+        "2,,2",
+        "3,NaN,2",
+        "",
+        "4,inf,2",
+        "5,3,4",
+        "6,1e300,0",
+        "x,1,1",
+        "9999999999999999999,1,1",
+        "-1,1,1",
+    ]
+    path.write_text("time_ns,x,y\n" + "\n".join(rows) + "\n7")
+    truth = read_truth(path)
+    assert truth.time_ns.tolist() == [1, 5]
+    (finding,) = truth.findings
+    assert (finding.kind, finding.file, finding.count) == ("unusable_truth_rows", "truth.csv", 9)
+    assert finding.lines == (3, 4, 5, 6, 8)
 
 
 def test_errors_at_truth_interpolate_the_labels() -> None:

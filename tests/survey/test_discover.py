@@ -101,10 +101,10 @@ DAMAGE: dict[str, tuple[dict[str, str | bytes | None], dict[tuple[str, str], tup
         },
     ),
     "bad extents": (
-        {"floor_dimensions.csv": "id,width,height\n1,60,32\n4,0,20\n4,x,20\n1,5,5\n4,40,20\n"},
+        {"floor_dimensions.csv": "id,width,height\n1,60,32\n4,0,20\n4,x,20\n4,1e7,20\n4,nan,20\n1,5,5\n4,40,20\n"},
         {
-            ("malformed_lines", "floor_dimensions.csv"): (3, 4),
-            ("duplicate_floor", "floor_dimensions.csv"): (5,),
+            ("malformed_lines", "floor_dimensions.csv"): (3, 4, 5, 6),
+            ("duplicate_floor", "floor_dimensions.csv"): (7,),
         },
     ),
     "no plan": ({"floor_4/floorplan.png": None}, {("missing_plan", "floor_4/floorplan.jpg"): ()}),

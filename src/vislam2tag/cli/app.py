@@ -129,8 +129,25 @@ def main() -> None:
         typer.echo(f"error: {error}", err=True)
         sys.exit(2)
     except Exception as error:  # its traceback is logged, or shown here
+        if said := _about_a_file(error):
+            typer.echo(f"error: {said}", err=True)
+            sys.exit(2)
         _tell_unexpected(error)
         sys.exit(1)
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # Polars', over damage that its own checks miss
+            raise
+        typer.echo("error: a table that this reads is damaged; make it again, or copy it again", err=True)
+        sys.exit(2)
+
+
+def _about_a_file(error: Exception) -> str | None:
+    """What the operating system says of a file that was named, where nothing else caught it; None for other errors."""
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # Path.resolve before Python 3.13
+        return f"{error}: links lead in a circle"
+    return None
 
 
 def _tell_unexpected(error: Exception) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.options import Replace
-from vislam2tag.cli.site_values import georeference_part, plan_source
+from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
 from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import table, table_console
 from vislam2tag.common.errors import UsageError
@@ -146,7 +146,7 @@ def _init(
         is_competition_floor,
     )
     from vislam2tag.pipeline.site.show import look_at_site
-    from vislam2tag.survey.site_file import SITE_FILE, FloorPart
+    from vislam2tag.survey.site_file import SITE_FILE
 
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
@@ -170,7 +170,7 @@ def _init(
             others=others,
             epsg=epsg,
         )
-        part = FloorPart(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
+        part = floor_part(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
         new = NewFloor(plan, part)
     add_floor(site, new, building, earth)
     typer.echo(f"floor {new.part.number} added: {site / SITE_FILE}")

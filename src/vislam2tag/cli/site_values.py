@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
     from vislam2tag.survey.plans.source import PlanSource
-    from vislam2tag.survey.site_file import GeoreferencePart
+    from vislam2tag.survey.site_file import FloorPart, GeoreferencePart
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _NUMBERS = re.compile(_NUMBER)
@@ -51,6 +51,18 @@ def plan_source(
         raise UsageError("--lower-left: goes with --width-m and --height-m, or with --distance")
     try:
         return PlanSource.model_validate(values)
+    except ValidationError as error:
+        raise UsageError(_first(error)) from error
+
+
+def floor_part(**values: Any) -> FloorPart:
+    """Describe a floor; raises UsageError for a value that cannot be."""
+    from pydantic import ValidationError
+
+    from vislam2tag.survey.site_file import FloorPart
+
+    try:
+        return FloorPart(**values)
     except ValidationError as error:
         raise UsageError(_first(error)) from error
 

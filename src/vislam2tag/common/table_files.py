@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +38,15 @@ def parquet_metadata(path: Path) -> dict[str, str]:
 def read_csv(source: Path | bytes, **options: Any) -> pl.DataFrame:
     """Read a CSV file, or its content, with :func:`polars.read_csv`'s options; raises as :func:`read_parquet`."""
     if isinstance(source, bytes):
+        _refuse_lone_quote(source[-2:], options)
         return pl.read_csv(source, **options)
+    _refuse_lone_quote(_end_of(source), options)
     return pl.read_csv(_to_read(source), glob=False, **options)
 
 
 def scan_csv(path: Path, **options: Any) -> pl.LazyFrame:
     """Scan a CSV file with :func:`polars.scan_csv`'s options; raises OSError as :func:`scan_parquet`."""
+    _refuse_lone_quote(_end_of(path), options)
     return pl.scan_csv(_to_read(path), glob=False, **options)
 
 
@@ -58,6 +61,21 @@ def write_parquet(table: pl.DataFrame | pl.LazyFrame, path: Path, **options: Any
 def write_csv(table: pl.DataFrame, path: Path, **options: Any) -> None:
     """Write a CSV file with :meth:`polars.DataFrame.write_csv`'s options; raises as :func:`write_parquet`."""
     table.write_csv(_absolute(path), **options)
+
+
+def _end_of(path: Path) -> bytes:
+    """The last two bytes of a file."""
+    with _to_read(path).open("rb") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - 2))
+        return file.read()
+
+
+def _refuse_lone_quote(end: bytes, options: Mapping[str, Any]) -> None:
+    """Raise ComputeError where a table's last field is a quote and nothing more: Polars' parser panics over that."""
+    quote = (options.get("quote_char", '"') or "").encode()
+    separators = (b"", b"\n", b"\r", options.get("separator", ",").encode())
+    if quote and end.endswith(quote) and end.removesuffix(quote) in separators:
+        raise pl.exceptions.ComputeError("its last field is an open quote")
 
 
 def _to_read(path: Path) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 import json
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -13,6 +12,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.plain_files import read_toml_values
 
 Made = TypeVar("Made", bound=BaseModel)
 
@@ -31,7 +31,7 @@ def read_toml(path: Path, record: type[Made]) -> Made:
     what it cannot.
     """
     try:
-        return record.model_validate(tomllib.loads(path.read_bytes().decode("utf-8-sig")))
+        return record.model_validate(read_toml_values(path))
     except FileNotFoundError:
         raise
     except OSError as error:

@@ -23,7 +23,7 @@ from pathlib import Path
 
 import polars as pl
 
-from vislam2tag.common.errors import OutputError
+from vislam2tag.common.errors import OutputError, first_line
 from vislam2tag.common.lock import only_one
 
 _EXCHANGES = {"linux": "renameat2", "darwin": "renameatx_np"}
@@ -51,8 +51,11 @@ def whole_folder(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[
             _refuse_foreign(target, replaceable)  # another command may have put its own there meanwhile
             _put_in_place(new, target.resolve(), work / "old")
         except (OSError, pl.exceptions.PolarsError) as error:
-            cause = (error.strerror if isinstance(error, OSError) else None) or str(error)
-            raise OutputError(f"{target}: cannot be written ({cause}); free space or choose another --out") from error
+            cause = (error.strerror if isinstance(error, OSError) else None) or first_line(error)
+            advice = "free space or choose another --out"
+            if isinstance(error, pl.exceptions.PolarsError):
+                advice += ", or look whether what it is made of is damaged"
+            raise OutputError(f"{target}: cannot be written ({cause}); {advice}") from error
 
 
 def restore(target: Path) -> None:

@@ -13,6 +13,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from pydantic import AfterValidator, Field, StringConstraints, ValidationError
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.plain_files import read_toml_values
 from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import toml_value
 from vislam2tag.dataset.model import DatasetInfo, FloorInfo, Funding, Person, Related
@@ -141,7 +142,7 @@ def read_description(path: Path) -> Description:
     Raises DatasetError, naming file and field, where it cannot be read or says what a description cannot be.
     """
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = read_toml_values(path)
     except OSError as error:
         raise DatasetError(
             f"{path}: cannot be read ({error.strerror}); each data set's folder holds a {DESCRIPTION_FILE} to fill in"

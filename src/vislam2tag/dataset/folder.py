@@ -7,13 +7,15 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import cache
+from pathlib import Path, PurePosixPath
 
 import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
+from vislam2tag.common.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
@@ -44,8 +46,12 @@ def open_dataset(folder: Path) -> Dataset:
     missing = [name for name in REQUIRED if name not in tables]
     if missing:
         raise DatasetError(f"{folder / MANIFEST}: names no table {', '.join(missing)}; make the data set again")
+    for floor in info.floors:
+        if floor.plan and (PurePosixPath(floor.plan).is_absolute() or ".." in PurePosixPath(floor.plan).parts):
+            raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} lies outside the data set")
     plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
-    return Dataset(info, tables, {name: _split(folder, name) for name in info.splits}, plans)
+    splits = {name: _split(folder, name, account) for name, account in info.splits.items()}
+    return Dataset(info, tables, splits, plans)
 
 
 def write_dataset(dataset: Dataset, target: Path) -> Dataset:
@@ -79,7 +85,7 @@ def dataset_folder(target: Path, command: str = "", replace: bool = False) -> It
 def _maker(folder: Path) -> str:
     """The command that made a data set; empty where that is not known or there is none."""
     try:
-        return str(json.loads((folder / MANIFEST).read_bytes())["made_by"])
+        return str(read_json(folder / MANIFEST)["made_by"])
     except (OSError, ValueError, KeyError, TypeError):
         return ""
 
@@ -115,7 +121,7 @@ class FolderWriter:
         for relative, source in files.items():
             target = self.root / relative
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(source.read_bytes())
+            target.write_bytes(read_bytes(source))
 
     def finish(self, info: DatasetInfo) -> DatasetInfo:
         """Write the manifest with each file's rows, size and checksum, and return it."""
@@ -139,16 +145,37 @@ class FolderWriter:
     def _account(self, relative: str) -> TableAccount:
         path = self.root / relative
         rows = int(scan_parquet(path).select(pl.len()).collect().item())
-        return TableAccount(file=relative, rows=rows, size_bytes=path.stat().st_size, sha256=sha256_of(path))
+        return TableAccount(file=relative, rows=rows, size_bytes=path.stat().st_size, sha256=_kept_sha256(path))
 
 
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file, read piece by piece."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
+    with plain(path).open("rb") as file:
         while piece := file.read(_BYTES_AT_ONCE):
             digest.update(piece)
     return digest.hexdigest()
+
+
+def _kept_sha256(path: Path) -> str:
+    """SHA-256 of a file, computed once as long as it is not changed: a command opens a data set several times."""
+    known = plain(path).stat()
+    return _sha256_at(path.absolute(), known.st_size, known.st_mtime_ns)
+
+
+@cache
+def _sha256_at(path: Path, size_bytes: int, changed_ns: int) -> str:
+    del size_bytes, changed_ns
+    return sha256_of(path)
+
+
+def _refuse_altered(path: Path, account: TableAccount) -> None:
+    """Raise DatasetError where a file is not what the manifest says; OSError where it cannot be read."""
+    if _kept_sha256(path) != account.sha256:
+        raise DatasetError(
+            f"{path}: is damaged, or was changed after the data set was made (its SHA-256 is not that of {MANIFEST}); "
+            "copy it again, or make the data set again"
+        )
 
 
 def _json(model: DatasetInfo | SplitInfo) -> str:
@@ -166,7 +193,7 @@ def _table_metadata(name: str) -> str:
 def _manifest(folder: Path) -> DatasetInfo:
     path = folder / MANIFEST
     try:
-        text = path.read_bytes()
+        text = read_bytes(path)
     except OSError as error:
         raise DatasetError(
             f"{folder}: is no data set (no {MANIFEST} that can be read: {error.strerror}); give a folder that "
@@ -179,16 +206,17 @@ def _manifest(folder: Path) -> DatasetInfo:
                 f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update"
             )
         return DatasetInfo.model_validate_json(text)
-    except (ValueError, KeyError, TypeError, ValidationError) as error:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, ValidationError) as error:
         raise DatasetError(f"{path}: is damaged ({first_line(error)}); make the data set again") from error
 
 
 def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
-    path = folder / account.file
+    path = folder / f"{name}.parquet"
     expected = SCHEMAS.get(name)
     if expected is None:
         raise DatasetError(f"{folder / MANIFEST}: names an unknown table {name}; update this program")
     try:
+        _refuse_altered(path, account)
         table = scan_parquet(path)
         found = table.collect_schema()
     except (OSError, pl.exceptions.PolarsError) as error:
@@ -199,10 +227,11 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     return table
 
 
-def _split(folder: Path, name: str) -> Split:
+def _split(folder: Path, name: str, account: TableAccount) -> Split:
     path = folder / SPLITS / f"{name}.json"
     try:
-        info = SplitInfo.model_validate_json(path.read_bytes())
+        _refuse_altered(path.with_suffix(".parquet"), account)
+        info = SplitInfo.model_validate_json(read_bytes(path))
         groups = read_parquet(path.with_suffix(".parquet"))
     except (OSError, ValidationError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the split again") from error

@@ -13,10 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.truth import Truth, read_truth
+from vislam2tag.evaluation.truth import GREATEST_M, LATEST_NS, Truth, read_truth, rows_left_out
 
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
 """Quaternion (x, y, z, w) written where the orientation is not known."""
@@ -57,17 +58,19 @@ def _tum_lines(time_ns: IntArray, position: FloatArray, orientation: FloatArray)
 
 def read_tum(path: Path) -> Truth:
     """Read lines ``t tx ty tz qx qy qz qw``, t in seconds; raises SessionError where it holds others."""
-    rows = _numbers(path, None, 8, "t tx ty tz qx qy qz qw (t in seconds)")
-    return _truth(path, _nanoseconds(path, rows[:, 0]), rows[:, 1:3])
+    rows, lines = _numbers(path, None, 8, "t tx ty tz qx qy qz qw (t in seconds)")
+    return _truth(path, _nanoseconds(path, rows[:, 0]), rows[:, 1:3], lines)
 
 
 def read_euroc(path: Path) -> Truth:
     """Read EuRoC's table: ``ns, x, y, z, qw, qx, ...``, commas between; raises SessionError where it is none."""
     expected = "time in ns, x, y, z, qw, qx, qy, qz, ... separated by commas"
-    rows = _numbers(path, ",", 8, expected, exact=False)
+    rows, lines = _numbers(path, ",", 8, expected, exact=False)
+    if np.abs(rows[:, 0]).max() > LATEST_NS:
+        raise SessionError(f"{path}: its times are no nanoseconds: they go beyond {LATEST_NS:.0e}")
     # The first field is read again as a whole number: nanoseconds since 1970 exceed a float's 53 bits.
-    time_ns = [int(float(field)) if "." in field or "e" in field else int(field) for field in _first_fields(path)]
-    return _truth(path, np.array(time_ns, dtype=np.int64), rows[:, 1:3])
+    time_ns = [int(field) if field.lstrip("+-").isdecimal() else int(float(field)) for field in _first_fields(path)]
+    return _truth(path, np.array(time_ns, dtype=np.int64), rows[:, 1:3], lines)
 
 
 def read_kitti(path: Path) -> Truth:
@@ -75,16 +78,16 @@ def read_kitti(path: Path) -> Truth:
 
     The format has no time: ``NAME.times`` holds one number a line, seconds. Raises SessionError where either is wrong.
     """
-    poses = _numbers(path, None, 12, "the 12 numbers of a 3 x 4 pose matrix")
+    poses, lines = _numbers(path, None, 12, "the 12 numbers of a 3 x 4 pose matrix", timed=False)
     beside = path.with_suffix(".times")
     if not beside.is_file():
         raise SessionError(
             f"{path}: KITTI poses have no times; put them beside it as {beside.name}, seconds, one a line"
         )
-    seconds = _numbers(beside, None, 1, "one time in seconds")
+    seconds, _ = _numbers(beside, None, 1, "one time in seconds")
     if len(seconds) != len(poses):
         raise SessionError(f"{beside}: holds {len(seconds)} times for the {len(poses)} poses of {path.name}")
-    return _truth(path, _nanoseconds(beside, seconds[:, 0]), poses[:, (3, 7)])
+    return _truth(path, _nanoseconds(beside, seconds[:, 0]), poses[:, (3, 7)], lines)
 
 
 READERS: dict[str, Callable[[Path], Truth]] = {
@@ -111,7 +114,7 @@ def find_truth(folder: Path, stem: str) -> Truth | None:
 def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines with their numbers, without comments and blank ones; raises SessionError where unreadable."""
     try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
+        text = read_bytes(path).decode("utf-8-sig", errors="replace")
     except OSError as error:
         raise SessionError(f"{path}: cannot be read ({error.strerror})") from error
     numbered = ((number, line.strip()) for number, line in enumerate(text.splitlines(), start=1))
@@ -122,23 +125,27 @@ def _first_fields(path: Path) -> list[str]:
     return [line.split(",", 1)[0].strip() for _, line in _lines(path)]
 
 
-def _numbers(path: Path, separator: str | None, columns: int, expected: str, *, exact: bool = True) -> FloatArray:
-    """Return the first ``columns`` numbers of each line (n, columns); raises SessionError with the line that has
-    others.
+def _numbers(
+    path: Path, separator: str | None, columns: int, expected: str, *, exact: bool = True, timed: bool = True
+) -> tuple[FloatArray, list[int]]:
+    """Return the first ``columns`` numbers of each line (n, columns), and the lines (n,), 1-based.
+
+    Raises SessionError with the line that has others; where lines are ``timed`` the first number is finite.
     """
-    rows = []
+    rows, numbers = [], []
     for number, line in _lines(path):
         fields = line.split(separator)
         try:
             values = [float(field) for field in fields[:columns]]
         except ValueError:
             values = []
-        if len(values) < columns or (exact and len(fields) > columns) or not np.isfinite(values).all():
+        if len(values) < columns or (exact and len(fields) > columns) or (timed and not np.isfinite(values[0])):
             raise SessionError(f"{path}:{number}: expected {expected}")
         rows.append(values)
+        numbers.append(number)
     if not rows:
         raise SessionError(f"{path}: holds no line; expected {expected}")
-    return np.array(rows)
+    return np.array(rows), numbers
 
 
 def _nanoseconds(path: Path, seconds: FloatArray) -> IntArray:
@@ -148,9 +155,17 @@ def _nanoseconds(path: Path, seconds: FloatArray) -> IntArray:
     return np.rint(seconds * 1e9).astype(np.int64)
 
 
-def _truth(path: Path, time_ns: IntArray, position_bcs: FloatArray) -> Truth:
-    """Make a truth of rising times (n,), ns, and positions (n, 2), metres; of equal times the first counts."""
-    if (np.diff(time_ns) < 0).any():
+def _truth(path: Path, time_ns: IntArray, position_bcs: FloatArray, lines: list[int]) -> Truth:
+    """Make a truth of rising times (n,), ns, and positions (n, 2), metres, of these lines (n,).
+
+    Of equal times the first counts; lines without a finite position are left out and counted.
+    """
+    if (time_ns[1:] < time_ns[:-1]).any():
         raise SessionError(f"{path}: its times go backwards; sort the lines by time")
-    first = np.append(True, np.diff(time_ns) > 0)
-    return Truth(time_ns[first], position_bcs[first])
+    known = np.all(np.abs(position_bcs) <= GREATEST_M, axis=1)
+    if not known.any():
+        raise SessionError(f"{path}: no line has a finite position")
+    left_out = [line for line, usable in zip(lines, known.tolist(), strict=True) if not usable]
+    time_ns, position_bcs = time_ns[known], position_bcs[known]
+    first = np.append(True, time_ns[1:] > time_ns[:-1])
+    return Truth(time_ns[first], position_bcs[first], rows_left_out(path.name, left_out))

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SessionError
+from vislam2tag.common.errors import SessionError, first_line
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -16,6 +17,10 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
 
 MAX_GAP_S = 1.0
+LATEST_NS = 9_000_000_000_000_000_000
+GREATEST_M = 1e6
+"""As for coordinates of landmarks: no building is larger."""
+_COLUMNS = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
 
 
 @dataclass(frozen=True)
@@ -24,16 +29,40 @@ class Truth:
 
     time_ns: IntArray
     position_bcs: FloatArray
+    findings: tuple[Finding, ...] = ()
+    """Rows of its file that are left out."""
 
 
 def read_truth(path: Path) -> Truth:
-    """Read ``truth.csv`` (header ``time_ns,x,y``, further columns are ignored); raises SessionError if it is none."""
-    schema = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+    """Read ``truth.csv`` (header ``time_ns,x,y``, further columns are ignored); of equal times the first counts.
+
+    Rows without a time or a position, as motion capture has them where it saw nothing, are left out and counted. Raises
+    SessionError where the file is no such table or no row is left.
+    """
+    expected = f"{path}: expected a table with the columns time_ns, x and y"
     try:
-        table = read_csv(path, columns=list(schema), schema_overrides=schema).unique("time_ns").sort("time_ns")
+        texts = read_csv(path, infer_schema=False, truncate_ragged_lines=True, quote_char=None, encoding="utf8-lossy")
+        rows = texts.with_row_index("row", offset=2).select(
+            pl.col("row").cast(pl.Int64),
+            *(pl.col(name).str.strip_chars().cast(kind, strict=False) for name, kind in _COLUMNS.items()),
+        )
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise SessionError(f"{path}: expected a table with the columns time_ns, x and y ({error})") from error
-    return Truth(table["time_ns"].to_numpy(), table.select("x", "y").to_numpy())
+        raise SessionError(f"{expected} ({first_line(error)})") from error
+    usable = rows.filter(
+        pl.col("time_ns").is_between(0, LATEST_NS), *(pl.col(axis).abs() <= GREATEST_M for axis in ("x", "y"))
+    )
+    if usable.is_empty():
+        raise SessionError(f"{expected}; no row has a time and a finite position")
+    left_out = rows.join(usable, on="row", how="anti")["row"].to_list()
+    table = usable.unique("time_ns", keep="first", maintain_order=True).sort("time_ns")
+    position_bcs = table.select("x", "y").to_numpy()
+    return Truth(table["time_ns"].to_numpy(), position_bcs, rows_left_out(path.name, left_out))
+
+
+def rows_left_out(file: str, lines: list[int]) -> tuple[Finding, ...]:
+    """Report the lines (1-based) of a truth that have no usable time or position; nothing where there is none."""
+    message = "these rows of the truth have no time or no finite position; they are left out"
+    return (Finding.at_lines("unusable_truth_rows", file, lines, message),) if lines else ()
 
 
 def errors_at_truth(trajectory: Trajectory, truth: Truth) -> FloatArray:

@@ -10,6 +10,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.table_files import read_parquet, write_csv
 from vislam2tag.common.whole_folder import whole_folder, work_folder_of
 from vislam2tag.core.arrays import FloatArray
@@ -73,14 +74,14 @@ def _holds_demonstration(out: Path) -> bool:
 def _key_of_survey(out: Path) -> str | None:
     """What the survey in ``out`` was made of; None where there is none."""
     try:
-        return str(json.loads((out / KEY_FILE).read_bytes())["survey"]) if _holds_demonstration(out) else None
+        return str(read_json(out / KEY_FILE)["survey"]) if _holds_demonstration(out) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
 def score(survey: Path, out: Path) -> ErrorSummary:
     """Compare the trajectories in ``out`` with each session's ``truth.csv``; each walk counts once."""
-    results = [SessionResult.model_validate_json(path.read_bytes()) for path in sorted(out.glob("sessions/*.json"))]
+    results = [SessionResult.model_validate_json(read_bytes(path)) for path in sorted(out.glob("sessions/*.json"))]
     return average([summarise(_walk_errors(survey, out, result)) for result in results])
 
 

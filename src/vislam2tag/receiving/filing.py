@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, sums_in, unpack
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.discover import floor_folders
@@ -102,7 +103,7 @@ def lies_filed(folder: Path, sums_sha256: str) -> bool:
     if _digest(folder / SUMS_FILE) != sums_sha256:
         return False
     try:
-        sums = sums_in((folder / SUMS_FILE).read_bytes())
+        sums = sums_in(read_bytes(folder / SUMS_FILE))
     except (OSError, RefusedZipError):
         return False
     return all(_digest(folder / name) == said for name, said in sums.items())

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from vislam2tag.common.errors import SessionError
+from vislam2tag.common.errors import SessionError, first_line
+from vislam2tag.common.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 
@@ -52,7 +53,7 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
     that is missing, wrong or not ended. What was unpacked by then is the caller's to remove.
     """
     try:
-        with path.open("rb") as opened, zipfile.ZipFile(reads := _BoundedReads(opened)) as archive:
+        with plain(path).open("rb") as opened, zipfile.ZipFile(reads := _BoundedReads(opened)) as archive:
             name, entries = _entries(archive, max_bytes, path.stat().st_size)
             reads.most = 2 * _BLOCK
             folder.mkdir(parents=True)
@@ -70,7 +71,7 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
         ValueError,
         OverflowError,
     ) as error:
-        raise RefusedZipError(f"the zip is damaged ({error}); send it again") from error
+        raise RefusedZipError(f"the zip is damaged ({first_line(error)}); send it again") from error
     _check_sums(folder, sums)
     return UnpackedSession(name, _record(folder, name), folder)
 
@@ -189,7 +190,7 @@ def _record(folder: Path, name: str) -> PhoneRecord:
 
 
 def _small(path: Path, most: int) -> bytes:
-    with path.open("rb") as file:
+    with plain(path).open("rb") as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise RefusedZipError(f"{path.name} is too long")

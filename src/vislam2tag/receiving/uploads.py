@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
+from vislam2tag.common.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip, lies_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
@@ -156,7 +157,7 @@ class Uploads:
             raise RefusedZipError("the upload is gone; send it again")
         path = part[0]
         try:
-            with path.open("rb") as file:
+            with plain(path).open("rb") as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != name:
                 raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
@@ -178,7 +179,7 @@ class Uploads:
     def _filed(self, name: str) -> str | None:
         """Where an upload was filed, if all of it still lies there."""
         try:
-            filed = _FiledRecord.model_validate_json((self._folder / f"{name}.filed").read_bytes())
+            filed = _FiledRecord.model_validate_json(read_bytes(self._folder / f"{name}.filed"))
         except (OSError, ValidationError):
             return None
         return filed.session if lies_filed(self._survey / filed.session, filed.sums_sha256) else None

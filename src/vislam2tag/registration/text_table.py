@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 
 SEPARATORS = (";", "\t", ",", " ")
 """In the order in which ties are decided."""
@@ -51,7 +52,7 @@ def read_text_table(path: Path) -> TextTable:
     Raises SurveyError where the file cannot be opened or has no line.
     """
     try:
-        raw = path.read_bytes()
+        raw = read_bytes(path)
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
     text, findings = _decoded(path.name, raw)

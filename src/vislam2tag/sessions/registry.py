@@ -12,6 +12,7 @@ import polars as pl
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
@@ -74,7 +75,7 @@ def hash_inputs(ref: SessionRef) -> dict[str, str]:
     """SHA-256 of each input file of a session by name; raises SessionError where one cannot be read."""
     try:
         paths = _format_named(ref).input_files(ref.folder)
-        return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+        return {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
     except OSError as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 

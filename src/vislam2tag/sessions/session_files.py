@@ -10,6 +10,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.survey.site_table import is_file
@@ -50,7 +51,7 @@ class SessionFiles:
         if len(names) > 1:
             self._note("second_file", names[1], f"{names[0]} says the same; this file is not read", Severity.WARNING)
         try:
-            data = (self.folder / names[0]).read_bytes()
+            data = read_bytes(self.folder / names[0])
         except OSError as error:
             self._note("unreadable_file", names[0], *_unreadable(role, error))
             return names[0], b""

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
@@ -84,7 +85,7 @@ class SheetsRecord(Record):
 def is_sheets(folder: Path) -> bool:
     """Whether a folder holds sheets."""
     try:
-        SheetsRecord.model_validate_json((folder / RECORD_FILE).read_bytes())
+        SheetsRecord.model_validate_json(read_bytes(folder / RECORD_FILE))
     except (OSError, ValidationError):
         return False
     return True

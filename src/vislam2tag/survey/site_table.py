@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class SiteTable:
 
 def read_site_table(root: Path, path: Path, *, has_header: bool = True) -> SiteTable:
     """Read a site file; blank lines are skipped. Raises OSError where it cannot be opened."""
-    text = path.read_bytes().decode("utf-8-sig", errors="replace")
+    text = read_bytes(path).decode("utf-8-sig", errors="replace")
     lines = enumerate(text.split("\n"), start=1)
     rows = tuple((number, _fields(line)) for number, line in lines if line.strip())
     header = tuple(name.lower() for name in rows[0][1]) if has_header and rows else ()

@@ -185,7 +185,18 @@ def test_a_waypoint_outside_the_plan_is_none(tmp_path: Path) -> None:
     assert dataset.readings.select(pl.col("x").max()).collect().item() == pytest.approx(6)
 
 
-@pytest.mark.parametrize("text", ["{}", "no", '{"map_info": {"width": "wide", "height": 1}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{}",
+        "no",
+        "[" * 100_000,
+        '{"map_info": {"width": "wide", "height": 1}}',
+        '{"map_info": {"width": 1e7, "height": 1}}',
+        '{"map_info": {"width": NaN, "height": 1}}',
+        '{"map_info": {"width": %s, "height": 1}}' % ("1" * 400),
+    ],
+)
 def test_a_broken_floor_info_is_told(tmp_path: Path, text: str) -> None:
     trace(tmp_path / "mall" / "F1" / "path_data_files", (0, 0, 0))
     described(tmp_path / "mall" / "F1", text)

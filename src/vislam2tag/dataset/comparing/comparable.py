@@ -10,6 +10,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.plain_files import read_json
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
@@ -93,7 +94,7 @@ def _readings_of(dataset: Dataset, session: str) -> Callable[[], pl.DataFrame]:
 
 def _is_output(folder: Path) -> bool:
     try:
-        return bool(json.loads((folder / RUN_FILE).read_bytes())["program"] == PROGRAM)
+        return bool(read_json(folder / RUN_FILE)["program"] == PROGRAM)
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_folder import restore
@@ -42,7 +42,7 @@ class LabelledSession:
         """Read what is kept of the session besides its tables; raises DatasetError where it cannot be read."""
         path = self.root / RESULTS / f"{self.slug}.json"
         try:
-            return SessionResult.model_validate_json(path.read_bytes())
+            return SessionResult.model_validate_json(read_bytes(path))
         except (OSError, ValidationError) as error:
             raise DatasetError(
                 f"{path}: cannot be read ({first_line(error)}); run `vislam2tag process` again"
@@ -127,7 +127,7 @@ def open_labelled(root: Path) -> LabelledSurvey:
 def _run(root: Path) -> _RunFile:
     path = root / RUN_FILE
     try:
-        content = json.loads(path.read_bytes())
+        content = read_json(path)
         if not isinstance(content, dict) or content.get("program") != PROGRAM:
             raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
         return _RunFile.model_validate(content)

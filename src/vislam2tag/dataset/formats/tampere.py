@@ -15,6 +15,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
@@ -108,7 +109,7 @@ def _described(part: str, files: Mapping[tuple[str, str], Path], count: int) -> 
     places = read_columns(file, {"x": pl.Float64(), "y": pl.Float64(), "z": pl.Float64()})
     _refuse_other_count(file, places.height, count)
     storey = places["z"] / FLOOR_HEIGHT_M
-    floor = storey.round().cast(pl.Int32)
+    floor = storey.round().cast(pl.Int32, strict=False)
     device, lines = _texts(files.get((part, "device")), count), _texts(files.get((part, "date")), count)
     time = lines.str.to_datetime("%Y-%m-%d %H:%M:%S", time_unit="ns", strict=False)
     rows = places.with_columns(
@@ -140,7 +141,7 @@ def _texts(file: Path | None, count: int) -> pl.Series:
     """The lines of a one-column file; nulls where there is no file or nothing on a line."""
     if file is None:
         return pl.Series([None] * count, dtype=pl.String)
-    lines = pl.Series(file.read_text(encoding="utf-8", errors="replace").splitlines(), dtype=pl.String)
+    lines = pl.Series(read_bytes(file).decode("utf-8", errors="replace").splitlines(), dtype=pl.String)
     _refuse_other_count(file, lines.len(), count)
     stripped = lines.str.strip_chars()
     return stripped.set(stripped == "", None)

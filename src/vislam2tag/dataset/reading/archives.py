@@ -12,7 +12,8 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import IO
 
-from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.plain_files import plain
 
 _TAR_NAMES = (".tar", ".tar.gz", ".tgz", ".tar.xz", ".tar.bz2")
 _DAMAGED = (OSError, EOFError, tarfile.TarError, zipfile.BadZipFile, lzma.LZMAError, zlib.error)
@@ -72,7 +73,7 @@ def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
         inside = (file for file in path.rglob("*") if file.suffix == suffix and file.is_file())
         files = inside if path.is_dir() else (path,)
         for each in files:
-            with each.open("rb") as file:
+            with plain(each).open("rb") as file:
                 yield file.read(size)
     except _DAMAGED:
         return
@@ -102,7 +103,7 @@ def _unpacked(path: Path, scratch: Path) -> Path:
             with (target / name).open("wb") as file:
                 shutil.copyfileobj(content, file)
     except _DAMAGED as error:
-        raise DatasetError(f"{path}: cannot be unpacked ({error}); download it again") from error
+        raise DatasetError(f"{path}: cannot be unpacked ({first_line(error)}); download it again") from error
     target.mkdir(exist_ok=True)
     return target
 

@@ -11,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.common.plain_files import plain
 from vislam2tag.common.table_files import scan_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 
@@ -79,7 +80,7 @@ def is_wide(path: Path, names: frozenset[str]) -> bool:
 
 def _top_line(path: Path) -> str:
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with plain(path).open(encoding="utf-8-sig") as file:
             line = file.readline().rstrip("\r\n")
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read as a table ({error}); expected comma separated text") from error
@@ -139,7 +140,7 @@ def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool)
 def _wrong_cell(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> DatasetError | None:
     """Say which cell of a table that cannot be parsed is wrong: the first, by line."""
     kinds = list(schema.items())
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
+    with plain(path).open(encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
             cells = line.rstrip("\r\n").split(",")
             if number == 1 and has_header:
@@ -159,7 +160,7 @@ def _refuse_short_lines(path: Path, lines: list[int], width: int) -> None:
     if not lines:
         return
     wanted = set(lines)
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
+    with plain(path).open(encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
             if number in wanted and line.count(",") + 1 != width:
                 raise _wrong_width(path, number, line.count(",") + 1, width)

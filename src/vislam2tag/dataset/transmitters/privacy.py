@@ -15,6 +15,7 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.model import Dataset, DatasetInfo
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
 
@@ -43,7 +44,7 @@ def read_key(path: Path) -> bytes:
     Raises UsageError where the file cannot be read or the key is too short.
     """
     try:
-        key = path.read_bytes().strip()
+        key = read_bytes(path).strip()
     except OSError as error:
         raise UsageError(f"{path}: the key cannot be read ({error.strerror})") from error
     if len(key) < LEAST_KEY_BYTES:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 
@@ -47,7 +47,7 @@ def read_station_track(path: Path) -> StationTrack:
         time = table["time"].str.to_datetime(time_unit="ns").cast(pl.Int64)
     except pl.exceptions.PolarsError as error:
         raise SurveyError(
-            f"{path}: expected date-times like 2022-01-14 16:01:04.25 in column time ({error})"
+            f"{path}: expected date-times like 2022-01-14 16:01:04.25 in column time ({first_line(error)})"
         ) from error
     rows = table.select("X", "Y").with_columns(time=time)
     finite = rows.filter(pl.all_horizontal(pl.all().is_not_null() & pl.all().is_finite()))
@@ -82,4 +82,4 @@ def _read(path: Path, columns: tuple[str, ...]) -> pl.DataFrame:
         return read_csv(path, separator=";", schema=schema).select(*columns, pl.exclude(columns))
     except (OSError, pl.exceptions.PolarsError) as error:
         wanted = f"{', '.join(columns[:-1])} and {columns[-1]}"
-        raise SurveyError(f"{path}: expected columns {wanted} separated by ';' ({error})") from error
+        raise SurveyError(f"{path}: expected columns {wanted} separated by ';' ({first_line(error)})") from error

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.table_files import scan_parquet
@@ -58,7 +59,7 @@ class ExportOptions:
 def is_export(folder: Path) -> bool:
     """Whether a folder was written by :func:`export`."""
     try:
-        ExportRecord.model_validate_json((folder / RECORD_FILE).read_bytes())
+        ExportRecord.model_validate_json(read_bytes(folder / RECORD_FILE))
     except (OSError, ValidationError):
         return False
     return True

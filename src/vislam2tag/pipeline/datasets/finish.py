@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.whole_folder import only_writer
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
@@ -97,5 +98,5 @@ def _described(folder: Path) -> Dataset:
     """Write the card anew where there is one: it lists the splits, and the checksums of all files."""
     dataset = open_dataset(folder)
     if (folder / SUMS).is_file() and (folder / STATISTICS_FILE).is_file():
-        write_card(dataset, DatasetStatistics.model_validate_json((folder / STATISTICS_FILE).read_bytes()), folder)
+        write_card(dataset, DatasetStatistics.model_validate_json(read_bytes(folder / STATISTICS_FILE)), folder)
     return dataset

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.model import DatasetSource, FloorInfo
 from vislam2tag.dataset.settings import DatasetSettings
@@ -41,7 +42,7 @@ class LabelledSource:
                 "dataset": settings.model_dump(mode="json"),
                 **({"rebase": list(self.labelled.rebase)} if self.labelled.rebase else {}),
             },
-            inputs={RUN_FILE: hashlib.sha256(run.read_bytes()).hexdigest()},
+            inputs={RUN_FILE: hashlib.sha256(read_bytes(run)).hexdigest()},
         )
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
@@ -25,7 +26,7 @@ _UNREADABLE = (
 def truth_mark(folder: Path) -> str:
     """Tell one truth of a session from another: the SHA-256 of its file; empty where none can be read."""
     try:
-        return hashlib.sha256((folder / TRUTH_FILE).read_bytes()).hexdigest()
+        return hashlib.sha256(read_bytes(folder / TRUTH_FILE)).hexdigest()
     except OSError:
         return ""
 
@@ -41,8 +42,9 @@ def error_record(
     findings = []
     if truth_mark(folder):
         try:
-            at_truth = residuals_at_truth(trajectory, read_truth(folder / TRUTH_FILE))
-            return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), []
+            truth = read_truth(folder / TRUTH_FILE)
+            at_truth = residuals_at_truth(trajectory, truth)
+            return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), list(truth.findings)
         except SessionError:
             findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_UNREADABLE))
     presses_ns = _on_floor(floor.number, trajectory, presses_ns)

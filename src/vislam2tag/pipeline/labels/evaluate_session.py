@@ -160,6 +160,7 @@ def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | 
         return None
     if truth is None:
         return None
+    found.findings += truth.findings
     time_ns = session.camera.time_ns[session.camera.usable]
     gap_s = max(truth.time_ns[0] - time_ns[-1], time_ns[0] - truth.time_ns[-1]) * 1e-9
     if gap_s > 0:

@@ -15,6 +15,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
@@ -76,7 +77,7 @@ def process(
 def _refuse_other_labels(out: Path, strategy: str) -> None:
     """Raise OutputError where ``out`` holds labels that this strategy did not make."""
     try:
-        run = json.loads((out / RUN_FILE).read_bytes())
+        run = read_json(out / RUN_FILE)
         ours = run["program"] == PROGRAM
         before = str(run["settings"]["strategy"])
         rebased = bool(run.get("rebase"))
@@ -153,7 +154,7 @@ def floor_records(site: Site) -> list[dict[str, object]]:
 def _sha256(path: Path) -> str | None:
     """Hash a file; None where it cannot be read (which the site's findings tell)."""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return hashlib.sha256(read_bytes(path)).hexdigest()
     except OSError:
         return None
 

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.model import Dataset, Split
@@ -168,7 +169,7 @@ def _made(
 
 def _kept(path: Path, key: str) -> RunRecord | None:
     try:
-        record = RunRecord.model_validate_json(path.read_bytes())
+        record = RunRecord.model_validate_json(read_bytes(path))
         scan_parquet(path.with_suffix(".parquet")).collect_schema()
     except (OSError, ValidationError, pl.exceptions.PolarsError):
         return None

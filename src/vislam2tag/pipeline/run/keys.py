@@ -20,6 +20,8 @@ from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from vislam2tag.common.plain_files import read_bytes
+
 SHOWING = frozenset({"vislam2tag.cli", "vislam2tag.report", "vislam2tag.figures"})
 """Packages that only show what was computed: results stay as they are when these change."""
 DISTRIBUTIONS = {"PIL": "pillow", "cv2": "opencv-python-headless", "skimage": "scikit-image", "sklearn": "scikit-learn"}
@@ -89,7 +91,7 @@ def _module(name: str) -> _Module | None:
     file = Path(origin or "")
     if not file.is_file():
         return None
-    content = file.read_bytes()
+    content = read_bytes(file)
     package = name if spec and spec.submodule_search_locations is not None else name.rpartition(".")[0]
     imports = frozenset(_imports(content, package)) if file.suffix == ".py" else frozenset[str]()
     return _Module(hashlib.sha256(content).hexdigest(), imports)

@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
@@ -54,7 +55,7 @@ class OutputFolder:
     def result(self, slug: str) -> SessionResult | None:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""
         try:
-            return SessionResult.model_validate_json((self.root / RESULTS / f"{slug}.json").read_bytes())
+            return SessionResult.model_validate_json(read_bytes(self.root / RESULTS / f"{slug}.json"))
         except (OSError, ValidationError):
             return None
 
@@ -109,7 +110,7 @@ def _refuse_foreign(root: Path, program: str) -> None:
     if {path.name for path in root.iterdir()} <= {PARTIAL, LOCK}:
         return
     try:
-        made_by = json.loads((root / RUN_FILE).read_bytes())["program"]
+        made_by = read_json(root / RUN_FILE)["program"]
     except (OSError, ValueError, KeyError, TypeError):
         made_by = None
     if made_by == program:

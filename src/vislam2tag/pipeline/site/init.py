@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.plain_files import read_json
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
@@ -46,7 +46,7 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
     """
     path = folder / INFO
     try:
-        extent = json.loads(path.read_bytes())["map_info"]
+        extent = read_json(path)["map_info"]
         source = PlanSource(file=MAP, extent=Extent(width_m=extent["width"], height_m=extent["height"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise SurveyError(f'{path}: expected {{"map_info": {{"width": ..., "height": ...}}}} in metres') from error

@@ -10,6 +10,7 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
@@ -163,7 +164,7 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
         try:
             path.parent.mkdir(exist_ok=True)
-            before = path.read_bytes().decode("utf-8", errors="surrogateescape") if path.is_file() else ""
+            before = read_bytes(path).decode("utf-8", errors="surrogateescape") if path.is_file() else ""
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
         with whole_file(path) as partial:

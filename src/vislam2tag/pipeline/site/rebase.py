@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
@@ -106,7 +107,7 @@ def _refuse_missing(numbers: Iterable[int], changes: FrameChanges, site: Site, n
 
 def _write_run(labelled: LabelledSurvey, folder: Path, changes: FrameChanges, site: Site, new_site: Path) -> None:
     """The run's record with the new site's floors, and how the labels came there."""
-    run = json.loads((labelled.root / RUN_FILE).read_bytes())
+    run = read_json(labelled.root / RUN_FILE)
     run["floors"] = floor_records(site)
     run["site_files"] = site_hashes(new_site)
     run["rebase"] = [*run.get("rebase", []), *(change.model_dump(mode="json") for change in changes.floors)]
@@ -142,7 +143,7 @@ def _reduce(labelled: LabelledSurvey, folder: Path, survey: Survey) -> None:
 
     def results() -> Iterator[SessionResult]:
         for ref in survey.sessions:
-            yield SessionResult.model_validate_json((folder / RESULTS / f"{ref.slug}.json").read_bytes())
+            yield SessionResult.model_validate_json(read_bytes(folder / RESULTS / f"{ref.slug}.json"))
 
     summary = summarise(results(), settings.strategy, labelled.version, survey.findings)
     write_report(folder / REPORT_FILE, survey, settings, results(), summary)

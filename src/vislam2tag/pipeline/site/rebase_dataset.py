@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.folder import dataset_folder, open_dataset, sha256_of
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
@@ -141,7 +142,7 @@ def _field_work(source: Path) -> FieldWork | None:
     """What the survey took as a whole, as the old statistics tell."""
     path = source / STATISTICS_FILE
     try:
-        statistics = DatasetStatistics.model_validate_json(path.read_bytes())
+        statistics = DatasetStatistics.model_validate_json(read_bytes(path))
     except FileNotFoundError:
         return None
     except (OSError, ValidationError) as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.similarity import Similarity2
@@ -86,7 +87,7 @@ def _write_plan(floor: Floor, own: Path) -> list[Finding]:
     if drawn.parent == own:
         drawn.rename(own / f"floorplan{drawn.suffix}")
     elif drawn.suffix.lower() in (".jpg", ".jpeg", ".png"):
-        (own / f"floorplan{drawn.suffix.lower()}").write_bytes(drawn.read_bytes())
+        (own / f"floorplan{drawn.suffix.lower()}").write_bytes(read_bytes(drawn))
     else:
         plan_picture(floor, GREATEST_PX).save(own / "floorplan.png")
     return []

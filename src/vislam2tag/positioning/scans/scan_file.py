@@ -19,6 +19,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import ROWS_NAMED, Finding
+from vislam2tag.common.plain_files import plain
 from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
@@ -162,7 +163,7 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
     """Yield each line's number, and its scan (never empty), access point and level as text."""
     read = _json_lines if path.suffix.lower() in JSON_SUFFIXES else _csv_lines
     try:
-        with path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
+        with plain(path).open(encoding="utf-8-sig", errors="replace", newline="") as text:
             for line, fields in read(path, text):
                 if fields is None or not fields[0]:
                     bad.add(MALFORMED, line)

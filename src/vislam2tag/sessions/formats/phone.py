@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import plain
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
@@ -105,7 +106,7 @@ class PhoneFormat:
 
 def _has_header(path: Path) -> bool:
     try:
-        with path.open("rb") as file:
+        with plain(path).open("rb") as file:
             return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
     except OSError:
         return False

@@ -9,6 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
@@ -105,5 +106,5 @@ def taken_over(root: Path, building: SimulatedBuilding, files: Mapping[str, byte
         name = path.relative_to(root)
         own_plan = name.parts[0] in folders and name.stem == "floorplan"
         if own_plan or (described and path.suffix != ".csv" and path.name != CORRECTIONS_FILE):
-            taken[name.as_posix()] = path.read_bytes()
+            taken[name.as_posix()] = read_bytes(path)
     return taken

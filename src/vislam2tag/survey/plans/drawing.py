@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.survey.plans.model import PlanPolygon
 
@@ -85,6 +86,6 @@ def mapped(drawing: PlanDrawing, to: Callable[[FloatArray], FloatArray]) -> Plan
 def file_bytes(path: Path) -> bytes:
     """Read a plan's file; raises OSError, whose text completes a sentence about the file."""
     try:
-        return path.read_bytes()
+        return read_bytes(path)
     except OSError as error:
         raise OSError(f"cannot be opened ({error.strerror})") from error

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
+from vislam2tag.common.plain_files import plain
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.plans.drawing import Bounds, bounds_of
@@ -31,7 +32,7 @@ def load_plan(path: Path, side_px: int) -> Image.Image:
         with warnings.catch_warnings():
             # A huge plan is no attack here, and odd metadata no harm: it is the surveyor's own file.
             warnings.simplefilter("ignore")
-            with Image.open(path, formats=_FORMATS) as image:
+            with Image.open(plain(path), formats=_FORMATS) as image:
                 image.draft("RGB", (side_px, side_px))
                 if image.width * image.height > MOST_PIXELS:
                     raise Image.DecompressionBombError

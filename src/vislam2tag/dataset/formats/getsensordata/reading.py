@@ -13,6 +13,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.formats.getsensordata.log_file import LoggedTaps, parse_log, parse_taps
 from vislam2tag.dataset.formats.getsensordata.log_lines import looks_like_a_log
@@ -104,7 +105,7 @@ def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
 
 def _bytes(file: Path) -> bytes:
     try:
-        return file.read_bytes()
+        return read_bytes(file)
     except OSError as error:
         raise DatasetError(f"{file}: cannot be read ({error.strerror})") from error
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.survey.model import SessionKey
 
@@ -89,7 +90,7 @@ def sensor_rows(file: Path, key: SessionKey) -> pl.DataFrame:
 def _lines(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     """Return ``row`` (number in the file, from 1) and ``line`` of each line after the header that is not empty."""
     try:
-        text = path.read_bytes().removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="replace")
+        text = read_bytes(path).removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="replace")
     except OSError as error:
         raise DatasetError(f"{path}: cannot be read ({error.strerror})") from error
     header, *rest = text.replace("\r\n", "\n").split("\n")

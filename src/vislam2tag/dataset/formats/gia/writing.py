@@ -11,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.folder import sha256_of
@@ -166,7 +167,7 @@ def _copy_session(
             shutil.copyfile(file, target / file.name)
         elif file.name == read:
             rows = session.table("wifi", ("row", "bssid", "ssid"))
-            (target / file.name).write_bytes(hidden_wifi_file(file.read_bytes(), private.hidden(rows)))
+            (target / file.name).write_bytes(hidden_wifi_file(read_bytes(file), private.hidden(rows)))
         else:
             count.add("raw_files_left_out", "raw files that may tell what is hidden are left out", 1)
 

@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
@@ -77,7 +78,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tuple[Finding, ...]]:
     try:
-        data = ref.path.read_bytes()
+        data = read_bytes(ref.path)
     except OSError as error:
         raise DatasetError(f"{ref.path}: cannot be read ({error.strerror})") from error
     trace = parse_trace(data, ref.path.name)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
+from vislam2tag.common.plain_files import read_json
 from vislam2tag.dataset.model import FloorInfo, Storey
 from vislam2tag.survey.names import floor_number, unique_slugs
+from vislam2tag.survey.plans.source import GREATEST_M
 
 TRACES = "path_data_files"
 INFO = "floor_info.json"
@@ -109,9 +110,12 @@ def _floors(
 
 def _extent(path: Path) -> tuple[float, float]:
     try:
-        extent = json.loads(path.read_bytes())["map_info"]
-        return float(extent["width"]), float(extent["height"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        extent = read_json(path)["map_info"]
+        width_m, height_m = float(extent["width"]), float(extent["height"])
+        if not (0 < width_m <= GREATEST_M and 0 < height_m <= GREATEST_M):
+            raise ValueError("no floor is so large")
+        return width_m, height_m
+    except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
         raise DatasetError(
             f'{path}: cannot be read; expected {{"map_info": {{"width": ..., "height": ...}}}}'
         ) from error

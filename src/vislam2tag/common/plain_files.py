@@ -1,0 +1,41 @@
+"""Reads files that others gave: pipes, sockets and devices in a file's place are refused, not waited for."""
+
+from __future__ import annotations
+
+import errno
+import json
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+
+def plain(path: Path) -> Path:
+    """Return the path of something that can be read to its end (or of a folder, which opening it tells).
+
+    Raises OSError for a pipe, socket or device, and where nothing is there.
+    """
+    if not (stat.S_ISREG(path.stat().st_mode) or path.is_dir()):
+        raise OSError(errno.EINVAL, "it is a pipe, socket or device, not a plain file", str(path))
+    return path
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a plain file; raises OSError where it is none or cannot be read."""
+    return plain(path).read_bytes()
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    try:
+        return json.loads(read_bytes(path))
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
+
+
+def read_toml_values(path: Path) -> dict[str, Any]:
+    """Read a TOML file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    try:
+        return tomllib.loads(read_bytes(path).decode("utf-8-sig"))
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
