@@ -15,24 +15,26 @@ from typing import Any
 
 import polars as pl
 
+from vislam2tag.common.parquet_footer import check_footer
+
 
 def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
     """Scan a Parquet file, or several with the same columns one after the other.
 
-    Raises OSError where one cannot be opened or is no plain file.
+    Raises OSError where one cannot be opened or is no plain file, PolarsError where its footer is damaged.
     """
     files = [paths] if isinstance(paths, Path) else paths
-    return pl.scan_parquet([_to_read(path) for path in files], glob=False, hive_partitioning=False)
+    return pl.scan_parquet([_parquet_to_read(path) for path in files], glob=False, hive_partitioning=False)
 
 
 def read_parquet(path: Path) -> pl.DataFrame:
     """Read a Parquet file; raises OSError as :func:`scan_parquet`, PolarsError where it is damaged."""
-    return pl.read_parquet(_to_read(path), glob=False, hive_partitioning=False)
+    return pl.read_parquet(_parquet_to_read(path), glob=False, hive_partitioning=False)
 
 
 def parquet_metadata(path: Path) -> dict[str, str]:
     """What a Parquet file's writer noted beside the columns; raises as :func:`read_parquet`."""
-    return pl.read_parquet_metadata(_to_read(path))
+    return pl.read_parquet_metadata(_parquet_to_read(path))
 
 
 def read_csv(source: Path | bytes, **options: Any) -> pl.DataFrame:
@@ -82,6 +84,12 @@ def _to_read(path: Path) -> Path:
     if not stat.S_ISREG(path.stat().st_mode):
         raise OSError(errno.EINVAL, "not a plain file", str(path))
     return _absolute(path)
+
+
+def _parquet_to_read(path: Path) -> Path:
+    file = _to_read(path)
+    check_footer(file)
+    return file
 
 
 def _absolute(path: Path) -> Path:

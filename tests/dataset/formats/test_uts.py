@@ -52,6 +52,12 @@ def test_a_place_that_lacks_a_part_is_none(tmp_path: Path) -> None:
     assert found.select("x", "status").rows() == [(None, "invalid"), (1.0, "ok")]
 
 
+def test_a_floor_beyond_all_numbers_is_none(tmp_path: Path) -> None:
+    folder = written(tmp_path / "uts", rows=f"100,-60,{SILENT},1,2,9223372036854775807\n100,-61,{SILENT},1,2,0\n")
+    found = read(folder, ImportContext(tmp_path)).fingerprints.collect()
+    assert found.select("floor", "status").rows() == [(None, "invalid"), (0, "ok")]
+
+
 @pytest.mark.parametrize(
     ("head", "rows", "said"),
     [

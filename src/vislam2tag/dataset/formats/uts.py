@@ -86,7 +86,7 @@ def _described(file: Path, table: WideTable) -> pl.DataFrame:
     return table.rows.select(
         "row",
         pl.col("Building_ID").alias("building"),
-        pl.col("Floor_ID").cast(pl.Int32).alias("floor"),
+        pl.col("Floor_ID").cast(pl.Int32, strict=False).alias("floor"),
         pl.col("Pos_x").alias("x"),
         pl.col("Pos_y").alias("y"),
         pl.col("Phone_type").alias("device"),
