@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from second_generator import MadeWalk, Severity, in_two_pieces, iphone, make_walk
+from second_generator import MadeWalk, Severity, iphone, make_walk, surveyed_in_two_frames
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -101,11 +101,11 @@ def second_generator(seeds: Iterable[int], severity: Severity = "default") -> It
         yield _as_walk(make_walk(seed, severity))
 
 
-def like_the_real_ones(seeds: Iterable[int], severity: Severity = "default", *, pieces: bool) -> Iterator[Walk]:
-    """Walks of the second generator with two poses a second; in ``pieces``: surveyed in two that do not fit."""
+def like_the_real_ones(seeds: Iterable[int], severity: Severity = "default", *, two_frames: bool) -> Iterator[Walk]:
+    """Walks of the second generator with two poses a second; ``two_frames``: of a survey in two that do not fit."""
     for seed in seeds:
         made = make_walk(seed, severity, iphone)
-        yield _as_walk(in_two_pieces(made, seed) if pieces else made)
+        yield _as_walk(surveyed_in_two_frames(made, seed) if two_frames else made)
 
 
 def _as_walk(made: MadeWalk) -> Walk:

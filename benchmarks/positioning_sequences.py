@@ -59,7 +59,7 @@ def held_out_walks(folder: Path, model: str) -> Walks:
     data, split = learning_data(dataset), dataset.splits[SPLIT]
     walks = []
     for fold in split.info.folds:
-        learned, asked = data.parts(split, fold)
+        learned, asked = data.train_test(split, fold)
         walks.append((model_named(model).fit(learned.scans, learned.places).predict(asked.scans), asked))
     return walks
 

@@ -28,7 +28,7 @@ def training_part(folder: Path, split_name: str) -> LearningData:
     """Read what trains in the first fold of a split, of it what hears anything."""
     dataset = open_dataset(folder)
     split = dataset.splits[split_name]
-    learned, _ = learning_data(dataset).parts(split, split.info.folds[0])
+    learned, _ = learning_data(dataset).train_test(split, split.info.folds[0])
     return learned[learned.scans.heard > 0]
 
 

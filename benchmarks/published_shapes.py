@@ -74,7 +74,7 @@ def main() -> None:
             begun = time.monotonic()
             with public_dataset(name, Path(folder)) as dataset:
                 data = learning_data(dataset)
-                train, test = data.parts(dataset.splits["official"], dataset.splits["official"].info.folds[0])
+                train, test = data.train_test(dataset.splits["official"], dataset.splits["official"].info.folds[0])
             ratio = (time.monotonic() - begun) / plain
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
             print(

@@ -6,7 +6,7 @@ also compared with each other strategy on the points that both label.
 
     python benchmarks/strategy_errors.py                               96 generated, 60 of the second generator, 3 real
     python benchmarks/strategy_errors.py --data second --severity mild default severe
-    python benchmarks/strategy_errors.py --data iphone pieces          two poses a second; also surveys that do not fit
+    python benchmarks/strategy_errors.py --data iphone two-frames      two poses a second; also surveys that do not fit
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe
     python benchmarks/strategy_errors.py --walks --csv errors.csv      also every walk; the same figures as CSV
 """
@@ -37,7 +37,7 @@ FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
 HEADS = ("mean", "median", "p75", "p95", "max", "labelled")
 STATED = (0.68, 0.95)
 DATA = ("generated", "second", "real")
-ASKED_FOR = ("iphone", "pieces")
+ASKED_FOR = ("iphone", "two-frames")
 """Further data sets, made only where they are named."""
 OURS = "smoother"
 
@@ -78,7 +78,7 @@ def main() -> None:
         "--seeds",
         type=int,
         nargs="+",
-        help="default: 1 to 8; of the second generator 1 to 60, iphone and pieces 1 to 100",
+        help="default: 1 to 8; of the second generator 1 to 60, iphone and two-frames 1 to 100",
     )
     parser.add_argument("--severity", nargs="+", choices=get_args(Severity), default=["default"])
     parser.add_argument("--walks", action="store_true", help="also a table of every walk's mean error and share")
@@ -110,7 +110,7 @@ def chosen(data: Sequence[str], severities: Sequence[Severity], seeds: list[int]
         if name in data:
             some = seeds or range(1, 101)
             walks |= {
-                f"{name}, {level}": like_the_real_ones(some, level, pieces=name == "pieces") for level in severities
+                f"{name}, {level}": like_the_real_ones(some, level, two_frames=name != "iphone") for level in severities
             }
     if "real" in data:
         walks["real"] = real_walks()

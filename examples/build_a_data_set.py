@@ -17,7 +17,7 @@ def main() -> None:
         simulate(regular_survey(seed=5, floors=(0,), sessions=2, duration_s=150.0), Path(folder) / "survey")
         dataset = build_dataset(Path(folder) / "survey", Path(folder) / "set", jobs=2)
         split = dataset.splits["random"]
-        train, test = split.parts(split.info.folds[0])
+        train, test = split.train_test_ids(split.info.folds[0])
         scans = dataset.fingerprints.filter(technology="wifi", status="ok").collect()
         heard = dataset.readings.collect().pivot("bssid", index="scan_id", values="rssi_dbm", aggregate_function="mean")
         table = scans.join(heard, on="scan_id", maintain_order="left").fill_null(-100.0)

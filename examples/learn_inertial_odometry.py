@@ -45,7 +45,7 @@ def learn(dataset: Dataset) -> None:
     """Train on some walks and test on the others; print the errors."""
     windows = dataset.tables[IMU_WINDOWS].collect()
     split = dataset.splits["trajectory"]
-    train_ids, test_ids = split.parts(split.info.folds[0])
+    train_ids, test_ids = split.train_test_ids(split.info.folds[0])
     train, test = (windows.filter(pl.col("window_id").is_in(ids.implode())) for ids in (train_ids, test_ids))
     model = make_pipeline(StandardScaler(), Ridge(alpha=10.0)).fit(features(train), displacement(train))
     learned, usual = model.predict(features(test)), np.tile(displacement(train).mean(axis=0), (len(test), 1))

@@ -6,8 +6,8 @@ walk is a route over a floor, frames along it, odometry with drift, and a tracke
 """
 
 from second_generator.habits import Severity
-from second_generator.pieces import in_two_pieces
 from second_generator.styles import iphone
+from second_generator.two_frames import surveyed_in_two_frames
 from second_generator.walk import MadeWalk, make_walk
 
-__all__ = ["MadeWalk", "Severity", "in_two_pieces", "iphone", "make_walk"]
+__all__ = ["MadeWalk", "Severity", "iphone", "make_walk", "surveyed_in_two_frames"]

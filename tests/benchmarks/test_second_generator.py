@@ -12,7 +12,7 @@ import second_generator
 from data_sets import second_generator as walks_with_truth
 from hypothesis import given
 from hypothesis import strategies as st
-from second_generator import MadeWalk, Severity, in_two_pieces, iphone, make_walk
+from second_generator import MadeWalk, Severity, iphone, make_walk, surveyed_in_two_frames
 from second_generator.events import Event, Kind
 from second_generator.floor import Floor, HungSheets, bent_grid, hang_sheets
 from second_generator.gait import walk_route
@@ -194,10 +194,10 @@ def test_it_knows_of_the_package_only_what_strategies_get() -> None:
         assert imported(path) <= {"core"}, path.name
 
 
-def test_a_survey_in_two_pieces_shifts_landmarks_and_truth_alike_beyond_a_line() -> None:
+def test_a_survey_in_two_frames_shifts_landmarks_and_truth_alike_beyond_a_line() -> None:
     for seed in range(1, 6):
         made = make_walk(seed, "default", iphone)
-        parted = in_two_pieces(made, seed)
+        parted = surveyed_in_two_frames(made, seed)
         shift, by = parted.truth_bcs - made.truth_bcs, parted.landmarks.position_bcs - made.landmarks.position_bcs
         moved = np.flatnonzero(np.abs(by).any(axis=1))
         assert 2 <= len(moved) <= len(by) - 2

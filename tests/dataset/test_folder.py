@@ -45,7 +45,7 @@ def test_same_set_same_bytes(tmp_path: Path) -> None:
 
 def test_parts_of_a_fold() -> None:
     split = with_split(small_dataset()).splits["thirds"]
-    train, test = split.parts(split.fold("thirds"))
+    train, test = split.train_test_ids(split.fold("thirds"))
     assert len(test) * 2 == len(train)
     assert not set(train) & set(test)
     with pytest.raises(KeyError):

@@ -32,7 +32,7 @@ def path_along_x(metres: float = 100.0, speed_m_s: float = 1.0) -> TruePath:
 
 def times_at(path: TruePath, *metres: float) -> IntArray:
     """When the path is so far along."""
-    time_ns = np.interp(metres, path.walked_m, path.truth.time_ns - SECOND)
+    time_ns = np.interp(metres, path.path_length_m, path.truth.time_ns - SECOND)
     return SECOND + time_ns.astype(np.int64)
 
 
@@ -49,7 +49,7 @@ def test_a_constant_error_is_no_error_of_the_displacement(x: float, y: float) ->
     assert points.error_m == pytest.approx(np.hypot(x, y), abs=1e-9)
     assert points.along_m[5:-5] == pytest.approx(x, abs=1e-9)
     for distance in DISTANCES_M:
-        assert relative_errors(points, path.walked_m, distance) == pytest.approx(0, abs=1e-9)
+        assert relative_errors(points, path.path_length_m, distance) == pytest.approx(0, abs=1e-9)
 
 
 def test_a_wrong_scale_shows_in_proportion_to_the_way() -> None:
@@ -87,7 +87,7 @@ def test_nothing_spans_a_hole_of_the_truth() -> None:
     keep = (whole.truth.position_bcs[:, 0] < 30) | (whole.truth.position_bcs[:, 0] > 40)
     path = TruePath.of(Truth(whole.truth.time_ns[keep], whole.truth.position_bcs[keep]))
     points = dense_errors(trajectory_of(path.truth.time_ns, path.truth.position_bcs), path)
-    assert len(relative_errors(points, path.walked_m, 50.0)) == pytest.approx(100, abs=5)
+    assert len(relative_errors(points, path.path_length_m, 50.0)) == pytest.approx(100, abs=5)
     assert np.isnan(path.since_m(times_at(whole, 10.0))[-1])
     assert np.isnan(path.since_m(times_at(whole, 35.0))).all()
     assert np.isnan(path.speed_m_s).sum() == pytest.approx(10, abs=2)

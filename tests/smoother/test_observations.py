@@ -41,7 +41,7 @@ def test_turning_lets_the_heading_drift_but_not_the_position() -> None:
         for size in ((60.0, 59.0), (2.5, 2.4))
     )
     per_metre = {
-        name: {source: steps.sum() / walk.odometry.walked_m.sum() for source, steps in walk.step_variance.items()}
+        name: {source: steps.sum() / walk.odometry.step_length_m.sum() for source, steps in walk.step_variance.items()}
         for name, walk in (("straight", straight), ("curved", curved))
     }
     assert per_metre["curved"][DriftSource.HEADING] > 1.2 * per_metre["straight"][DriftSource.HEADING]

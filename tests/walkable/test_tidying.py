@@ -5,7 +5,7 @@ import pytest
 
 from tests.walkable.hand_made import rectangles
 from vislam2tag.walkable.network import Network
-from vislam2tag.walkable.tidying import bend_at, join_pieces, mark_turns, merge_near, straighten
+from vislam2tag.walkable.tidying import bend_at, join_components, mark_turns, merge_near, straighten
 
 SPACE = rectangles(30, 10, (1, 1, 29, 9))
 
@@ -67,7 +67,7 @@ def test_the_bend_at_a_node() -> None:
 def test_pieces_are_joined_around_walls() -> None:
     space = rectangles(20, 20, (1, 1, 3, 19), (1, 17, 19, 19), (17, 1, 19, 19))
     network = network_of([(2, 2), (2, 10)], [(18, 3), (18, 10)])
-    join_pieces(network, space)
+    join_components(network, space)
     joint = max(network.strands.values(), key=lambda strand: strand.length_m)
     assert space.clear_line(joint.line[:-1], joint.line[1:]).all()
     assert joint.length_m == pytest.approx(28, abs=2.5)

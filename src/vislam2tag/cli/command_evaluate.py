@@ -122,8 +122,8 @@ def _print(found: SurveyEvaluation) -> None:
     if not console.is_terminal:
         console = Console(highlight=False, width=_PIPE_WIDTH)
     shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
-    for (truth, way), rows in groupby(shown, key=lambda row: (row.truth, row.way)):
-        console.print(_error_table(truth_name(truth, way), list(rows)))
+    for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
+        console.print(_error_table(truth_name(truth, method), list(rows)))
     console.print(_strategy_table(found))
     console.print("over points, by floor and device, and each session: in the files and the page")
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
@@ -161,7 +161,7 @@ def _cell(figure: Figure, *, with_interval: bool) -> str:
 
 
 def _strategy_table(found: SurveyEvaluation) -> Table:
-    """What each strategy keeps, and, with dense truth, how its error grows with the way."""
+    """What each strategy keeps, and, with dense truth, how its error grows with the distance walked."""
     from rich import box
     from rich.markup import escape
     from rich.table import Table

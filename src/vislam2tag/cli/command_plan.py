@@ -138,12 +138,12 @@ def _print(result: PlanSummary, out: Path, write: bool) -> None:
 def _table(result: PlanSummary) -> Table:
     from rich.markup import escape
 
-    numbers = ("ways", "new", "fixed", "at least", "above", "longest gap", "expected error", "tour", "time")
+    numbers = ("corridors", "new", "fixed", "at least", "above", "longest gap", "expected error", "tour", "time")
     rows = table("Landmarks", ("floor",), numbers)
     for floor in result.floors:
         rows.add_row(
             escape(f"{floor.floor} {floor.name}"),
-            f"{floor.ways_m:.0f} m",
+            f"{floor.corridors_m:.0f} m",
             str(len(floor.landmarks)),
             str(len(floor.fixed)),
             str(floor.bound),

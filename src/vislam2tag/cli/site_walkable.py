@@ -59,12 +59,12 @@ def _print(found: tuple[WalkableFloor, ...]) -> None:
 
     console = table_console()
     kinds = [kind for kind in NodeKind if any(kind in one.graph.kinds for one in found)]
-    rows = table("Walkable space", ("floor",), ("area", "ways", *(kind.value for kind in kinds)))
+    rows = table("Walkable space", ("floor",), ("area", "corridors", *(kind.value for kind in kinds)))
     for one in found:
-        ways_m = float(one.graph.length_m[~one.graph.in_room & ~one.graph.shortcut].sum())
+        corridors_m = float(one.graph.length_m[~one.graph.in_room & ~one.graph.shortcut].sum())
         counts = [str(one.graph.kinds.count(kind)) for kind in kinds]
         rows.add_row(
-            escape(f"{one.floor.number} {one.floor.name}"), f"{one.area_m2:.0f} m2", f"{ways_m:.0f} m", *counts
+            escape(f"{one.floor.number} {one.floor.name}"), f"{one.area_m2:.0f} m2", f"{corridors_m:.0f} m", *counts
         )
     console.print(rows)
     for one in found:

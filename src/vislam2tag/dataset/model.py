@@ -176,7 +176,7 @@ class Split:
                 return fold
         raise KeyError(name)
 
-    def parts(self, fold: Fold) -> tuple[pl.Series, pl.Series]:
+    def train_test_ids(self, fold: Fold) -> tuple[pl.Series, pl.Series]:
         """Return the ids that train and those that test."""
         grouped = self.groups.filter(pl.col("group").is_not_null())
         tests = pl.col("group").is_in(fold.test)

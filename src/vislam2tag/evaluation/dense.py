@@ -1,6 +1,6 @@
-"""Errors against a truth of the whole walk: how they grow with the way walked, and with speed.
+"""Errors against a truth of the whole walk: how they grow with the distance walked, and with speed.
 
-The way walked is the truth's own length, known where its points follow each other within
+The distance walked is the truth's own length, known where its points follow each other within
 :data:`~vislam2tag.evaluation.truth.MAX_GAP_S`. Where the truth has holes, what spans them is left out.
 """
 
@@ -30,7 +30,7 @@ DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
 SLACK_M = 0.5
 """A pair of points may lie this much farther apart on the way than asked."""
 SINCE_EDGES_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)
-"""Bins of the way walked since the last landmark."""
+"""Bins of the distance walked since the last landmark."""
 SPEED_EDGES_M_S = (0.0, 0.3, 0.8, 1.2, 1.6, 2.5, np.inf)
 """Bins of the speed: standing, slow, usual, brisk, hurrying, running."""
 _HOLE_M = 1e6
@@ -39,23 +39,23 @@ _HOLE_M = 1e6
 
 @dataclass(frozen=True)
 class TruePath:
-    """A truth (t,) as a way: ``walked_m`` (t,) so far, by far too long across holes, and ``velocity_bcs`` (t, 2),
+    """A truth (t,) as a path: ``path_length_m`` (t,) so far, by far too long across holes, and ``velocity_bcs`` (t, 2),
     metres per second, NaN beside holes.
     """
 
     truth: Truth
-    walked_m: FloatArray
+    path_length_m: FloatArray
     velocity_bcs: FloatArray
 
     @classmethod
     def of(cls, truth: Truth) -> TruePath:
-        """Measure the way and the velocity."""
+        """Measure path length and velocity."""
         hole = np.diff(truth.time_ns) > MAX_GAP_S * 1e9
         step = np.linalg.norm(np.diff(truth.position_bcs, axis=0), axis=1)
-        walked = np.append(0.0, np.cumsum(np.where(hole, _HOLE_M, step)))
+        path_length = np.append(0.0, np.cumsum(np.where(hole, _HOLE_M, step)))
         velocity = walking_velocity(truth.time_ns, truth.time_ns, truth.position_bcs)
         velocity[_beside_holes(truth.time_ns, hole)] = np.nan
-        return cls(truth, walked, velocity)
+        return cls(truth, path_length, velocity)
 
     @property
     def speed_m_s(self) -> FloatArray:
@@ -63,14 +63,14 @@ class TruePath:
         return np.asarray(np.linalg.norm(self.velocity_bcs, axis=1))
 
     def since_m(self, visits_ns: IntArray) -> FloatArray:
-        """Way (t,) walked since the last of the visits (v,), rising times; NaN before the first or across a hole."""
+        """Distance (t,) walked since the last visit (v,), rising times; NaN before the first or across a hole."""
         time_ns = self.truth.time_ns
         visits_ns = visits_ns[(visits_ns >= time_ns[0]) & (visits_ns <= time_ns[-1])]
         if not len(visits_ns):
             return np.full(len(time_ns), np.nan)
-        at_visit = np.interp(visits_ns - time_ns[0], time_ns - time_ns[0], self.walked_m)
+        at_visit = np.interp(visits_ns - time_ns[0], time_ns - time_ns[0], self.path_length_m)
         last = np.searchsorted(visits_ns, time_ns, side="right") - 1
-        since = self.walked_m - at_visit[np.maximum(last, 0)]
+        since = self.path_length_m - at_visit[np.maximum(last, 0)]
         # A visit inside a hole lies somewhere on the hole's great length.
         return np.where((last >= 0) & (since < _HOLE_M / 1e3), since, np.nan)
 
@@ -100,27 +100,27 @@ def dense_figures(points: PointErrors, path: TruePath, visits_ns: IntArray) -> D
     if len(visits_ns):
         inside = (points.time_ns >= visits_ns[0]) & (points.time_ns <= visits_ns[-1])
     return DenseFigures(
-        relative=[_relative(points, path.walked_m, distance) for distance in DISTANCES_M],
+        relative=[_relative(points, path.path_length_m, distance) for distance in DISTANCES_M],
         since_landmark=_binned(since, error, SINCE_EDGES_M),
         drift=_drift(since, error),
         speed=_binned(np.where(inside, path.speed_m_s, np.nan), error, SPEED_EDGES_M_S),
     )
 
 
-def relative_errors(points: PointErrors, walked_m: FloatArray, distance_m: float) -> FloatArray:
+def relative_errors(points: PointErrors, path_length_m: FloatArray, distance_m: float) -> FloatArray:
     """Error (p,) of the displacement from each point to the one ``distance_m`` of way later, metres, both labelled."""
-    later = np.searchsorted(walked_m, walked_m + distance_m)
-    start = np.flatnonzero(later < len(walked_m))
+    later = np.searchsorted(path_length_m, path_length_m + distance_m)
+    start = np.flatnonzero(later < len(path_length_m))
     end = later[start]
-    near = walked_m[end] - walked_m[start] <= distance_m + SLACK_M
+    near = path_length_m[end] - path_length_m[start] <= distance_m + SLACK_M
     residual = points.residual_bcs
     error = np.linalg.norm(residual[end[near]] - residual[start[near]], axis=1)
     return np.asarray(error[np.isfinite(error)])
 
 
-def _relative(points: PointErrors, walked_m: FloatArray, distance_m: float) -> RelativeErrorSums:
-    """Sums of the relative errors; ``walked_m`` (t,)."""
-    error = relative_errors(points, walked_m, distance_m)
+def _relative(points: PointErrors, path_length_m: FloatArray, distance_m: float) -> RelativeErrorSums:
+    """Sums of the relative errors; ``path_length_m`` (t,)."""
+    error = relative_errors(points, path_length_m, distance_m)
     return RelativeErrorSums(
         distance_m=distance_m, pairs=len(error), sum_m=float(error.sum()), sum_m2=float((error**2).sum())
     )

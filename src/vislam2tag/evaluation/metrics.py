@@ -72,13 +72,15 @@ def sure_frames(trajectory: Trajectory, max_sigma_m: float) -> BoolArray:
     return np.asarray(has_position(trajectory.status) & ~(trajectory.sigma_m > max_sigma_m))
 
 
-def strategy_errors(points: PointErrors, way: str, strategy: str, dense: DenseFigures | None = None) -> StrategyErrors:
+def strategy_errors(
+    points: PointErrors, method: str, strategy: str, dense: DenseFigures | None = None
+) -> StrategyErrors:
     """Reduce errors to the figures of one walk."""
     error = points.error_m[points.labelled]
     summary = summarise(points.error_m)
     return StrategyErrors(
         truth=points.kind,
-        way=way,
+        method=method,
         strategy=strategy,
         points=len(points),
         labelled=len(error),

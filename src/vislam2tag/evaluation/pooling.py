@@ -24,16 +24,19 @@ Statistics = dict[str, FloatArray]
 
 
 def table_rows(sessions: Sequence[SessionEvaluation]) -> list[ErrorRow]:
-    """Make the rows of each truth, way and strategy: all walks, each floor, each device; with and without faults."""
+    """Make the rows of each truth, method and strategy: all walks, each floor, each device; with and without faults."""
     found = []
-    for truth, way, strategy in dict.fromkeys((m.truth, m.way, m.strategy) for s in sessions for m in s.measured):
+    for truth, method, strategy in dict.fromkeys((m.truth, m.method, m.strategy) for s in sessions for m in s.measured):
         for group, chosen in _groups(sessions):
-            for selection, walked in ((ALL_WALKS, chosen), (WITHOUT_FAULTS, [s for s in chosen if s.faulty is False])):
+            for selection, included in (
+                (ALL_WALKS, chosen),
+                (WITHOUT_FAULTS, [s for s in chosen if s.faulty is False]),
+            ):
                 mine = [
                     one
-                    for session in walked
+                    for session in included
                     for one in session.measured
-                    if (one.truth, one.way, one.strategy) == (truth, way, strategy)
+                    if (one.truth, one.method, one.strategy) == (truth, method, strategy)
                 ]
                 for over, statistics in ((OVER_WALKS, _over_walks), (OVER_POINTS, _over_points)):
                     if mine:
@@ -65,7 +68,7 @@ def _row(
     again.pop("max_m", None)  # drawn walks never exceed the greatest: the bootstrap says nothing of maxima
     return ErrorRow(
         truth=mine[0].truth,
-        way=mine[0].way,
+        method=mine[0].method,
         strategy=mine[0].strategy,
         group=group,
         selection=selection,

@@ -25,7 +25,7 @@ class RelativeErrorSums(Record):
 
 
 class DriftSums(Record):
-    """Sums over labelled points: of the way ``d`` since the last landmark, the error ``e``, and their products."""
+    """Sums over labelled points: of the distance ``d`` since the last landmark, the error ``e``, and their products."""
 
     points: int = 0
     d: float = 0.0
@@ -49,8 +49,8 @@ class StrategyErrors(Record):
     """One strategy in one session against one truth; metres, None where nothing is labelled."""
 
     truth: TruthKind
-    way: str
-    """How the truth was made of what was recorded; empty where there is only one way."""
+    method: str
+    """How the truth was made of what was recorded; empty where there is only one method of making it."""
     strategy: str
     points: int
     labelled: int
@@ -113,7 +113,7 @@ class ErrorRow(Record):
     """One row of the table of errors: one strategy against one truth, over some walks."""
 
     truth: TruthKind
-    way: str
+    method: str
     strategy: str
     group: str
     """``all``, or the floor or device that the walks have in common."""

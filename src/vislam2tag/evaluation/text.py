@@ -10,7 +10,7 @@ from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
 from vislam2tag.evaluation.record import DenseRow, ErrorRow, Figure, SessionEvaluation
 
-_ROW_KEYS = ("truth", "way", "strategy", "group", "selection", "over", "walks", "points")
+_ROW_KEYS = ("truth", "method", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
 HEADS = {
     "mean_m": "mean",
@@ -39,16 +39,16 @@ def _bounds(row: ErrorRow, names: Sequence[str]) -> list[float | None]:
 
 
 def sessions_csv(sessions: Sequence[SessionEvaluation]) -> str:
-    """One line for each session, truth, way and strategy; one with empty figures for a session without any."""
+    """One line for each session, truth, method and strategy; one with empty figures for a session without any."""
     who = ("floor", "device", "session", "faulty", "movement_m")
-    head = (*who, "truth", "way", "strategy", "retention", *_WALK_FIGURES, "error")
+    head = (*who, "truth", "method", "strategy", "retention", *_WALK_FIGURES, "error")
     lines: list[tuple[object, ...]] = []
     for session in sessions:
         own = tuple(getattr(session, name) for name in who)
         for one in session.measured:
             figures = (getattr(one, name) for name in _WALK_FIGURES)
             kept = session.retention.get(one.strategy)
-            lines.append((*own, one.truth, one.way, one.strategy, kept, *figures, session.error))
+            lines.append((*own, one.truth, one.method, one.strategy, kept, *figures, session.error))
         if not session.measured:
             empty = (None,) * (4 + len(_WALK_FIGURES))
             lines.append((*own, *empty, session.error or "; ".join(session.missing)))
@@ -56,24 +56,24 @@ def sessions_csv(sessions: Sequence[SessionEvaluation]) -> str:
 
 
 def dense_csv(rows: Sequence[DenseRow]) -> str:
-    """One line for each strategy and distance, way or speed."""
+    """One line for each strategy and distance or speed."""
     names = tuple(DenseRow.model_fields)
     return csv_rows((names, *(tuple(getattr(row, name) for name in names) for row in rows)))
 
 
 def latex_text(rows: Sequence[ErrorRow]) -> str:
-    """A ``tabular`` (package booktabs) for each truth and way: over walks, with and without faults, metres."""
+    """A ``tabular`` (package booktabs) for each truth and method: over walks, with and without faults, metres."""
     shown = [row for row in rows if row.group == ALL and row.over == OVER_WALKS]
     return "\n".join(
-        _tabular(f"{truth_name(truth, way)}, over walks", list(group))
-        for (truth, way), group in groupby(shown, key=lambda row: (row.truth, row.way))
+        _tabular(f"{truth_name(truth, method)}, over walks", list(group))
+        for (truth, method), group in groupby(shown, key=lambda row: (row.truth, row.method))
     )
 
 
-def truth_name(truth: str, way: str) -> str:
-    """What a truth, made in a way, is called in tables: ``control points (nearest)``."""
+def truth_name(truth: str, method: str) -> str:
+    """What a truth, made by a method, is called in tables: ``control points (nearest)``."""
     words = {"dense": "dense truth"}.get(truth, truth.replace("_", " "))
-    return f"{words} ({way})" if way else words
+    return f"{words} ({method})" if method else words
 
 
 def _tabular(title: str, rows: Sequence[ErrorRow]) -> str:

@@ -70,7 +70,7 @@ def vertical_track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) ->
     jump = impossible(odd, usual_miss_m(odd, elapsed, dimensions=1), elapsed, FASTEST_M_PER_S)
     jump |= odometry.jumped & ~odometry.blind
     step[jump] = usual[jump]
-    variance = DRIFT_M**2 * odometry.walked_m + STAIRS_DRIFT_M**2 * np.abs(step) + REST_DRIFT_M**2 * elapsed
+    variance = DRIFT_M**2 * odometry.step_length_m + STAIRS_DRIFT_M**2 * np.abs(step) + REST_DRIFT_M**2 * elapsed
     variance += np.where(jump, np.minimum(odd, LARGEST_JUMP_M), 0.0) ** 2
     variance += _loss_variance(odometry.blind, elapsed)
     height = logged[0] + np.concatenate(([0.0], np.cumsum(step)))

@@ -128,20 +128,20 @@ def _simulated_walk(path: FloatArray, sheets: PassedLandmarks, at: IntArray, lan
     """
     count = len(path)
     step = np.diff(path, axis=0)
-    walked_m = np.linalg.norm(step, axis=1)
+    step_length_m = np.linalg.norm(step, axis=1)
     direction = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
-    turned = np.abs(np.diff(direction, append=direction[-1])) + SWAY_RAD_M * walked_m
-    along = np.concatenate(([0.0], np.cumsum(walked_m)))
+    turned = np.abs(np.diff(direction, append=direction[-1])) + SWAY_RAD_M * step_length_m
+    along = np.concatenate(([0.0], np.cumsum(step_length_m)))
     for sample in at.tolist():
         about = np.abs(along[:-1] - along[sample]) <= LOOK_M
-        turned[about] += LOOK_RAD / LOOK_M * walked_m[about]
+        turned[about] += LOOK_RAD / LOOK_M * step_length_m[about]
     nothing, zero = np.zeros(count - 1), np.zeros(count)
     odometry = Odometry(
         frame=np.arange(count),
         time_s=along / SPEED_M_S,
         path=as_complex(path),
         turn=np.ones(count, dtype=np.complex128),
-        walked_m=walked_m,
+        step_length_m=step_length_m,
         turned_rad=turned,
         jump_m2=nothing,
         jump_rad2=nothing,

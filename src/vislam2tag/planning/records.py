@@ -72,7 +72,7 @@ class TourSummary(Record):
 
     length_m: float
     duration_s: float
-    walked_twice_m: float
+    repeated_m: float
     all_met_m: float
     visits: tuple[str, ...]
     visit_m: tuple[float, ...]
@@ -84,7 +84,7 @@ class FloorPlanRecord(Record):
 
     floor: int
     name: str
-    ways_m: float
+    corridors_m: float
     places: int
     landmarks: tuple[PlannedLandmark, ...]
     fixed: tuple[str, ...]
@@ -141,7 +141,7 @@ def floor_summary(
     return FloorPlanRecord(
         floor=floor,
         name=name,
-        ways_m=_metres(design.corridors.length_m.sum()),
+        corridors_m=_metres(design.corridors.length_m.sum()),
         places=len(design.places.station),
         landmarks=planned_landmarks(design, floor, ids, settings.height_m),
         fixed=design.constraints.names,
@@ -218,7 +218,7 @@ def _tour(design: FloorDesign, names: Sequence[str], speed_m_s: float) -> TourSu
     return TourSummary(
         length_m=_metres(design.tour.length_m, 1),
         duration_s=round(design.tour.duration_s(speed_m_s)),
-        walked_twice_m=_metres(design.tour.twice_m, 1),
+        repeated_m=_metres(design.tour.twice_m, 1),
         all_met_m=_metres(first_m[-1], 1) if len(first_m) else 0.0,
         visits=tuple(names[i] for i in design.tour.visit.tolist()),
         visit_m=tuple(_metres(at, 1) for at in design.tour.visit_m.tolist()),

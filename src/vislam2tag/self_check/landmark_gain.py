@@ -107,7 +107,7 @@ def _with_silent_passes(smoothed: Smoothed) -> Smoothed:
     """Add a pass every metre at which nothing is sighted: the same walk, with more states."""
     model, weights = smoothed.model, smoothed.weights
     observations = model.observations
-    metre = np.floor(np.concatenate(([0.0], np.cumsum(observations.odometry.walked_m))) / EVERY_M)
+    metre = np.floor(np.concatenate(([0.0], np.cumsum(observations.odometry.step_length_m))) / EVERY_M)
     at = np.setdiff1d(np.flatnonzero(np.diff(metre) > 0) + 1, observations.nodes)
     zero, whole, nowhere = np.zeros(len(at)), np.zeros(len(at), dtype=np.int64), np.zeros(len(at), dtype=np.complex128)
     silent = Passes(at, whole, nowhere, nowhere, zero, zero, whole)

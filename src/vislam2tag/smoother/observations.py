@@ -46,7 +46,7 @@ class WalkObservations:
     def step_variance(self) -> dict[DriftSource, FloatArray]:
         """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
         odometry = self.odometry
-        way = odometry.walked_m + METRES_PER_S * np.diff(odometry.time_s)
+        way = odometry.step_length_m + METRES_PER_S * np.diff(odometry.time_s)
         turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)
         return {
             DriftSource.POSITION: way,

@@ -53,17 +53,17 @@ class Odometry:
     """The camera's path in the continuous frame, ``n`` usable frames.
 
     ``frame`` (n,) indices into the camera track; ``time_s`` (n,) from the first; ``path`` (n,) complex, metres;
-    ``turn`` (n,) complex, unit: ``continuous_R_acs`` of each frame. For the n - 1 steps: ``walked_m``, ``turned_rad``
-    (camera, about the vertical), ``jump_m2`` and ``jump_rad2``: variances per axis, beyond the usual drift, of
-    steps that are not trusted. ``doubt`` (n - 1,) complex, metres, continuous frame: which way and by how much steps
-    that are taken for motion exceed plausible ones; they may have slipped along it.
+    ``turn`` (n,) complex, unit: ``continuous_R_acs`` of each frame. For the n - 1 steps: ``step_length_m``,
+    ``turned_rad`` (camera, about the vertical), ``jump_m2`` and ``jump_rad2``: variances per axis, beyond the usual
+    drift, of steps that are not trusted. ``doubt`` (n - 1,) complex, metres, continuous frame: which way and by
+    how much steps that are taken for motion exceed plausible ones; they may have slipped along it.
     """
 
     frame: IntArray
     time_s: FloatArray
     path: ComplexArray
     turn: ComplexArray
-    walked_m: FloatArray
+    step_length_m: FloatArray
     turned_rad: FloatArray
     jump_m2: FloatArray
     jump_rad2: FloatArray
@@ -149,7 +149,7 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
         time_s=time_s,
         path=raw[0] + np.concatenate(([0.0], np.cumsum(local))),
         turn=turn,
-        walked_m=np.abs(local),
+        step_length_m=np.abs(local),
         turned_rad=np.abs(steps.twist),
         jump_m2=jump_m2,
         jump_rad2=jump_rad2,

@@ -15,7 +15,7 @@ from vislam2tag.walkable.rooms import place_doors, room_nodes
 from vislam2tag.walkable.settings import GraphSettings
 from vislam2tag.walkable.skeleton import skeleton
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.tidying import bend_at, join_pieces, mark_turns, merge_near, straighten
+from vislam2tag.walkable.tidying import bend_at, join_components, mark_turns, merge_near, straighten
 
 
 class NodeKind(StrEnum):
@@ -88,7 +88,7 @@ def corridor_graph(space: WalkableSpace, settings: GraphSettings | None = None) 
     doors = place_doors(network, space, settings)
     open_nodes = lay_nets(network, space, doors, settings)
     merge_near(network, space, doors | open_nodes, settings.merge_m)
-    join_pieces(network, space)
+    join_components(network, space)
     straighten(network, space)
     places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
     corridors = [number for number in network.strands if not places.in_room(network, number)]

@@ -72,7 +72,7 @@ def _clear_rings(network: Network) -> None:
             network.remove(number)
 
 
-def join_pieces(network: Network, space: WalkableSpace) -> None:
+def join_components(network: Network, space: WalkableSpace) -> None:
     """Join the pieces of a network, each with the nearest, by shortest ways."""
     graph = nx.Graph()
     graph.add_nodes_from(network.places)

@@ -61,7 +61,7 @@ def test_walks_heights_headings_and_times_come_back(tmp_path: Path) -> None:
         assert rows[name].to_list() == before[name].to_list(), name
     assert rows["start_ns"].diff()[1] == before["start_ns"].diff()[1]
     assert back.readings.collect()["frequency_mhz"].to_list() == [2412.0] * back.readings.collect().height
-    train, test = back.splits["official"].parts(back.splits["official"].info.folds[0])
+    train, test = back.splits["official"].train_test_ids(back.splits["official"].info.folds[0])
     assert (len(train), len(test)) == (3 * (SCANS - 2), SCANS - 2)
 
 

@@ -44,7 +44,7 @@ def test_a_nearest_neighbour_errs_as_the_literature_says(tampere: Dataset) -> No
     split = tampere.splits[OFFICIAL]
     train, test = (
         fingerprints.with_row_index().filter(pl.col("scan_id").is_in(part.implode()))["index"].to_numpy()
-        for part in split.parts(split.fold(OFFICIAL))
+        for part in split.train_test_ids(split.fold(OFFICIAL))
     )
     nearest = train[NearestNeighbors(n_neighbors=1).fit(level[train]).kneighbors(level[test])[1][:, 0]]
     error_m = np.hypot(*(place[nearest] - place[test]).T).mean()

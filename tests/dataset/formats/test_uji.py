@@ -55,7 +55,7 @@ def test_files_as_published(tmp_path: Path) -> None:
         ("WAP002", -60.0),
         ("WAP520", 0.0),
     ]
-    train, test = read.splits["official"].parts(read.splits["official"].info.folds[0])
+    train, test = read.splits["official"].train_test_ids(read.splits["official"].info.folds[0])
     assert (len(train), len(test)) == (2, 1)
 
 

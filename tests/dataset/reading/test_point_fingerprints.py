@@ -71,7 +71,7 @@ def test_sessions_tell_what_their_fingerprints_share() -> None:
 
 def test_the_split_that_came_with_the_data() -> None:
     split = point_dataset(INFO, PointFingerprints(ROWS, HEARD)).splits[OFFICIAL]
-    train, test = split.parts(split.fold(OFFICIAL))
+    train, test = split.train_test_ids(split.fold(OFFICIAL))
     assert train.to_list() == ["b-one/wifi/000000", "b-one/wifi/000001"]
     assert test.to_list() == ["a/wifi/000000"]
     assert not point_dataset(INFO, PointFingerprints(ROWS.drop("part"), HEARD)).splits

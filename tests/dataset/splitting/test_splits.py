@@ -87,7 +87,7 @@ def test_parts_are_disjoint_and_hold_every_label(dataset: Dataset) -> None:
     for split in splits.values():
         assert split.groups["id"].to_list() == sorted(items["id"])
         for fold in split.info.folds:
-            train, test = (set(part) for part in split.parts(fold))
+            train, test = (set(part) for part in split.train_test_ids(fold))
             assert train
             assert test
             assert not train & test
@@ -97,7 +97,7 @@ def test_parts_are_disjoint_and_hold_every_label(dataset: Dataset) -> None:
 @pytest.mark.parametrize("kind", ["device", "trajectory", "day", "floor"])
 def test_each_label_is_tested_once_where_all_folds_take_turns(kind: str) -> None:
     split = standard_splits(SMALL)[kind]
-    tested = [name for fold in split.info.folds for name in split.parts(fold)[1]]
+    tested = [name for fold in split.info.folds for name in split.train_test_ids(fold)[1]]
     assert len(tested) == len(set(tested)) == LABELLED
 
 
@@ -268,7 +268,7 @@ def test_whatever_is_unknown_parts_are_disjoint_and_whole(dataset: Dataset, seed
             continue
         expected = set(sure.drop_nulls(keys[kind])["scan_id"] if kind in keys else sure["scan_id"])
         for fold in split.info.folds:
-            train, test = split.parts(fold)
+            train, test = split.train_test_ids(fold)
             assert set(train) | set(test) == expected
             assert len(train) + len(test) == len(expected)
     drawn_alone = sure.filter(pl.col("technology") == "wifi")

@@ -67,11 +67,11 @@ def found_in(out: Path) -> SurveyEvaluation:
     return SurveyEvaluation.model_validate_json((out / "evaluation.json").read_bytes())
 
 
-def row_of(found: SurveyEvaluation, truth: str, way: str, strategy: str) -> ErrorRow:
+def row_of(found: SurveyEvaluation, truth: str, method: str, strategy: str) -> ErrorRow:
     [row] = [
         row
         for row in found.rows
-        if (row.truth, row.way, row.strategy) == (truth, way, strategy)
+        if (row.truth, row.method, row.strategy) == (truth, method, strategy)
         and (row.group, row.selection, row.over) == ("all", "all walks", "walks")
     ]
     return row
@@ -79,8 +79,8 @@ def row_of(found: SurveyEvaluation, truth: str, way: str, strategy: str) -> Erro
 
 def test_every_truth_and_way_has_its_row(out: Path) -> None:
     found = found_in(out)
-    ways = dict.fromkeys((row.truth.value, row.way) for row in found.rows)
-    assert list(ways) == [
+    methods = dict.fromkeys((row.truth.value, row.method) for row in found.rows)
+    assert list(methods) == [
         ("dense", ""),
         ("control_points", IDENTIFIED),
         ("control_points", NEAREST),
@@ -101,8 +101,8 @@ def test_a_walk_with_too_few_presses_for_a_lead_is_not_scored_without_it(survey:
     for presses in few.rglob("refMarker.csv"):
         presses.write_text("".join(presses.read_text().splitlines(keepends=True)[:2]))
     found = evaluate(few, tmp_path / "out", strategies=("smoother",))
-    ways = {one.way for session in found.sessions for one in session.measured}
-    assert ways == {"", IDENTIFIED, NEAREST}
+    methods = {one.method for session in found.sessions for one in session.measured}
+    assert methods == {"", IDENTIFIED, NEAREST}
     assert found.sessions[0].estimates["lead_s"] is None
 
 
@@ -110,7 +110,7 @@ def test_the_phone_held_ahead_is_found_and_taken_away(out: Path) -> None:
     found = found_in(out)
     assert all("lead_s" in session.estimates for session in found.sessions)
     kept, removed = (
-        row_of(found, "control_points", way, "smoother").ahead_m.value for way in (IDENTIFIED, WITHOUT_LEAD)
+        row_of(found, "control_points", method, "smoother").ahead_m.value for method in (IDENTIFIED, WITHOUT_LEAD)
     )
     assert kept is not None
     assert removed is not None
@@ -269,7 +269,7 @@ def test_nothing_of_an_earlier_evaluation_stays(survey: Path, tmp_path: Path) ->
 def test_a_station_tells_of_all_walks_of_a_phone(station_survey: Path, tmp_path: Path) -> None:
     before = bytes_of(station_survey)
     found = evaluate(station_survey, tmp_path / "out", strategies=("smoother",))
-    assert [(row.truth.value, row.way) for row in found.rows if row.over == "walks"][::2] == [
+    assert [(row.truth.value, row.method) for row in found.rows if row.over == "walks"][::2] == [
         ("total_station", AT_PRISM),
         ("total_station", AT_CAMERA),
     ]

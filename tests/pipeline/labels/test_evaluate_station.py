@@ -56,8 +56,8 @@ def shown(root: Path) -> list[Found]:
 
 
 def median_m(found: Found) -> dict[str, float | None]:
-    """Median error by the way of comparing."""
-    return {one.way: one.median_m for one in found.measured}
+    """Median error by the method of comparing."""
+    return {one.method: one.median_m for one in found.measured}
 
 
 def true_clock_s(planned: PlannedSession) -> float:

@@ -133,7 +133,7 @@ def test_the_public_set_gives_its_known_figures(tmp_path: Path) -> None:
     """../shared/algorithms.md, section 4: the nearest neighbour's mean error and floor hit on the official split."""
     dataset = read(shared_folder("tampere"), ImportContext(tmp_path))
     split = dataset.splits[OFFICIAL]
-    train, test = learning_data(dataset).parts(split, split.info.folds[0])
+    train, test = learning_data(dataset).train_test(split, split.info.folds[0])
     model = model_named("knn", k=1, distance="euclidean", representation="positive")
     result = score(model.fit(train.scans, train.places).predict(test.scans), test.places)
     assert result.plane.mean_m == pytest.approx(9.40, abs=0.01)

@@ -34,7 +34,7 @@ def test_parts_of_a_fold_hold_its_groups_only() -> None:
     groups = pl.DataFrame({"id": data.ids.tolist(), "group": data.scans.device.tolist()})
     fold = Fold(name="Pixel", test=("Pixel",))
     split = Split(SplitInfo(name="device", kind="device", folds=(fold,)), groups)
-    train, test = data.parts(split, fold)
+    train, test = data.train_test(split, fold)
     assert set(train.scans.device) == {"Galaxy"}
     assert set(test.scans.device) == {"Pixel"}
     assert len(train) + len(test) == len(data)

@@ -36,42 +36,42 @@ class ComparedTable:
 
 
 @dataclass(frozen=True)
-class Comparable:
-    """A folder's parts by session and table."""
+class ComparedFolder:
+    """What a folder holds, by session and table."""
 
     kind: str
-    parts: Mapping[tuple[str, str], ComparedTable]
+    tables: Mapping[tuple[str, str], ComparedTable]
     facts: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def sessions(self) -> set[str]:
         """Names of all sessions."""
-        return {session for session, _ in self.parts} - {WHOLE_SET}
+        return {session for session, _ in self.tables} - {WHOLE_SET}
 
 
-def comparable(folder: Path) -> Comparable:
+def comparable(folder: Path) -> ComparedFolder:
     """Look what a folder holds; raises UsageError where it is nothing that can be compared."""
     if is_dataset(folder):
         return _of_dataset(open_dataset(folder))
     if _is_output(folder):
-        return Comparable(LABELS, dict(_of_output(folder)))
+        return ComparedFolder(LABELS, dict(_of_output(folder)))
     annotated = dict(_of_annotated(folder))
     if annotated:
-        return Comparable(ANNOTATED, annotated)
+        return ComparedFolder(ANNOTATED, annotated)
     raise UsageError(
         f"{folder}: holds nothing to compare; give data sets, outputs of `vislam2tag process`, or folders with "
         f"{' or '.join(ANNOTATED_FILES)} in their sessions"
     )
 
 
-def _of_dataset(dataset: Dataset) -> Comparable:
+def _of_dataset(dataset: Dataset) -> ComparedFolder:
     facts = dataset.info.model_dump(mode="json", include=_FACTS, exclude={"floors": {"__all__": {"plan"}}})
-    parts = dict(_session_parts(dataset))
+    tables = dict(_session_parts(dataset))
     for name in (ACCESS_POINTS, SESSIONS):
-        parts[WHOLE_SET, name] = ComparedTable((KEYS[name],), dataset.tables[name].collect)
+        tables[WHOLE_SET, name] = ComparedTable((KEYS[name],), dataset.tables[name].collect)
     for name, split in dataset.splits.items():
-        parts[WHOLE_SET, f"split {name}"] = ComparedTable(("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
-    return Comparable(DATASET, parts, {name: json.dumps(value, sort_keys=True) for name, value in facts.items()})
+        tables[WHOLE_SET, f"split {name}"] = ComparedTable(("id",), lambda groups=split.groups: groups)  # type: ignore[misc]
+    return ComparedFolder(DATASET, tables, {name: json.dumps(value, sort_keys=True) for name, value in facts.items()})
 
 
 def _session_parts(dataset: Dataset) -> Iterator[tuple[tuple[str, str], ComparedTable]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.dataset.comparing.comparable import Comparable, comparable
+from vislam2tag.dataset.comparing.comparable import ComparedFolder, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
 
 
@@ -48,7 +48,7 @@ def compare(first: Path, second: Path, tolerance: float, progress: Progress[int]
             "make data sets or an export of both"
         )
     missing, extra = sorted(one.sessions - other.sessions), sorted(other.sessions - one.sessions)
-    compared = sorted(key for key in {*one.parts, *other.parts} if key[0] not in {*missing, *extra})
+    compared = sorted(key for key in {*one.tables, *other.tables} if key[0] not in {*missing, *extra})
     found = []
     for done, (session, table) in enumerate(compared, start=1):
         found.append(_compared(session, table, one, other, tolerance))
@@ -67,11 +67,13 @@ def compare(first: Path, second: Path, tolerance: float, progress: Progress[int]
     )
 
 
-def _compared(session: str, table: str, one: Comparable, other: Comparable, tolerance: float) -> TableDifferences:
+def _compared(
+    session: str, table: str, one: ComparedFolder, other: ComparedFolder, tolerance: float
+) -> TableDifferences:
     """Compare one table; one that is on one side only is all missing or all extra."""
-    parts = one.parts.get((session, table)), other.parts.get((session, table))
-    keys = next(part.keys for part in parts if part is not None)
-    tables = [None if part is None else part.read() for part in parts]
+    compared = one.tables.get((session, table)), other.tables.get((session, table))
+    keys = next(side.keys for side in compared if side is not None)
+    tables = [None if side is None else side.read() for side in compared]
     schema = next(read.schema for read in tables if read is not None)
     first, second = (schema.to_frame() if read is None else read for read in tables)
     return compare_tables(session, table, first, second, keys, tolerance)

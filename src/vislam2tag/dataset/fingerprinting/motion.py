@@ -22,16 +22,16 @@ class PhoneMotion:
     """The usable frames of a trajectory (n,), times strictly increasing, with what is summed along them."""
 
     time_ns: IntArray
-    known: BoolArray
+    positioned: BoolArray
     """Frames with a position."""
-    unknown_before: IntArray
+    unpositioned_before: IntArray
     """(n + 1,) frames without a position before each one."""
     look_before: FloatArray
     """(n + 1, 2) sum of the camera's horizontal viewing directions (unit length) before each frame, BCS."""
     knot_ns: IntArray
-    """(k,) times between which way is summed."""
-    way_m: FloatArray
-    """(k,) labelled way up to each of them, metres."""
+    """(k,) times between which path length is summed."""
+    path_length_m: FloatArray
+    """(k,) labelled path length up to each of them, metres."""
 
     @classmethod
     def of(cls, trajectory: pl.DataFrame) -> PhoneMotion:
@@ -39,34 +39,34 @@ class PhoneMotion:
         frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
         time_ns = frames["time_ns"].to_numpy()
         values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
-        known = np.isfinite(values[:, 0])
+        positioned = np.isfinite(values[:, 0])
         knots = step_frames(time_ns)
         return cls(
             time_ns,
-            known,
-            np.concatenate(([0], np.cumsum(~known))),
+            positioned,
+            np.concatenate(([0], np.cumsum(~positioned))),
             np.concatenate((np.zeros((1, 2)), np.cumsum(_look(values[:, 2:]), axis=0))),
             time_ns[knots],
-            _way(time_ns[knots], values[knots, :2]),
+            _labelled_length_m(time_ns[knots], values[knots, :2]),
         )
 
     @property
     def labelled_m(self) -> float:
-        """Length of the labelled way, metres."""
-        return float(self.way_m[-1]) if len(self.way_m) else 0.0
+        """Length of the labelled path, metres."""
+        return float(self.path_length_m[-1]) if len(self.path_length_m) else 0.0
 
     def heading_and_speed(self, start_ns: IntArray, end_ns: IntArray) -> tuple[FloatArray, FloatArray]:
         """Heading (degrees from the BCS x axis, counter-clockwise, 0 to 360) and speed (m/s) within spans (s,).
 
         Heading is where the camera looks, on average; NaN where the span has a frame without position, where none
-        lies in it, and where the camera looks up, down or all around. Speed is way over time; NaN in the same spans
-        and where it is faster than anybody walks.
+        lies in it, and where the camera looks up, down or all around. Speed is path length over time; NaN in the same
+        spans and where it is faster than anybody walks.
         """
         start_ns, end_ns = _widened(start_ns, end_ns)
         first = np.searchsorted(self.time_ns, start_ns)
         stop = np.searchsorted(self.time_ns, end_ns, side="right")
         frames = stop - first
-        whole = (frames > 0) & (self.unknown_before[stop] == self.unknown_before[first])
+        whole = (frames > 0) & (self.unpositioned_before[stop] == self.unpositioned_before[first])
         look = (self.look_before[stop] - self.look_before[first]) / np.maximum(frames, 1)[:, None]
         clear = whole & (np.linalg.norm(look, axis=1) >= LEAST_LOOK)
         heading = np.where(clear, np.degrees(np.arctan2(look[:, 1], look[:, 0])) % 360.0, np.nan)
@@ -78,8 +78,10 @@ class PhoneMotion:
             return np.full(len(start_ns), np.nan)
         start_ns = np.maximum(start_ns, self.knot_ns[0])
         end_ns = np.minimum(end_ns, self.knot_ns[-1])
-        way_m = np.interp(end_ns, self.knot_ns, self.way_m) - np.interp(start_ns, self.knot_ns, self.way_m)
-        speed = way_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
+        length_m = np.diff([np.interp(ends, self.knot_ns, self.path_length_m) for ends in (start_ns, end_ns)], axis=0)[
+            0
+        ]
+        speed = length_m / (np.maximum(end_ns - start_ns, 1) * 1e-9)
         believable: FloatArray = np.where((end_ns - start_ns >= STEP_NS) & (speed <= FASTEST_M_PER_S), speed, np.nan)
         return believable
 
@@ -97,7 +99,7 @@ def _look(orientation: FloatArray) -> FloatArray:
     return direction
 
 
-def _way(time_ns: IntArray, position: FloatArray) -> FloatArray:
+def _labelled_length_m(time_ns: IntArray, position: FloatArray) -> FloatArray:
     """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
     if not len(time_ns):
         return np.empty(0)

@@ -80,7 +80,7 @@ def imu_windows(
         return ImuWindows(empty_table(IMU_WINDOWS), {CAUSES[motion]: len(start_ns)})
     frames = mapped_frames(trajectory, motion.gyroscope)
     cause = _causes(motion, frames, start_ns, settings)
-    heading = level_heading(frames.known_ns, frames.orientation, motion.level) if frames.known.any() else None
+    heading = level_heading(frames.positioned_ns, frames.orientation, motion.level) if frames.positioned.any() else None
     if heading is None:
         cause[cause == FINE] = NO_HEADING
         return ImuWindows(empty_table(IMU_WINDOWS), _counted(cause))

@@ -46,9 +46,9 @@ class SensorSeries:
 def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) -> SensorSeries:
     """Take one sensor from a session's ``sensors`` table; repeated and non-finite readings are left out."""
     finite = pl.all_horizontal(pl.col(columns).is_finite().fill_null(False))
-    known = pl.col("status") != Status.DUPLICATE.label
+    not_repeated = pl.col("status") != Status.DUPLICATE.label
     rows = sensors.select("sensor", "time_ns", "status", "floor", *columns)
-    rows = in_time_order(rows.filter(pl.col("sensor") == name, known, finite))
+    rows = in_time_order(rows.filter(pl.col("sensor") == name, not_repeated, finite))
     return SensorSeries(
         rows["time_ns"].to_numpy(),
         rows.select(columns).to_numpy(writable=True).reshape(-1, len(columns)),

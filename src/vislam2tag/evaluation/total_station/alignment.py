@@ -20,7 +20,7 @@ from vislam2tag.evaluation.point_errors import heading_of, walking_velocity
 from vislam2tag.evaluation.total_station.fit import (
     Adjustment,
     FreeParameters,
-    TrackPiece,
+    TrackSegment,
     errors_m,
     fit_adjustment,
     mean_clipped_error_m,
@@ -96,18 +96,18 @@ def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = 
     together.
     """
     freedom = freedom or FreeParameters()
-    pieces = [piece_of(walk.reference, walk.track, walk.frame.bcs_t_station) for walk in walks]
-    own = [search_clock(piece) for piece in pieces]
-    clock_ns = min(own, key=lambda offset: sum(mean_clipped_error_m(piece, offset) for piece in pieces))
-    if min(_labelled_error_m(piece, clock_ns) for piece in pieces) > MATCHES_M:
+    segments = [track_segment_of(walk.reference, walk.track, walk.frame.bcs_t_station) for walk in walks]
+    own = [search_clock(segment) for segment in segments]
+    clock_ns = min(own, key=lambda offset: sum(mean_clipped_error_m(segment, offset) for segment in segments))
+    if min(_labelled_error_m(segment, clock_ns) for segment in segments) > MATCHES_M:
         raise SurveyError(
             "the total station's track matches the labels at no clock offset: are tachy.csv, the station's common "
             "points and the session of one measurement?"
         )
-    matched = [_shares_clock(piece, clock_ns, offset) for piece, offset in zip(pieces, own, strict=True)]
-    start = Adjustment(int(pieces[matched.index(True)].time_ns[0]), clock_ns)
-    folds = _folds([i for i, fits in enumerate(matched) if fits], [len(piece.time_ns) for piece in pieces])
-    parts = [pieces[walk].part(rows) for walk, rows in folds]
+    matched = [_shares_clock(segment, clock_ns, offset) for segment, offset in zip(segments, own, strict=True)]
+    start = Adjustment(int(segments[matched.index(True)].time_ns[0]), clock_ns)
+    folds = _folds([i for i, fits in enumerate(matched) if fits], [len(segment.time_ns) for segment in segments])
+    parts = [segments[walk].part(rows) for walk, rows in folds]
     best, without = _cross_validated(parts, start, freedom)
     free, free_without = _cross_validated(parts, start, replace(freedom, prism=True))
     truths = [
@@ -129,26 +129,26 @@ def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = 
     )
 
 
-def _labelled_error_m(piece: TrackPiece, clock_ns: int) -> float:
+def _labelled_error_m(segment: TrackSegment, clock_ns: int) -> float:
     """Mean error of the points with a label at this offset; infinite where there are too few."""
-    errors = errors_m(piece, clock_ns)
+    errors = errors_m(segment, clock_ns)
     labelled = errors[np.isfinite(errors)]
     return float(labelled.mean()) if len(labelled) >= FEWEST_POINTS else float("inf")
 
 
-def _shares_clock(piece: TrackPiece, clock_ns: int, own_ns: int) -> bool:
+def _shares_clock(segment: TrackSegment, clock_ns: int, own_ns: int) -> bool:
     """Tell whether a walk overlaps with its track at the common offset, and no other one is right beyond doubt.
 
     Large errors are no reason: they may be the labels'.
     """
-    time_ns, frames_ns = piece.time_ns - clock_ns, piece.reference.time_ns
+    time_ns, frames_ns = segment.time_ns - clock_ns, segment.reference.time_ns
     inside = (time_ns >= frames_ns.min()) & (time_ns <= frames_ns.max())
     far = abs(own_ns - clock_ns) > OTHER_CLOCK_S * 1e9
-    own_m, common_m = mean_clipped_error_m(piece, own_ns), mean_clipped_error_m(piece, clock_ns)
+    own_m, common_m = mean_clipped_error_m(segment, own_ns), mean_clipped_error_m(segment, clock_ns)
     return int(inside.sum()) >= FEWEST_POINTS and not (far and own_m < common_m / OTHER_CLOCK_FACTOR)
 
 
-def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similarity2) -> TrackPiece:
+def track_segment_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similarity2) -> TrackSegment:
     """Put a station's track into the building, and find where and which way it was walked steadily."""
     time_ns, prism = track.time_ns, bcs_T_station @ track.position
     velocity = walking_velocity(time_ns, time_ns, prism)
@@ -159,7 +159,7 @@ def piece_of(reference: Trajectory, track: StationTrack, bcs_T_station: Similari
         # Who stands still or turns is taken to look as shortly before or after.
         nearest = known[np.searchsorted((known[1:] + known[:-1]) / 2, np.arange(len(prism)))]
         ahead = velocity[nearest] / np.linalg.norm(velocity[nearest], axis=1, keepdims=True)
-    return TrackPiece(reference, time_ns, prism, ahead, steady)
+    return TrackSegment(reference, time_ns, prism, ahead, steady)
 
 
 def _steady(time_ns: IntArray, prism_bcs: FloatArray, velocity_bcs: FloatArray) -> BoolArray:
@@ -178,7 +178,7 @@ def _folds(walks: list[int], points: list[int]) -> list[tuple[int, slice]]:
 
 
 def _cross_validated(
-    parts: list[TrackPiece], start: Adjustment, freedom: FreeParameters
+    parts: list[TrackSegment], start: Adjustment, freedom: FreeParameters
 ) -> tuple[Adjustment, list[Adjustment]]:
     """The adjustment by all parts, and for each part that by the others."""
     best = fit_adjustment(parts, start, freedom)
@@ -186,7 +186,7 @@ def _cross_validated(
     return best, [fit_adjustment(rest, start, freedom) for rest in others]
 
 
-def _truth(parts: list[TrackPiece], adjustments: list[Adjustment], mine: list[int]) -> Truth | None:
+def _truth(parts: list[TrackSegment], adjustments: list[Adjustment], mine: list[int]) -> Truth | None:
     """Put the folds of one walk together, each placed by the adjustment that does not know it."""
     if not mine:
         return None

@@ -1,4 +1,4 @@
-"""Fitting a station's clock (and the prism's place) to labels: one offset over several pieces of walks."""
+"""Fitting a station's clock (and the prism's place) to labels: one offset over several segments of walks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PPM = 1e-6
 
 
 @dataclass(frozen=True)
-class TrackPiece:
+class TrackSegment:
     """A walk, or a part of it, with the station's track: the labels to fit to, and ``k`` measured points.
 
     ``time_ns`` (k,) the station's wall clock; ``prism_bcs`` (k, 2) metres; ``ahead`` (k, 2) unit vector of walking,
@@ -40,9 +40,11 @@ class TrackPiece:
     ahead: FloatArray
     steady: BoolArray
 
-    def part(self, rows: slice | BoolArray) -> TrackPiece:
+    def part(self, rows: slice | BoolArray) -> TrackSegment:
         """Only some of the measured points: a slice or mask (k,)."""
-        return TrackPiece(self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows])
+        return TrackSegment(
+            self.reference, self.time_ns[rows], self.prism_bcs[rows], self.ahead[rows], self.steady[rows]
+        )
 
     @property
     def left(self) -> FloatArray:
@@ -79,36 +81,39 @@ class Adjustment:
         grown = np.round((time_ns - self.epoch_ns) * (self.drift_ppm * PPM)).astype(np.int64)
         return np.asarray(time_ns - self.clock_ns - grown)
 
-    def camera_bcs(self, piece: TrackPiece) -> FloatArray:
+    def camera_bcs(self, segment: TrackSegment) -> FloatArray:
         """Where the camera was (k, 2), metres."""
-        return piece.prism_bcs - self.ahead_m * piece.ahead - self.left_m * piece.left
+        return segment.prism_bcs - self.ahead_m * segment.ahead - self.left_m * segment.left
 
 
-def errors_m(piece: TrackPiece, clock_ns: int) -> FloatArray:
+def errors_m(segment: TrackSegment, clock_ns: int) -> FloatArray:
     """Distance (k,) between each measured point and the label at its time, with this offset; NaN without a label."""
-    labels = label_by_interpolation(piece.time_ns - clock_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
-    return np.asarray(np.linalg.norm(labels - piece.prism_bcs, axis=1))
+    labels = label_by_interpolation(segment.time_ns - clock_ns, segment.reference, MAX_GAP_S).position_bcs[:, :2]
+    return np.asarray(np.linalg.norm(labels - segment.prism_bcs, axis=1))
 
 
-def mean_clipped_error_m(piece: TrackPiece, clock_ns: int) -> float:
-    """Mean error of a piece with this offset, each at most :data:`CLIP_M`, as is a point without a label."""
-    return float(np.nan_to_num(errors_m(piece, clock_ns), nan=CLIP_M).clip(max=CLIP_M).mean())
+def mean_clipped_error_m(segment: TrackSegment, clock_ns: int) -> float:
+    """Mean error of a segment with this offset, each at most :data:`CLIP_M`, as is a point without a label."""
+    return float(np.nan_to_num(errors_m(segment, clock_ns), nan=CLIP_M).clip(max=CLIP_M).mean())
 
 
-def search_clock(piece: TrackPiece) -> int:
+def search_clock(segment: TrackSegment) -> int:
     """The offset (ns) with the least error among all at which track and walk overlap, to :data:`GRID_S`."""
-    thinned = piece.part(slice(None, None, len(piece.time_ns) // SEARCHED + 1))
-    first, last = piece.time_ns[0] - piece.reference.time_ns.max(), piece.time_ns[-1] - piece.reference.time_ns.min()
+    thinned = segment.part(slice(None, None, len(segment.time_ns) // SEARCHED + 1))
+    first, last = (
+        segment.time_ns[0] - segment.reference.time_ns.max(),
+        segment.time_ns[-1] - segment.reference.time_ns.min(),
+    )
     offsets = np.arange(first, last, round(GRID_S * 1e9), dtype=np.int64)
     return int(min(offsets.tolist(), key=lambda offset: mean_clipped_error_m(thinned, offset)))
 
 
-def fit_adjustment(pieces: Sequence[TrackPiece], start: Adjustment, freedom: FreeParameters) -> Adjustment:
+def fit_adjustment(segments: Sequence[TrackSegment], start: Adjustment, freedom: FreeParameters) -> Adjustment:
     """Least robust squares of label minus camera over all points passed steadily, from a start within a second or so.
 
     Points without a label there do not count.
     """
-    walked = [piece.part(piece.steady) for piece in pieces]
+    steady = [segment.part(segment.steady) for segment in segments]
     free = np.array([True, freedom.drift, freedom.prism, freedom.prism])
 
     def at(values: FloatArray) -> Adjustment:
@@ -116,10 +121,10 @@ def fit_adjustment(pieces: Sequence[TrackPiece], start: Adjustment, freedom: Fre
         return Adjustment(start.epoch_ns, start.clock_ns + round(clock_s * 1e9), drift_ppm, ahead_m, left_m)
 
     def residual(values: FloatArray) -> FloatArray:
-        return np.concatenate([_residual(piece, at(values)).ravel() for piece in walked])
+        return np.concatenate([_residual(segment, at(values)).ravel() for segment in steady])
 
     def jacobian(values: FloatArray) -> FloatArray:
-        return np.concatenate([_jacobian(piece, at(values)) for piece in walked])[:, free]
+        return np.concatenate([_jacobian(segment, at(values)) for segment in steady])[:, free]
 
     solution = least_squares(
         residual, np.zeros(int(free.sum())), jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac"
@@ -134,18 +139,18 @@ def _spread(values: FloatArray, free: BoolArray) -> list[float]:
     return [float(value) for value in full]
 
 
-def _residual(piece: TrackPiece, adjustment: Adjustment) -> FloatArray:
+def _residual(segment: TrackSegment, adjustment: Adjustment) -> FloatArray:
     """Label minus camera (k, 2), metres; 0 without a label."""
-    time_ns = adjustment.label_time_ns(piece.time_ns)
-    labels = label_by_interpolation(time_ns, piece.reference, MAX_GAP_S).position_bcs[:, :2]
-    return np.nan_to_num(labels - adjustment.camera_bcs(piece))
+    time_ns = adjustment.label_time_ns(segment.time_ns)
+    labels = label_by_interpolation(time_ns, segment.reference, MAX_GAP_S).position_bcs[:, :2]
+    return np.nan_to_num(labels - adjustment.camera_bcs(segment))
 
 
-def _jacobian(piece: TrackPiece, adjustment: Adjustment) -> FloatArray:
+def _jacobian(segment: TrackSegment, adjustment: Adjustment) -> FloatArray:
     """Derivative (2k, 4) of the residual by clock (s), drift (ppm), ahead and left (m)."""
-    time_ns = adjustment.label_time_ns(piece.time_ns)
-    ends = [label_by_interpolation(time_ns + step, piece.reference, MAX_GAP_S) for step in (-STEP_NS, STEP_NS)]
+    time_ns = adjustment.label_time_ns(segment.time_ns)
+    ends = [label_by_interpolation(time_ns + step, segment.reference, MAX_GAP_S) for step in (-STEP_NS, STEP_NS)]
     velocity = np.nan_to_num((ends[1].position_bcs - ends[0].position_bcs)[:, :2] / (2e-9 * STEP_NS))
-    since_s = (piece.time_ns - adjustment.epoch_ns) * 1e-9
-    columns = (-velocity, -velocity * (since_s * PPM)[:, None], piece.ahead, piece.left)
+    since_s = (segment.time_ns - adjustment.epoch_ns) * 1e-9
+    columns = (-velocity, -velocity * (since_s * PPM)[:, None], segment.ahead, segment.left)
     return np.stack(columns, axis=-1).reshape(-1, 4)

@@ -47,10 +47,10 @@ def clock_by_speed(reference: Trajectory, track: StationTrack) -> int:
 
     Raises SurveyError where they are alike at no offset.
     """
-    walked, measured = _speeds(*usable_path(reference)), _speeds(track.time_ns, track.position)
+    mapped, measured = _speeds(*usable_path(reference)), _speeds(track.time_ns, track.position)
     fewest = round(FEWEST_S / STEP_S)
-    shifts = range(fewest - len(walked), len(measured) - fewest + 1)
-    alike = [_correlation(walked, measured, shift, fewest) for shift in shifts]
+    shifts = range(fewest - len(mapped), len(measured) - fewest + 1)
+    alike = [_correlation(mapped, measured, shift, fewest) for shift in shifts]
     if not alike or max(alike) < MIN_CORRELATION:
         raise SurveyError(
             "the total station's track and the labels never move alike: are tachy.csv and the session of one "
@@ -77,10 +77,10 @@ def _in_gap(at_ns: IntArray, time_ns: IntArray) -> BoolArray:
     return np.asarray(time_ns[after] - time_ns[after - 1] > MAX_GAP_S * 1e9)
 
 
-def _correlation(walked: FloatArray, measured: FloatArray, shift: int, fewest: int) -> float:
-    """Of the speeds (j,), (l,) where both are known, with ``walked[i]`` beside ``measured[i + shift]``."""
-    start, stop = max(0, -shift), min(len(walked), len(measured) - shift)
-    one, other = walked[start:stop], measured[start + shift : stop + shift]
+def _correlation(mapped: FloatArray, measured: FloatArray, shift: int, fewest: int) -> float:
+    """Of the speeds (j,), (l,) where both are known, with ``mapped[i]`` beside ``measured[i + shift]``."""
+    start, stop = max(0, -shift), min(len(mapped), len(measured) - shift)
+    one, other = mapped[start:stop], measured[start + shift : stop + shift]
     known = np.isfinite(one) & np.isfinite(other)
     if known.sum() < fewest or not min(one[known].std(), other[known].std()) > 0:
         return -1.0

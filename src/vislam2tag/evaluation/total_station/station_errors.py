@@ -11,7 +11,7 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind, walking_heading
-from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, piece_of
+from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, track_segment_of
 from vislam2tag.evaluation.total_station.fit import mean_clipped_error_m, search_clock
 from vislam2tag.evaluation.total_station.frame import frame_findings
 from vislam2tag.evaluation.total_station.station_file import StationTrack
@@ -43,12 +43,12 @@ def clock_offset(walks: Sequence[tuple[Trajectory, StationTrack]], bcs_T_station
     The paper's rule: the offset is fitted to the very errors it is then used for. Everything else uses
     :func:`~vislam2tag.evaluation.total_station.alignment.align_device`.
     """
-    pieces = [piece_of(trajectory, track, bcs_T_station) for trajectory, track in walks]
+    segments = [track_segment_of(trajectory, track, bcs_T_station) for trajectory, track in walks]
 
     def cost(offset_ns: int) -> float:
-        return sum(mean_clipped_error_m(piece, offset_ns) * len(piece.time_ns) for piece in pieces)
+        return sum(mean_clipped_error_m(segment, offset_ns) * len(segment.time_ns) for segment in segments)
 
-    best = min((search_clock(piece) for piece in pieces), key=cost)
+    best = min((search_clock(segment) for segment in segments), key=cost)
     for reach_s, step_s in ((0.5, 0.05), (0.05, 0.01)):
         steps = np.arange(-reach_s, reach_s + step_s / 2, step_s)
         best = min((best + (steps * 1e9).astype(np.int64)).tolist(), key=cost)

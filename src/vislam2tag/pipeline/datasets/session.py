@@ -1,4 +1,4 @@
-"""One labelled session to its parts of a data set's tables, in a worker process; then all sessions' findings."""
+"""One labelled session to its rows of a data set's tables, in a worker process; then all sessions' findings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FAILED = "session_without_label"
 
 @dataclass(frozen=True)
 class SessionJob:
-    """All that a worker needs to build one session's parts."""
+    """All that a worker needs to build one session's rows."""
 
     labelled: LabelledSession
     session: str
@@ -38,8 +38,8 @@ class SessionJob:
     building: str
     number: int
     """Its place in the data set's order."""
-    parts: Path
-    """Folder for the parts, ``TABLE/NUMBER.parquet``."""
+    parts_folder: Path
+    """Each session's rows: ``TABLE/NUMBER.parquet``."""
     settings: DatasetSettings
     max_sigma_m: float
 
@@ -58,7 +58,7 @@ class SessionOutcome:
 
 
 def build_session(job: SessionJob) -> SessionOutcome:
-    """Build one session's parts of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
+    """Build one session's rows of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
     result = job.labelled.result()
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
     walk = SessionWalk.of(result, trajectory, job.session, job.building)
@@ -148,7 +148,7 @@ def _session_row(job: SessionJob, result: SessionResult, walk: SessionWalk, fing
 
 
 def _write(job: SessionJob, table: str, rows: pl.DataFrame) -> None:
-    folder = job.parts / table
+    folder = job.parts_folder / table
     folder.mkdir(parents=True, exist_ok=True)
     write_parquet(rows, folder / f"{job.number:06d}.parquet", compression="lz4")
 

@@ -40,7 +40,7 @@ from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.survey.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
-"""The ways to tell at which control point a press was made."""
+"""The methods to tell at which control point a press was made."""
 REFERENCE = "smoother"
 """The strategy whose labels tell where presses were made, for all strategies alike."""
 TRAJECTORIES = "trajectories"
@@ -182,16 +182,16 @@ def _at_control_points(
     except (SessionError, SurveyError) as error:
         found.missing.append(str(error))
         return
-    ways: dict[str, Callable[[Trajectory], PointErrors]] = {
+    methods: dict[str, Callable[[Trajectory], PointErrors]] = {
         IDENTIFIED: lambda trajectory: press_errors(trajectory, truth),
         NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor),
     }
     if np.isfinite(truth.lead.lead_s):
-        ways[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
-    for way, compare in ways.items():
+        methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
+    for method, compare in methods.items():
         for name, trajectory in mapped.items():
             points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
-            found.measured.append(strategy_errors(points, way, name))
+            found.measured.append(strategy_errors(points, method, name))
     found.findings += press_truth_findings(truth)
     found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
 

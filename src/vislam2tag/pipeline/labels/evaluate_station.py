@@ -30,7 +30,7 @@ from vislam2tag.sessions.prepared import prepared_session
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
 """What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
-WAYS = (AT_PRISM, AT_CAMERA)
+METHODS = (AT_PRISM, AT_CAMERA)
 FEWEST_COMMON = 2
 """With fewer shots of fixed points than this, presses in the station's view help to find its frame."""
 
@@ -91,7 +91,9 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         frame = _frame(walks)
         standing = [StationWalk(walk.mapped[REFERENCE], walk.track, frame) for walk in walks]
         drift = jobs[0].clock_drift
-        ways = {way: align_device(standing, FreeParameters(drift=drift, prism=way == AT_CAMERA)) for way in WAYS}
+        methods = {
+            method: align_device(standing, FreeParameters(drift=drift, prism=method == AT_CAMERA)) for method in METHODS
+        }
     except Vislam2tagError as error:
         for walk in walks:
             outcome.found[walk.job.ref.slug].missing.append(str(error))
@@ -99,10 +101,10 @@ def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
     lag_s = _pose_lag(walks)
     for number, walk in enumerate(walks):
         found = outcome.found[walk.job.ref.slug]
-        found.findings += station_findings(standing[number], ways[AT_PRISM], number)
-        found.estimates |= _estimates(frame, ways[AT_PRISM]) | {"pose_lag_s": lag_s}
-        for way, alignment in ways.items():
-            _compare(walk, way, alignment, number, found)
+        found.findings += station_findings(standing[number], methods[AT_PRISM], number)
+        found.estimates |= _estimates(frame, methods[AT_PRISM]) | {"pose_lag_s": lag_s}
+        for method, alignment in methods.items():
+            _compare(walk, method, alignment, number, found)
     return outcome
 
 
@@ -153,13 +155,13 @@ def _pose_lag(walks: Sequence[_Walk]) -> float | None:
     return rounded(median(lags)) if lags else None
 
 
-def _compare(walk: _Walk, way: str, alignment: DeviceAlignment, number: int, found: Found) -> None:
+def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, found: Found) -> None:
     truth = alignment.truths[number]
     if truth is None:
         return
     for name in walk.job.strategies:
         points = station_point_errors(walk.mapped[name], truth)
-        found.measured.append(strategy_errors(sure_points(points, walk.job.settings.labels.max_sigma_m), way, name))
+        found.measured.append(strategy_errors(sure_points(points, walk.job.settings.labels.max_sigma_m), method, name))
 
 
 def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, float | None]:

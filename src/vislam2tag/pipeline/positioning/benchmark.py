@@ -70,7 +70,7 @@ def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
     with tempfile.TemporaryDirectory(prefix="vislam2tag-benchmark-") as scratch:
         dataset = import_format(data, Path(scratch) / name, ImportOptions(format_name=PUBLIC[name]))
         split = _official(dataset)
-        if split is None or any(part.is_empty() for fold in split.info.folds for part in split.parts(fold)):
+        if split is None or any(part.is_empty() for fold in split.info.folds for part in split.train_test_ids(fold)):
             raise DatasetError(f"{data}: holds only a part of {name}; put its training and test files together")
         yield dataset
 

@@ -103,7 +103,7 @@ def _parts(dataset: Dataset, plan: TrainPlan) -> tuple[LearningData, LearningDat
             raise UsageError(f"--fold {plan.fold}: belongs to a split; give --split as well")
         return learning_data(dataset, plan.technology), None, "all"
     split, fold = _fold(dataset, plan.split, plan.fold)
-    learned, tested = learning_data(dataset, plan.technology).parts(split, fold)
+    learned, tested = learning_data(dataset, plan.technology).train_test(split, fold)
     part = f"split {split.info.name}, fold {fold.name}"
     if not len(learned):
         raise DatasetError(f"{dataset.info.name}: no labelled fingerprint trains in {part}; choose another fold")

@@ -128,7 +128,7 @@ def _record(found: WalkableFloor) -> dict[str, object]:
         "floor": found.floor.number,
         "area_m2": round(found.area_m2, 1),
         "cell_m": found.space.area.cell_m,
-        "ways_m": round(float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()), 1),
+        "corridors_m": round(float(graph.length_m[~graph.in_room & ~graph.shortcut].sum()), 1),
         "nodes": dict(sorted(Counter(kind.value for kind in graph.kinds).items())),
         "findings": [finding.model_dump(mode="json") for finding in found.findings],
     }

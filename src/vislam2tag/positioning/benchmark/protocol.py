@@ -115,7 +115,7 @@ def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) 
 
 def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress[float] = silent) -> RunOutcome:
     """Train and score; raises DatasetError where a part is empty or the model cannot learn from it."""
-    train, test = data.parts(run.split, run.split.fold(run.fold))
+    train, test = data.train_test(run.split, run.split.fold(run.fold))
     for what, part in (("trains", train), ("tests", test)):
         if not len(part):
             raise DatasetError(f"split {run.split.info.name}, fold {run.fold}: no labelled fingerprint {what}")

@@ -33,9 +33,9 @@ class LearningData:
     def __getitem__(self, rows: Rows) -> LearningData:
         return LearningData(self.ids[rows], self.scans[rows], self.places[rows])
 
-    def parts(self, split: Split, fold: Fold) -> tuple[LearningData, LearningData]:
+    def train_test(self, split: Split, fold: Fold) -> tuple[LearningData, LearningData]:
         """Return what trains and what tests in a fold."""
-        train, test = split.parts(fold)
+        train, test = split.train_test_ids(fold)
         return self[self._among(train)], self[self._among(test)]
 
     def _among(self, ids: pl.Series) -> BoolArray:

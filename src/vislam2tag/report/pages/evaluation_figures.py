@@ -1,4 +1,4 @@
-"""The Plotly figures of an evaluation's page: errors as curves, against landmark movement, and against the way."""
+"""The Plotly figures of an evaluation's page: errors as curves, against landmark movement, and against distance."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#4
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash")
 
 
-def cdf_figure(evaluation: SurveyEvaluation, truth: TruthKind, way: str) -> str:
+def cdf_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str:
     """Return, as JSON, each strategy's share of points with an error up to a length, with bands."""
     figure = _figure()
     for number, strategy in enumerate(evaluation.strategies):
-        walks = [one for _, one in _measured(evaluation, truth, way, strategy)]
+        walks = [one for _, one in _measured(evaluation, truth, method, strategy)]
         curve = error_curve(walks) if walks else None
         if curve is not None:
             _add_curve(figure, curve, strategy, number)
@@ -58,13 +58,13 @@ def _add_curve(figure: go.Figure, curve: ErrorCurve, strategy: str, number: int)
     )
 
 
-def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, way: str) -> str | None:
+def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str | None:
     """Return, as JSON, each walk's mean error against the movement of its landmarks; None where no walk tells."""
     figure = _figure()
     for number, strategy in enumerate(evaluation.strategies):
         pairs = [
             (session, one.mean_m)
-            for session, one in _measured(evaluation, truth, way, strategy)
+            for session, one in _measured(evaluation, truth, method, strategy)
             if one.mean_m is not None and session.movement_m is not None
         ]
         if pairs:
@@ -83,7 +83,7 @@ def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, way: str) ->
 
 
 def drift_figure(evaluation: SurveyEvaluation) -> str | None:
-    """Return, as JSON, the mean error by the way since the last landmark; None without dense truth."""
+    """Return, as JSON, the mean error by the distance walked since the last landmark; None without dense truth."""
     figure = _figure()
     for number, strategy in enumerate(evaluation.strategies):
         rows = [row for row in evaluation.dense if (row.strategy, row.what) == (strategy, SINCE_LANDMARK)]
@@ -96,19 +96,19 @@ def drift_figure(evaluation: SurveyEvaluation) -> str | None:
                 line={"color": COLOURS[number % len(COLOURS)], "dash": DASHES[number % len(DASHES)]},
                 hovertemplate="%{x} m: %{y:.2f} m",
             )
-    figure.update_xaxes(axis("way since the last landmark / m", None, grid=False), type="category")
+    figure.update_xaxes(axis("distance walked since the last landmark / m", None, grid=False), type="category")
     figure.update_yaxes(axis("mean error / m", None, grid=True), rangemode="tozero")
     return figure_json(figure) if figure.data else None
 
 
 def _measured(
-    evaluation: SurveyEvaluation, truth: TruthKind, way: str, strategy: str
+    evaluation: SurveyEvaluation, truth: TruthKind, method: str, strategy: str
 ) -> list[tuple[SessionEvaluation, StrategyErrors]]:
     return [
         (session, one)
         for session in evaluation.sessions
         for one in session.measured
-        if (one.truth, one.way, one.strategy) == (truth, way, strategy)
+        if (one.truth, one.method, one.strategy) == (truth, method, strategy)
     ]
 
 

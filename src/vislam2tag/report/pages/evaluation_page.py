@@ -16,8 +16,8 @@ from vislam2tag.report.pages.evaluation_figures import cdf_figure, drift_figure,
 
 @dataclass(frozen=True)
 class TruthView:
-    """One truth, made in one way: its rows over all walks and over their points, over the walks of each floor and each
-    device, and its figures.
+    """One truth, made by one method: its rows over all walks and over their points, over the walks of each floor and
+    each device, and its figures.
     """
 
     name: str
@@ -47,20 +47,20 @@ def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluati
 
 
 def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
-    for (truth, way), group in groupby(evaluation.rows, key=lambda row: (row.truth, row.way)):
+    for (truth, method), group in groupby(evaluation.rows, key=lambda row: (row.truth, row.method)):
         rows = list(group)
         yield TruthView(
-            name=truth_name(truth, way),
+            name=truth_name(truth, method),
             walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
             points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
             groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
-            curves=cdf_figure(evaluation, truth, way),
-            movement=movement_figure(evaluation, truth, way),
+            curves=cdf_figure(evaluation, truth, method),
+            movement=movement_figure(evaluation, truth, method),
         )
 
 
 def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[StrategyErrors | None]]]:
     """Yield a session's truths by name, and what each strategy shows against it."""
-    for truth, way in dict.fromkeys((one.truth, one.way) for one in session.measured):
-        here = {one.strategy: one for one in session.measured if (one.truth, one.way) == (truth, way)}
-        yield truth_name(truth, way), [here.get(strategy) for strategy in strategies]
+    for truth, method in dict.fromkeys((one.truth, one.method) for one in session.measured):
+        here = {one.strategy: one for one in session.measured if (one.truth, one.method) == (truth, method)}
+        yield truth_name(truth, method), [here.get(strategy) for strategy in strategies]

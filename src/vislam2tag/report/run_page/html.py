@@ -51,7 +51,7 @@ class _Pages:
     results: Iterable[SessionResult]
     summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
-    walked: set[int] = field(default_factory=set)
+    floors_walked: set[int] = field(default_factory=set)
     """Floors to which walks led that lie under another one."""
 
     def floors(self) -> Iterator[FloorView]:
@@ -59,7 +59,7 @@ class _Pages:
         for number, results in groupby(self.results, key=lambda result: result.floor):
             shown.add(number)
             yield self._floor(number, self._views(results))
-        for number in sorted(self.walked - shown):
+        for number in sorted(self.floors_walked - shown):
             yield self._floor(number, None)
 
     def _floor(self, number: int, sessions: Iterator[SessionView] | None) -> FloorView:
@@ -73,7 +73,7 @@ class _Pages:
             interval_s = result.scans.median_interval_s if result.scans else None
             view = SessionView(result, throttled=interval_s is not None and interval_s > longest_s)
             self.bars.append(view.bar)
-            self.walked |= result.elsewhere.keys() & {floor.number for floor in self.survey.site.floors}
+            self.floors_walked |= result.elsewhere.keys() & {floor.number for floor in self.survey.site.floors}
             yield view
 
     def time_figure(self) -> Markup:

@@ -52,7 +52,7 @@ def read_guarded(path: Path, function: Callable[P, R], *args: P.args, **kwargs: 
     if path.is_file() and path.stat().st_size > MOST_BYTES:
         raise OSError(f"is larger than {MOST_BYTES // 1_000_000} MB; make a smaller one")
     if _is_small_image(path):
-        return told(function, *args, **kwargs)
+        return call_raising_os_error(function, *args, **kwargs)
     request = pickle.dumps((CPU_S, function, args, kwargs))
     asked = (request, path.stat().st_mtime_ns if path.is_file() else None)
     if asked in _refused:
@@ -65,7 +65,7 @@ def read_guarded(path: Path, function: Callable[P, R], *args: P.args, **kwargs: 
         raise
 
 
-def told(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+def call_raising_os_error(function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
     """Return what a function returns; raises OSError for whatever it raises."""
     try:
         return function(*args, **kwargs)
@@ -183,7 +183,7 @@ def _answer(
     function: Callable[..., object], args: tuple[object, ...], kwargs: dict[str, object]
 ) -> tuple[str | None, object]:
     try:
-        return None, told(function, *args, **kwargs)
+        return None, call_raising_os_error(function, *args, **kwargs)
     except OSError as error:
         return str(error), None
 

@@ -19,7 +19,7 @@ from vislam2tag.dataset.writing.labelled_samples import (
     with_unix_time,
 )
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
-from vislam2tag.dataset.writing.split_parts import chosen_parts
+from vislam2tag.dataset.writing.train_test_assignment import train_test_assignment
 
 HOLDS = {
     SET: (ONE_SPLIT,),
@@ -50,7 +50,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
     Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
     """
-    parts = chosen_parts(dataset, context)
+    parts = train_test_assignment(dataset, context)
     fingerprints, findings = labelled_fingerprints(dataset, uncertain=False)
     sets = parts.part.select("scan_id", set=pl.col("part").replace_strict(SETS))
     extra = sets.lazy().join(with_unix_time(dataset), on="scan_id", how="full", coalesce=True).collect()

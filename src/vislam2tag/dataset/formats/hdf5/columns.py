@@ -148,6 +148,6 @@ def write_splits(group: h5py.Group, splits: Mapping[str, Split], ids: pl.Series)
             # A fold's name may hold a slash, which would make a further group of it.
             each = own.create_group(f"fold_{number}", track_order=True)
             each.attrs["name"] = fold.name
-            for part, members in zip(("train", "test"), split.parts(fold), strict=True):
+            for part, members in zip(("train", "test"), split.train_test_ids(fold), strict=True):
                 rows = numbered.join(pl.DataFrame({"id": members}), on="id", how="semi", maintain_order="left")["row"]
                 each.create_dataset(part, data=rows.cast(pl.Int64).to_numpy())

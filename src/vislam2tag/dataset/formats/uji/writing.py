@@ -32,7 +32,7 @@ from vislam2tag.dataset.writing.labelled_samples import (
     with_unix_time,
 )
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
-from vislam2tag.dataset.writing.split_parts import chosen_parts
+from vislam2tag.dataset.writing.train_test_assignment import train_test_assignment
 
 EXPORT_HELP = "UJIIndoorLoc's trainingData.csv and validationData.csv: one column an access point, 100 = not heard"
 HOLDS = {
@@ -50,7 +50,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
     for a split that is not there.
     """
-    parts = chosen_parts(dataset, context)
+    parts = train_test_assignment(dataset, context)
     fingerprints, findings = labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
     transmitters = (
         dataset.access_points.filter(pl.col("technology") == TECHNOLOGY)

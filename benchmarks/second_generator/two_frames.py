@@ -1,4 +1,4 @@
-"""Surveys made in two pieces that do not fit: beyond a line, all that is told lies off by some decimetres.
+"""Surveys made in two frames that do not fit: beyond a line, all surveyed positions lie off by some decimetres.
 
 On the real walks one such step lies between two landmarks, and walks cross it: nothing in a log tells where.
 """
@@ -17,10 +17,10 @@ FEWEST_BEYOND = 2
 ATTEMPTS = 30
 
 
-def in_two_pieces(made: MadeWalk, seed: int) -> MadeWalk:
+def surveyed_in_two_frames(made: MadeWalk, seed: int) -> MadeWalk:
     """Shift landmarks and truth beyond a line that the walk crosses, with two landmarks or more on either side.
 
-    A label is right where it fits the piece of the survey that it lies in. Raises RuntimeError where no line does.
+    A label is right where it fits the frame of the survey that it lies in. Raises RuntimeError where no line does.
     """
     rng = np.random.default_rng([seed, 1])
     landmarks, truth = made.landmarks, made.truth_bcs

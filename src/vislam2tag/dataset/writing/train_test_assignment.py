@@ -13,7 +13,7 @@ from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, Split
 
 
 @dataclass(frozen=True)
-class SplitParts:
+class TrainTestAssignment:
     """Which fingerprints train and which test."""
 
     part: pl.DataFrame
@@ -30,7 +30,7 @@ class SplitParts:
         return (Finding(kind="in_neither_part", file="", count=count, message=message, severity=Severity.INFO),)
 
 
-def chosen_parts(dataset: Dataset, context: ExportContext) -> SplitParts:
+def train_test_assignment(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
     """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.
 
     Raises UsageError for a split or fold that is not there, and where a split has several folds and none is chosen.
@@ -44,7 +44,7 @@ def chosen_parts(dataset: Dataset, context: ExportContext) -> SplitParts:
     return _parts(split, _fold(split, context.fold))
 
 
-def _without_choice(dataset: Dataset, context: ExportContext) -> SplitParts:
+def _without_choice(dataset: Dataset, context: ExportContext) -> TrainTestAssignment:
     if context.fold is not None:
         raise UsageError(f"--fold {context.fold}: say of which split by --split")
     official = [split for split in dataset.splits.values() if split.info.kind == "official"]
@@ -54,7 +54,9 @@ def _without_choice(dataset: Dataset, context: ExportContext) -> SplitParts:
     message = "no split chosen (--split): all is training data" + (
         f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
     )
-    return SplitParts(ids, (Finding(kind="no_split", file="", count=1, message=message, severity=Severity.INFO),))
+    return TrainTestAssignment(
+        ids, (Finding(kind="no_split", file="", count=1, message=message, severity=Severity.INFO),)
+    )
 
 
 def _fold(split: Split, name: str | None) -> Fold:
@@ -70,9 +72,9 @@ def _fold(split: Split, name: str | None) -> Fold:
         raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; there are: {there}") from error
 
 
-def _parts(split: Split, fold: Fold) -> SplitParts:
-    train, test = split.parts(fold)
+def _parts(split: Split, fold: Fold) -> TrainTestAssignment:
+    train, test = split.train_test_ids(fold)
     part = pl.concat(
         [pl.DataFrame({"scan_id": ids}).with_columns(part=pl.lit(name)) for ids, name in ((train, TRAIN), (test, TEST))]
     )
-    return SplitParts(part)
+    return TrainTestAssignment(part)
