@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,14 @@ def test_files_left_out_are_exit_code_one(tmp_path: Path) -> None:
 def test_wrong_usage_is_exit_code_two(tmp_path: Path) -> None:
     done = vislam2tag("import", tmp_path, "--out", tmp_path / "set")
     assert "is none of the formats known" in the_error(done)
+    assert not (tmp_path / "set").exists()
+
+
+def test_an_archive_unpacks_to_as_much_as_is_said(tmp_path: Path) -> None:
+    archive = shutil.make_archive(str(tmp_path / "t"), "zip", quartet(tmp_path / "in"))
+    done = vislam2tag("import", archive, "--out", tmp_path / "set", "--max-unpacked-gb", "1e-8")
+    assert done.returncode == 2
+    assert "unpacks to more than 1e-08 GB" in the_error(done)
     assert not (tmp_path / "set").exists()
 
 

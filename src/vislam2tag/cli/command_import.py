@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,6 +81,9 @@ def _import(
         Path | None,
         typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
     ] = None,
+    max_unpacked_gb: Annotated[
+        float, typer.Option(min=0.0, help="Most that an archive may unpack to, gigabytes (10^9 bytes).")
+    ] = 20.0,
     include_nomap: IncludeNomap = False,
     hash_bssid: HashBssid = None,
     no_ssid: NoSsid = False,
@@ -98,6 +102,7 @@ def _import(
         privacy_of(include_nomap, hash_bssid, no_ssid),
         None if describe is None else read_description(describe),
         replace,
+        _bytes(max_unpacked_gb),
     )
     try:
         with session_bar("files") as bar:
@@ -107,6 +112,12 @@ def _import(
         raise typer.Exit(INTERRUPTED) from None
     typer.echo(dataset.info.model_dump_json(indent=1) if json else "\n".join(_summary(dataset, out)))
     raise typer.Exit(1 if any(finding.severity is Severity.ERROR for finding in dataset.info.findings) else 0)
+
+
+def _bytes(gigabytes: float) -> int:
+    if not gigabytes < math.inf:
+        raise UsageError("--max-unpacked-gb: give a number of gigabytes, such as 20")
+    return round(gigabytes * 1e9)
 
 
 def degrees_of(text: str) -> tuple[float, float]:

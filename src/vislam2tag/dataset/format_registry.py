@@ -16,6 +16,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.reading.archives import MOST_UNPACKED, check_archive
 from vislam2tag.dataset.transmitters.privacy import Privacy
 
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
@@ -31,6 +32,8 @@ class ImportContext:
     """Latitude and longitude, degrees, where metres count from, for formats whose positions are geographic."""
     progress: Progress[str] = silent
     """Called after each file (or walk) with its name."""
+    most_unpacked: int = MOST_UNPACKED
+    """Bytes that an archive may unpack to."""
 
 
 class Reader(Protocol):
@@ -159,10 +162,11 @@ def _named(formats: Mapping[str, _Format], name: str, done: str) -> _Format:
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
-    Raises DatasetError where the path is not there, and where no format or several recognise it.
+    Raises DatasetError where the path is not there or a damaged archive, and where no format or several recognise it.
     """
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")
+    check_archive(path)
     formats = import_formats()
     found = [name for name, each in formats.items() if each.recognises(path)]
     if len(found) == 1:

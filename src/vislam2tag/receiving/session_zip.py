@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import re
 import stat
 import struct
@@ -11,8 +10,8 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
+from vislam2tag.common.bounded_file import BoundedFile
 from vislam2tag.common.errors import SessionError, first_line
 from vislam2tag.common.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
@@ -52,8 +51,12 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
     that no session has (paths included), links, doubles, too many bytes, missing or wrong checksums, and for a record
     that is missing, wrong or not ended. What was unpacked by then is the caller's to remove.
     """
+    too_many = RefusedZipError("the zip is not whole, or holds more files than a session has")
     try:
-        with plain(path).open("rb") as opened, zipfile.ZipFile(reads := _BoundedReads(opened)) as archive:
+        with (
+            plain(path).open("rb") as opened,
+            zipfile.ZipFile(reads := BoundedFile(opened, _MOST_DIRECTORY, too_many)) as archive,
+        ):
             name, entries = _entries(archive, max_bytes, path.stat().st_size)
             reads.most = 2 * _BLOCK
             folder.mkdir(parents=True)
@@ -74,33 +77,6 @@ def unpack(path: Path, folder: Path, max_bytes: int) -> UnpackedSession:
         raise RefusedZipError(f"the zip is damaged ({first_line(error)}); send it again") from error
     _check_sums(folder, sums)
     return UnpackedSession(name, _record(folder, name), folder)
-
-
-class _BoundedReads(io.RawIOBase):
-    """A file that refuses to be read in greater pieces than ``most`` bytes.
-
-    The zip library reads the directory of entries at once, as large as the file says in one of several places.
-    """
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self.most = file, _MOST_DIRECTORY
-
-    def read(self, size: int = -1) -> bytes:
-        if size > self.most:
-            raise RefusedZipError("the zip holds more files than a session has")
-        data = self._file.read(self.most + 1 if size < 0 else size)
-        if len(data) > self.most:
-            raise RefusedZipError("the zip is not whole, or holds more files than a session has")
-        return data
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def seekable(self) -> bool:
-        return True
 
 
 def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str, dict[str, zipfile.ZipInfo]]:

@@ -53,7 +53,7 @@ _CREATORS = (
 
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read the eight files, or the four of one part."""
-    files = _files(path, folder_of(path, context.scratch))
+    files = _files(path, folder_of(path, context.scratch, context.most_unpacked))
     parts = sorted({part for part, _ in files})
     rows, heard = [], []
     findings: list[Finding] = []

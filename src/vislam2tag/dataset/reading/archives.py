@@ -2,21 +2,49 @@
 
 from __future__ import annotations
 
+import bz2
+import errno
+import gzip
 import lzma
-import shutil
+import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import IO, Any
 
+from vislam2tag.common.bounded_file import BoundedFile
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.plain_files import plain
 
 _TAR_NAMES = (".tar", ".tar.gz", ".tgz", ".tar.xz", ".tar.bz2")
-_DAMAGED = (OSError, EOFError, tarfile.TarError, zipfile.BadZipFile, lzma.LZMAError, zlib.error)
+_DECOMPRESSORS: dict[bytes, Callable[[IO[bytes]], Any]] = {
+    b"\x1f\x8b": gzip.open,
+    b"\xfd7zXZ": lzma.open,
+    b"BZh": bz2.open,
+}
+"""Of a TAR, by the first bytes of the file."""
+MOST_UNPACKED = 20_000_000_000
+"""Bytes that an archive may unpack to, where nobody says more."""
+_MOST_LOOKED_THROUGH = 5_000_000_000
+"""Bytes of a packed TAR that are passed to find the names in it: some seconds."""
+_MOST_MEMBERS = 200_000
+_MOST_AT_ONCE = 32_000_000
+"""Bytes of a directory of members, or of one member's header."""
+_MOST_DICTIONARY = 500_000_000
+"""Bytes of memory that unpacking an .xz may take."""
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2)
+_ENCRYPTED = 0x1
+_BLOCK = 1 << 20
+_OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+_DAMAGED = (
+    *(OSError, EOFError, ValueError, OverflowError, NotImplementedError, struct.error, zlib.error, lzma.LZMAError),
+    *(tarfile.TarError, zipfile.BadZipFile),
+)
+"""What the libraries raise over an archive that is damaged or lies."""
 
 
 def is_archive(path: Path) -> bool:
@@ -42,22 +70,33 @@ def names_in(path: Path) -> Iterator[PurePosixPath]:
     if path.is_dir():
         yield from (PurePosixPath(file.relative_to(path).as_posix()) for file in path.rglob("*") if file.is_file())
     elif is_archive(path):
-        yield from _names_in_archive(path, path.stat().st_mtime_ns)
+        yield from _listed(path, path.stat().st_mtime_ns)[0]
     else:
         yield PurePosixPath(path.name)
 
 
+def check_archive(path: Path) -> None:
+    """Raise DatasetError where the path is an archive, or a folder of one, whose files cannot be listed."""
+    path = _meant(path)
+    if is_archive(path) and (cause := _listed(path, path.stat().st_mtime_ns)[1]):
+        raise _cannot_unpack(path, cause)
+
+
 @cache
-def _names_in_archive(path: Path, changed_ns: int) -> tuple[PurePosixPath, ...]:
-    """List an archive; kept, as every format looks at it and a tar must be unpacked for it."""
+def _listed(path: Path, changed_ns: int) -> tuple[tuple[PurePosixPath, ...], str]:
+    """List an archive, and tell what ended it early; kept, as every format looks and a tar is unpacked for it."""
     del changed_ns
     names = []
+    size = 0
     try:
-        for name, _ in _members(path):
-            names.append(name)
-    except _DAMAGED:
-        pass
-    return tuple(names)
+        for member in _members(path):
+            names.append(member.name)
+            size += member.size
+            if _is_tar(path) and size > _MOST_LOOKED_THROUGH:
+                break
+    except _DAMAGED as error:
+        return tuple(names), first_line(error)
+    return tuple(names), ""
 
 
 def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
@@ -68,7 +107,10 @@ def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
     path = _meant(path)
     try:
         if is_archive(path):
-            yield from (content.read(size) for name, content in _members(path) if content and name.suffix == suffix)
+            for member in _members(path):
+                if member.name.suffix == suffix:
+                    with member.open() as content:
+                        yield content.read(size)
             return
         inside = (file for file in path.rglob("*") if file.suffix == suffix and file.is_file())
         files = inside if path.is_dir() else (path,)
@@ -79,49 +121,106 @@ def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
         return
 
 
-def folder_of(path: Path, scratch: Path) -> Path:
+def folder_of(path: Path, scratch: Path, most_bytes: int = MOST_UNPACKED) -> Path:
     """Return the folder itself, a file's folder, or where the archive was unpacked to (below ``scratch``).
 
-    Raises DatasetError where the path is not there or the archive is damaged.
+    Raises DatasetError where the path is not there, the archive is damaged, encrypted or packed in a way that is not
+    read, or where it unpacks to more than ``most_bytes``.
     """
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")
     path = _meant(path)
     if path.is_dir():
         return path
-    return _unpacked(path, scratch) if is_archive(path) else path.parent
+    return _unpacked(path, scratch, most_bytes) if is_archive(path) else path.parent
 
 
-def _unpacked(path: Path, scratch: Path) -> Path:
+def _unpacked(path: Path, scratch: Path, most_bytes: int) -> Path:
     """Unpack the files of an archive; links, devices and names that lead outside are left out."""
     target = scratch / "unpacked"
+    left = most_bytes
     try:
-        for name, content in _members(path):
-            if content is None or name.is_absolute() or ".." in name.parts:
+        for member in _members(path):
+            if member.name.is_absolute() or ".." in member.name.parts:
                 continue
-            (target / name).parent.mkdir(parents=True, exist_ok=True)
-            with (target / name).open("wb") as file:
-                shutil.copyfileobj(content, file)
+            (target / member.name).parent.mkdir(parents=True, exist_ok=True)
+            with member.open() as content, (target / member.name).open("wb") as file:
+                while left >= 0 and (block := content.read(_BLOCK)):
+                    left -= len(block)
+                    file.write(block)
+            if left < 0:
+                most = f"{most_bytes / 1e9:g} GB"
+                raise DatasetError(f"{path}: unpacks to more than {most}; raise --max-unpacked-gb if that is right")
     except _DAMAGED as error:
-        raise DatasetError(f"{path}: cannot be unpacked ({first_line(error)}); download it again") from error
+        if isinstance(error, OSError) and error.errno in _OUR_DISK:
+            raise
+        raise _cannot_unpack(path, first_line(error)) from error
     target.mkdir(exist_ok=True)
     return target
+
+
+def _cannot_unpack(path: Path, cause: str) -> DatasetError:
+    return DatasetError(f"{path}: cannot be unpacked ({cause}); download it again, or give the folder it holds")
 
 
 def _is_tar(path: Path) -> bool:
     return path.name.lower().endswith(_TAR_NAMES)
 
 
-def _members(path: Path) -> Iterator[tuple[PurePosixPath, IO[bytes] | None]]:
-    """Yield each file of an archive with its open content."""
-    if _is_tar(path):
-        with tarfile.open(path) as archive:
-            for member in archive:
-                if member.isfile():
-                    yield PurePosixPath(member.name), archive.extractfile(member)
-        return
-    with zipfile.ZipFile(path) as zipped:
-        for entry in zipped.infolist():
+@dataclass(frozen=True)
+class _Member:
+    """A file in an archive."""
+
+    name: PurePosixPath
+    size: int
+    """Bytes, as the archive says."""
+    open: Callable[[], IO[bytes]]
+
+
+def _members(path: Path) -> Iterator[_Member]:
+    """Yield the files of an archive; raises one of ``_DAMAGED``."""
+    with plain(path).open("rb") as file:
+        for number, member in enumerate(_of_tar(file) if _is_tar(path) else _of_zip(file)):
+            if number >= _MOST_MEMBERS:
+                raise ValueError(f"it holds more than {_MOST_MEMBERS:,} files")
+            yield member
+
+
+def _of_tar(file: IO[bytes]) -> Iterator[_Member]:
+    with tarfile.open(fileobj=BoundedFile(_decompressed(file), _MOST_AT_ONCE, _too_long()), mode="r:") as archive:
+        for member in archive:
+            if member.isfile():
+                if any("\ud800" <= letter <= "\udfff" for letter in member.name):
+                    raise ValueError(f"the name {member.name!a:.80} is not UTF-8")
+                yield _Member(PurePosixPath(member.name), member.size, partial(_open_in_tar, archive, member))
+
+
+def _open_in_tar(archive: tarfile.TarFile, member: tarfile.TarInfo) -> IO[bytes]:
+    content = archive.extractfile(member)
+    assert content is not None  # it is a file
+    return content
+
+
+def _decompressed(file: IO[bytes]) -> IO[bytes]:
+    """The TAR in a file, whichever way it is compressed."""
+    head = file.read(_BLOCK)
+    file.seek(0)
+    known = next((open_it for magic, open_it in _DECOMPRESSORS.items() if head.startswith(magic)), None)
+    if known is lzma.open:
+        lzma.LZMADecompressor(memlimit=_MOST_DICTIONARY).decompress(head, max_length=1)
+    return known(file) if known else file
+
+
+def _of_zip(file: IO[bytes]) -> Iterator[_Member]:
+    with zipfile.ZipFile(BoundedFile(file, _MOST_AT_ONCE, _too_long())) as archive:
+        for entry in archive.infolist():
             if not entry.is_dir():
-                with zipped.open(entry) as content:
-                    yield PurePosixPath(entry.filename), content
+                if entry.flag_bits & _ENCRYPTED:
+                    raise ValueError("it is encrypted")
+                if entry.compress_type not in _METHODS:
+                    raise ValueError(f"it is packed by method {entry.compress_type}; deflate and bzip2 are read")
+                yield _Member(PurePosixPath(entry.filename), entry.file_size, partial(archive.open, entry))
+
+
+def _too_long() -> ValueError:
+    return ValueError("its list of files is damaged or far too long")

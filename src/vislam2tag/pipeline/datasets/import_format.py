@@ -16,6 +16,7 @@ from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.reading.archives import MOST_UNPACKED
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 
@@ -37,6 +38,8 @@ class ImportOptions:
     """What people say of the data set."""
     replace: bool = False
     """Replace a data set of another command."""
+    most_unpacked: int = MOST_UNPACKED
+    """Bytes that an archive may unpack to."""
 
 
 def import_format(
@@ -53,7 +56,7 @@ def import_format(
         scratch = folder.root.with_name("scratch")
         scratch.mkdir()
         with _reading(path):
-            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress))
+            dataset = chosen.read(path, ImportContext(scratch, options.origin, progress, options.most_unpacked))
         dataset = with_privacy(dataset, options.privacy)
         folder.add_tables(dataset.tables)
         folder.add_splits(dataset.splits)

@@ -56,7 +56,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
     Raises DatasetError where a file lacks a column, or a sample its position.
     """
-    folder = folder_of(path, context.scratch)
+    folder = folder_of(path, context.scratch, context.most_unpacked)
     files = {name: _file(path, folder, name) for name in FILES}
     samples, rssi, aps = (_table(file, FILES[name]) for name, file in files.items())
     rows = _rows(files["Samples.csv"], samples, _technologies(rssi, aps))

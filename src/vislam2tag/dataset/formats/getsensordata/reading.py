@@ -45,7 +45,7 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read all logs below a folder or in an archive, one at a time, in metres on the plane at the origin."""
-    logs = _logs(path, folder_of(path, context.scratch))
+    logs = _logs(path, folder_of(path, context.scratch, context.most_unpacked))
     taps = [parse_taps(_bytes(file)) for _, file in logs]
     centre = _centre(path, taps)
     near = [_near(each, centre) for each in taps]

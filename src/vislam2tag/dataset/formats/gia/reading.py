@@ -60,7 +60,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
     Raises DatasetError where a table has other columns or a number is none.
     """
-    root = _root(path, folder_of(path, context.scratch))
+    root = _root(path, folder_of(path, context.scratch, context.most_unpacked))
     sessions = _sessions(path, root)
     findings: list[Finding] = []
     settings = DatasetSettings()

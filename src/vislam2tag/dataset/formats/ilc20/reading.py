@@ -40,7 +40,7 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read all traces below a folder or in an archive, one at a time."""
-    sites = find_sites(folder_of(path, context.scratch))
+    sites = find_sites(folder_of(path, context.scratch, context.most_unpacked))
     places = sorted({ref.place for ref in sites.traces})
     floors = {Storey(floor.building, floor.number): floor for floor in sites.floors}
     tables = WalkTables(context.scratch, places)

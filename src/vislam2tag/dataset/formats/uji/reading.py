@@ -76,7 +76,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     A session is what one user recorded with one phone in a building on a day. Raises DatasetError where a file is no
     such table.
     """
-    folder = folder_of(path, context.scratch)
+    folder = folder_of(path, context.scratch, context.most_unpacked)
     files = {TRAIN: path} if path.suffix.lower() == ".csv" and path.is_file() else _files(path, folder)
     names = {name: _names(folder / numbering.file, numbering) for name, numbering in NUMBERINGS.items()}
     rows, heard, first_row = [], [], 0
