@@ -20,9 +20,9 @@ from vislam2tag.evaluation.paper.tables import (
     PAPER_TABLE_1,
     PAPER_TABLE_1_NON_FAULTY,
     PAPER_TABLE_2,
-    OverWalks,
     WalkErrors,
-    over_walks,
+    WalkSummary,
+    summarise_walks,
 )
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.walks import paper_walks
@@ -43,9 +43,9 @@ def main() -> None:
     options = parser.parse_args()
     copies = [evaluate_copy(seed, options.severity) for seed in options.seeds]
     pressed, tracked = [copy[0] for copy in copies], [copy[1] for copy in copies]
-    print_table("Table I, all walks", options.seeds, PAPER_TABLE_1, pressed, over_walks)
+    print_table("Table I, all walks", options.seeds, PAPER_TABLE_1, pressed, summarise_walks)
     print_table("Table I, non-faulty walks", options.seeds, PAPER_TABLE_1_NON_FAULTY, pressed, over_non_faulty)
-    print_table("Table II, total station", options.seeds, PAPER_TABLE_2, tracked, over_walks)
+    print_table("Table II, total station", options.seeds, PAPER_TABLE_2, tracked, summarise_walks)
 
 
 def evaluate_copy(seed: int, severity: str) -> tuple[Walks, Walks]:
@@ -57,9 +57,9 @@ def evaluate_copy(seed: int, severity: str) -> tuple[Walks, Walks]:
     return [walk.errors for walk in found.pressed], [walk.errors for walk in found.tracked]
 
 
-def over_non_faulty(walks: Walks, strategy: str) -> OverWalks:
+def over_non_faulty(walks: Walks, strategy: str) -> WalkSummary:
     """Reduce the walks from which ``local-corrected`` discards nothing."""
-    return over_walks(walks, strategy, only_non_faulty=True)
+    return summarise_walks(walks, strategy, only_non_faulty=True)
 
 
 def print_table(
@@ -67,7 +67,7 @@ def print_table(
     seeds: list[int],
     paper: Mapping[str, Triple],
     copies: list[Walks],
-    reduce: Callable[[Walks, str], OverWalks],
+    reduce: Callable[[Walks, str], WalkSummary],
 ) -> None:
     """Print one table as Markdown: a row for each strategy and statistic."""
     print(f"\n{title} (metres)\n")

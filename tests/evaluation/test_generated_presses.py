@@ -13,10 +13,10 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors, press_errors, press_truth
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.scenario import paper_evaluation
-from vislam2tag.simulation.sensors.devices import Hand, simulate_presses
+from vislam2tag.simulation.sensors.devices import PressTiming, simulate_presses
 from vislam2tag.simulation.survey import simulated_floor, walk_and_track
 
-HAND = Hand(lead_s=0.3, scatter_s=0.3)
+HAND = PressTiming(lead_s=0.3, scatter_s=0.3)
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.evaluation.test_pooling import session, walk
 from vislam2tag.evaluation.pooling import table_rows
-from vislam2tag.evaluation.record import DenseRow, Figure
+from vislam2tag.evaluation.record import DenseRow, FigureWithInterval
 from vislam2tag.evaluation.text import (
     dense_csv,
     figure_text,
@@ -53,7 +53,7 @@ def test_dense_rows() -> None:
 
 
 def test_figures_and_names_as_people_read_them() -> None:
-    assert figure_text(Figure(value=0.314, low=0.25, high=0.4)) == "0.31 [0.25 to 0.40]"
-    assert figure_text(Figure(value=None)) == "-"
+    assert figure_text(FigureWithInterval(value=0.314, low=0.25, high=0.4)) == "0.31 [0.25 to 0.40]"
+    assert figure_text(FigureWithInterval(value=None)) == "-"
     assert truth_name("control_points", "nearest") == "control points (nearest)"
     assert truth_name("dense", "") == "dense truth"

@@ -8,7 +8,7 @@ import pytest
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.heights.rides import (
-    Tie,
+    FloorChangeSighting,
     altitude_m,
     still_stretches,
     with_rides_by_landmarks,
@@ -61,21 +61,21 @@ def test_still_stretches_are_those_long_enough() -> None:
 
 
 def test_landmarks_put_the_ride_into_the_longest_still_stretch_between_them() -> None:
-    track = with_rides_by_landmarks(level(), [Tie(100, 900, 4.0, 0.2)])
+    track = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, 0.2)])
     assert track.height_m[TIME_S < 50].max() == 0.0
     assert track.height_m[TIME_S > 62] == pytest.approx(3.8)
     assert track.height_m[560] == pytest.approx(1.9, abs=0.1)
-    before = with_rides_by_landmarks(level(), [Tie(100, 400, -4.0, 0.0)])
+    before = with_rides_by_landmarks(level(), [FloorChangeSighting(100, 400, -4.0, 0.0)])
     assert before.height_m[TIME_S > 23] == pytest.approx(-4.0)
     assert not before.height_m[TIME_S < 20].any()
 
 
 def test_without_standing_still_the_ride_is_spread_over_the_way() -> None:
-    track = with_rides_by_landmarks(level(np.ones(len(TIME_S))), [Tie(100, 110, 4.0, 0.0)])
+    track = with_rides_by_landmarks(level(np.ones(len(TIME_S))), [FloorChangeSighting(100, 110, 4.0, 0.0)])
     assert np.ptp(track.height_m[100:111]) == pytest.approx(4.0)
     assert not track.height_m[:100].any()
 
 
 @pytest.mark.parametrize("seen_m", [2.5, 4.0, 6.0])
 def test_a_rise_that_the_tracker_saw_is_no_ride(seen_m: float) -> None:
-    assert not with_rides_by_landmarks(level(), [Tie(100, 900, 4.0, seen_m)]).height_m.any()
+    assert not with_rides_by_landmarks(level(), [FloorChangeSighting(100, 900, 4.0, seen_m)]).height_m.any()

@@ -13,7 +13,7 @@ import pytest
 
 from tests.receiving.signing import signed
 from tests.receiving.zips import SESSION, digest, session_zip
-from vislam2tag.receiving.filing import Filed
+from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE
 from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, REPORTED_A_MINUTE, Listener, Receiver
 from vislam2tag.receiving.signature import answer_mac
@@ -37,7 +37,7 @@ class Phone:
         listener = Listener(filed=self._filed, refused=lambda address, message: self.told.append(message))
         self._app = Receiver(uploads, Guard(TOKEN, lambda: self.now_s), listener).app()
 
-    def _filed(self, name: str, filed: Filed) -> None:
+    def _filed(self, name: str, filed: FiledSession) -> None:
         self.told.append(f"{'already' if filed.already else 'filed'} {filed.path}")
 
     def ask(self, method: str, path: str, **options: Any) -> httpx.Response:

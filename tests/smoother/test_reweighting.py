@@ -26,7 +26,13 @@ from vislam2tag.smoother.noise import (
     DriftSource,
     NoiseLevels,
 )
-from vislam2tag.smoother.reweighting import Square, Squares, equivalent_variances, expected_squares, reweighted
+from vislam2tag.smoother.reweighting import (
+    ExpectedSquares,
+    NoiseSquares,
+    equivalent_variances,
+    expected_squares,
+    reweighted,
+)
 from vislam2tag.smoother.smoothing import smooth
 
 CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)
@@ -113,9 +119,12 @@ def test_weights_never_trust_more_than_the_tails_allow() -> None:
     assert weights.sighting.min() >= SIGHTING_TAIL / (SIGHTING_TAIL + 2)
     assert weights.sheet.min() >= SHEET_TAIL / (SHEET_TAIL + 1)
     assert weights.landmark.min() >= LANDMARK_TAIL / (LANDMARK_TAIL + 2)
-    none_of = [Square(np.zeros_like(part), np.zeros_like(part)) for part in (weights.sighting, weights.sheet)]
-    drift = {source: Square(np.zeros_like(factor), np.zeros_like(factor)) for source, factor in weights.stretch.items()}
-    nothing = Squares(drift, none_of[0], none_of[1], np.zeros_like(weights.landmark))
+    none_of = [ExpectedSquares(np.zeros_like(part), np.zeros_like(part)) for part in (weights.sighting, weights.sheet)]
+    drift = {
+        source: ExpectedSquares(np.zeros_like(factor), np.zeros_like(factor))
+        for source, factor in weights.stretch.items()
+    }
+    nothing = NoiseSquares(drift, none_of[0], none_of[1], np.zeros_like(weights.landmark))
     least = reweighted(model, weights, nothing)
     np.testing.assert_allclose(least.sighting, SIGHTING_TAIL / (SIGHTING_TAIL + 2))
 

@@ -18,7 +18,7 @@ def chain(*points: tuple[float, float]) -> tuple[Network, list[int]]:
 
 
 def length(network: Network) -> float:
-    return sum(strand.length_m for strand in network.strands.values())
+    return sum(branch.length_m for branch in network.branches.values())
 
 
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=3, max_size=8, unique=True))
@@ -26,20 +26,20 @@ def test_joining_keeps_the_length(points: list[tuple[int, int]]) -> None:
     network, nodes = chain(*points)
     before = length(network)
     network.join_through()
-    (strand,) = network.strands.values()
+    (branch,) = network.branches.values()
     assert length(network) == pytest.approx(before)
-    assert {strand.first, strand.last} == {nodes[0], nodes[-1]}
+    assert {branch.first, branch.last} == {nodes[0], nodes[-1]}
 
 
 def test_nodes_to_keep_are_not_joined_at() -> None:
     network, nodes = chain((0, 0), (1, 0), (2, 0))
     network.join_through({nodes[1]})
-    assert len(network.strands) == 2
+    assert len(network.branches) == 2
 
 
 def test_splitting_keeps_the_length_and_order() -> None:
     network, nodes = chain((0, 0), (9, 0))
-    (number,) = network.strands
+    (number,) = network.branches
     network.replace_line(number, np.array([(0.0, 0.0), (3.0, 0.0), (6.0, 0.0), (9.0, 0.0)]))
     made = network.split(number, [1, 2])
     assert [network.places[node][0] for node in made] == [3, 6]
@@ -50,10 +50,10 @@ def test_splitting_keeps_the_length_and_order() -> None:
 def test_merging_moves_both_ends_and_drops_what_lies_between() -> None:
     network, nodes = chain((0, 0), (4, 0), (5, 0), (9, 0))
     network.merge(nodes[2], nodes[1], np.array([4.5, 1.0]))
-    assert len(network.strands) == 2
+    assert len(network.branches) == 2
     assert sorted(network.neighbours(nodes[1])) == [nodes[0], nodes[3]]
-    for strand in network.strands.values():
-        assert strand.away_from(nodes[1])[0].tolist() == [4.5, 1.0]
+    for branch in network.branches.values():
+        assert branch.away_from(nodes[1])[0].tolist() == [4.5, 1.0]
 
 
 def test_a_ring_counts_twice_at_its_node() -> None:
@@ -62,4 +62,4 @@ def test_a_ring_counts_twice_at_its_node() -> None:
     assert len(network.at(nodes[1])) == 3
     assert [node for _, node in network.leaves()] == [nodes[0]]
     network.remove_node(nodes[1])
-    assert not network.strands
+    assert not network.branches

@@ -29,32 +29,32 @@ def test_two_junctions_side_by_side_become_one() -> None:
     assert sorted(len(network.at(node)) for node in network.places) == [1, 1, 1, 1, 4]
     fixed = network_of([(2, 5), (10, 5)], [(10, 5), (10, 8)], [(10, 5), (20, 5)])
     merge_near(fixed, SPACE, set(fixed.places), 1.0)
-    assert len(fixed.strands) == 3
+    assert len(fixed.branches) == 3
 
 
 def test_rough_lines_become_straight() -> None:
     rough = [(2 + 0.1 * i, 5 + 0.1 * (i % 2)) for i in range(200)]
     network = network_of(rough)
     straighten(network, SPACE)
-    (strand,) = network.strands.values()
-    assert strand.length_m == pytest.approx(19.9, rel=0.01)
+    (branch,) = network.branches.values()
+    assert branch.length_m == pytest.approx(19.9, rel=0.01)
 
 
 def test_straightening_keeps_off_walls() -> None:
     space = rectangles(20, 20, (1, 1, 3, 19), (1, 17, 19, 19))
     network = network_of([(2, 2), (2, 18), (18, 18)])
     straighten(network, space)
-    (strand,) = network.strands.values()
-    assert strand.length_m == pytest.approx(32)
+    (branch,) = network.branches.values()
+    assert branch.length_m == pytest.approx(32)
 
 
 def test_turns_become_nodes_and_bends_do_not() -> None:
     network = network_of([(2, 2), (10, 2), (10, 8)])
-    assert [network.places[node].tolist() for node in mark_turns(network, list(network.strands), 0.6)] == [[10, 2]]
+    assert [network.places[node].tolist() for node in mark_turns(network, list(network.branches), 0.6)] == [[10, 2]]
     bend = network_of([(2, 2), (10, 2), (18, 4)])
-    assert not mark_turns(bend, list(bend.strands), 0.6)
+    assert not mark_turns(bend, list(bend.branches), 0.6)
     rounded = network_of([(2, 2), (10, 2), (10.5, 2.2), (10.8, 2.6), (11, 3), (11, 8)])
-    assert len(mark_turns(rounded, list(rounded.strands), 0.6)) == 1
+    assert len(mark_turns(rounded, list(rounded.branches), 0.6)) == 1
 
 
 def test_the_bend_at_a_node() -> None:
@@ -68,6 +68,6 @@ def test_pieces_are_joined_around_walls() -> None:
     space = rectangles(20, 20, (1, 1, 3, 19), (1, 17, 19, 19), (17, 1, 19, 19))
     network = network_of([(2, 2), (2, 10)], [(18, 3), (18, 10)])
     join_components(network, space)
-    joint = max(network.strands.values(), key=lambda strand: strand.length_m)
+    joint = max(network.branches.values(), key=lambda branch: branch.length_m)
     assert space.clear_line(joint.line[:-1], joint.line[1:]).all()
     assert joint.length_m == pytest.approx(28, abs=2.5)

@@ -14,23 +14,23 @@ def network_of(*rows: str) -> Network:
 
 def test_a_line_is_one_strand() -> None:
     network = network_of(".....", ".xxx.", ".....")
-    (strand,) = network.strands.values()
-    assert strand.length_m == 2
+    (branch,) = network.branches.values()
+    assert branch.length_m == 2
 
 
 def test_a_crossing_has_four_arms() -> None:
     network = network_of("..x..", "..x..", "xxxxx", "..x..", "..x..")
     assert sorted(len(network.at(node)) for node in network.places) == [1, 1, 1, 1, 4]
-    assert sorted(strand.length_m for strand in network.strands.values()) == [2, 2, 2, 2]
+    assert sorted(branch.length_m for branch in network.branches.values()) == [2, 2, 2, 2]
 
 
 def test_a_ring_without_a_node_gets_one() -> None:
     network = network_of(".xx.", "x..x", ".xx.")
-    (strand,) = network.strands.values()
-    assert strand.first == strand.last
-    assert len(strand.line) == 7
+    (branch,) = network.branches.values()
+    assert branch.first == branch.last
+    assert len(branch.line) == 7
 
 
 def test_a_corner_is_no_triangle() -> None:
     network = network_of("xxx", "..x", "..x")
-    assert len(network.strands) == 1
+    assert len(network.branches) == 1

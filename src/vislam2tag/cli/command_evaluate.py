@@ -25,7 +25,7 @@ from vislam2tag.common.plugins import STRATEGIES
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.evaluation.record import ErrorRow, Figure, SessionEvaluation, SurveyEvaluation
+    from vislam2tag.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, SurveyEvaluation
 
 _PIPE_WIDTH = 160
 """Columns of the tables where the output is no terminal."""
@@ -150,14 +150,14 @@ def _error_table(title: str, rows: list[ErrorRow]) -> Table:
     return table
 
 
-def _cell(figure: Figure, *, with_interval: bool) -> str:
+def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
     """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
     from rich.markup import escape
 
-    from vislam2tag.evaluation.record import Figure
+    from vislam2tag.evaluation.record import FigureWithInterval
     from vislam2tag.evaluation.text import figure_text
 
-    return escape(figure_text(figure if with_interval else Figure(value=figure.value)))
+    return escape(figure_text(figure if with_interval else FigureWithInterval(value=figure.value)))
 
 
 def _strategy_table(found: SurveyEvaluation) -> Table:

@@ -11,7 +11,7 @@ from vislam2tag.cli.tables import print_table_4, table, table_console
 
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
-    from vislam2tag.pipeline.paper.reproduce import Reproduced
+    from vislam2tag.pipeline.paper.reproduce import ReproducedPaper
     from vislam2tag.report.pages.paper_page import CollectionPart, PositioningPart, TablePart
 
 HELP = """
@@ -64,7 +64,7 @@ def _paper(
     raise typer.Exit(1 if made.failed else 0)
 
 
-def _print(made: Reproduced, out: Path) -> None:
+def _print(made: ReproducedPaper, out: Path) -> None:
     from rich.markup import escape
 
     from vislam2tag.pipeline.paper.reproduce import PAGE_FILE

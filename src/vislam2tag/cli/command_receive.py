@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-    from vislam2tag.receiving.filing import Filed
+    from vislam2tag.receiving.filing import FiledSession
 
 HELP = """
 Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
@@ -99,7 +99,7 @@ class _Screen:
             self._tasks[name] = self._bars.add_task(name[:8], total=length)
         self._bars.update(self._tasks[name], completed=received)
 
-    def filed(self, name: str, filed: Filed) -> None:
+    def filed(self, name: str, filed: FiledSession) -> None:
         """Tell of a session."""
         self._end(name)
         self.filed_count += not filed.already

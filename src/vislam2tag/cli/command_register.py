@@ -106,7 +106,7 @@ def _register(
         raise UsageError(f"--scale {scale}: must be fixed or free")
     if out is not None:
         registering.check_out(out, site)
-    sources = registering.Sources(
+    sources = registering.FloorFiles(
         stations=station or (),
         control=control,
         known=known or (),

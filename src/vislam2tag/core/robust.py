@@ -22,7 +22,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Iterated(Generic[_State]):
+class IterationResult(Generic[_State]):
     """Where an iteration ended: its last ``state``, and by how much the last of its ``rounds`` ``moved`` it."""
 
     state: _State
@@ -40,7 +40,7 @@ def iterate(
     tolerance: float,
     most_rounds: int,
     least_rounds: int = 1,
-) -> Iterated[_State]:
+) -> IterationResult[_State]:
     """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
 
     ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
@@ -52,9 +52,9 @@ def iterate(
         before, state = state, step(state, number)
         size = moved(before, state)
         if number >= least_rounds and size < tolerance:
-            return Iterated(state, number, size, converged=True)
+            return IterationResult(state, number, size, converged=True)
     _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
-    return Iterated(state, most_rounds, size, converged=False)
+    return IterationResult(state, most_rounds, size, converged=False)
 
 
 def variance_factor(squares: npt.ArrayLike, numbers: npt.ArrayLike, freedom: float) -> FloatArray:

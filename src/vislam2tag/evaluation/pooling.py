@@ -11,7 +11,7 @@ from vislam2tag.common import log_bins
 from vislam2tag.common.bootstrap import FEWEST_WALKS, LEVEL, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.evaluation.metrics import DIRECTED
-from vislam2tag.evaluation.record import ErrorRow, Figure, SessionEvaluation, StrategyErrors
+from vislam2tag.evaluation.record import ErrorRow, FigureWithInterval, SessionEvaluation, StrategyErrors
 
 ALL = "all"
 ALL_WALKS, WITHOUT_FAULTS = "all walks", "without faults"
@@ -79,13 +79,13 @@ def _row(
     )
 
 
-def _figure(value: float, rounds: FloatArray | None) -> Figure:
+def _figure(value: float, rounds: FloatArray | None) -> FigureWithInterval:
     """A figure with its interval by ``rounds`` (rounds,) of the bootstrap."""
     if not np.isfinite(value):
-        return Figure(value=None)
+        return FigureWithInterval(value=None)
     bounds = None if rounds is None else interval(rounds)
     low, high = (None, None) if bounds is None else (round(bound, 4) for bound in bounds)
-    return Figure(value=round(value, 4), low=low, high=high)
+    return FigureWithInterval(value=round(value, 4), low=low, high=high)
 
 
 def _over_walks(mine: Sequence[StrategyErrors], drawn: IntArray) -> Statistics:

@@ -97,7 +97,7 @@ class SessionEvaluation(Record):
     measured: list[StrategyErrors] = []
 
 
-class Figure(Record):
+class FigureWithInterval(Record):
     """A figure and its interval, which holds in 95 of 100 such surveys.
 
     The value is None where not known; the bounds are None of too few walks, and for maxima, of which the bootstrap
@@ -124,17 +124,17 @@ class ErrorRow(Record):
     walks: int
     """With a label at some true point."""
     points: int
-    labelled: Figure
-    mean_m: Figure
-    median_m: Figure
-    rmse_m: Figure
-    p75_m: Figure
-    p95_m: Figure
-    max_m: Figure
-    along_m: Figure
+    labelled: FigureWithInterval
+    mean_m: FigureWithInterval
+    median_m: FigureWithInterval
+    rmse_m: FigureWithInterval
+    p75_m: FigureWithInterval
+    p95_m: FigureWithInterval
+    max_m: FigureWithInterval
+    along_m: FigureWithInterval
     """Mean distance along the direction of walking, whatever its sign."""
-    across_m: Figure
-    ahead_m: Figure
+    across_m: FigureWithInterval
+    ahead_m: FigureWithInterval
     """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
 
 

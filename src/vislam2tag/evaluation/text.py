@@ -8,7 +8,7 @@ from itertools import groupby
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.evaluation.metrics import DIRECTED, FIGURES
 from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
-from vislam2tag.evaluation.record import DenseRow, ErrorRow, Figure, SessionEvaluation
+from vislam2tag.evaluation.record import DenseRow, ErrorRow, FigureWithInterval, SessionEvaluation
 
 _ROW_KEYS = ("truth", "method", "strategy", "group", "selection", "over", "walks", "points")
 _WALK_FIGURES = ("points", "labelled", *FIGURES, *DIRECTED)
@@ -34,7 +34,7 @@ def rows_csv(rows: Sequence[ErrorRow]) -> str:
 
 
 def _bounds(row: ErrorRow, names: Sequence[str]) -> list[float | None]:
-    figures: list[Figure] = [getattr(row, name) for name in names]
+    figures: list[FigureWithInterval] = [getattr(row, name) for name in names]
     return [value for figure in figures for value in (figure.value, figure.low, figure.high)]
 
 
@@ -89,13 +89,13 @@ def _latex_row(row: ErrorRow) -> tuple[str, ...]:
     return (row.selection, latex_escaped(row.strategy), str(row.walks), share, *figures)
 
 
-def _latex_figure(name: str, figure: Figure) -> str:
+def _latex_figure(name: str, figure: FigureWithInterval) -> str:
     """Write a figure, the interval of mean and median only: a page is narrow."""
-    text = figure_text(figure if name in ("mean_m", "median_m") else Figure(value=figure.value))
+    text = figure_text(figure if name in ("mean_m", "median_m") else FigureWithInterval(value=figure.value))
     return text.replace(" to ", ", ")
 
 
-def figure_text(figure: Figure) -> str:
+def figure_text(figure: FigureWithInterval) -> str:
     """Write ``0.31 [0.25 to 0.40]``; a dash where the figure is not known."""
     if figure.value is None:
         return "-"

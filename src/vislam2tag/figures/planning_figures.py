@@ -45,7 +45,7 @@ def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -
     minutes, seconds = divmod(round(summary.tour.duration_s), 60)
     axes.set_title(
         f"{title}; tour {summary.tour.length_m:.0f} m, {minutes} min {seconds:02d} s. "
-        "Square: sheet, id over its size of paper; arrow: where it faces to.",
+        "Squares: sheet, id over its size of paper; arrow: where it faces to.",
         loc="left",
     )
     _legend(axes)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.robust import Iterated, iterate, variance_factor
+from vislam2tag.core.robust import IterationResult, iterate, variance_factor
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -40,7 +40,7 @@ class Differences:
     tailed: bool = True
 
 
-def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> Iterated[FloatArray]:
+def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> IterationResult[FloatArray]:
     """Find all unknowns (u,), metres, by re-weighted least squares from a first guess; the tails narrow at first.
 
     The measurements must leave no unknown free. Sparse: cost grows linearly where each unknown has few neighbours.

@@ -16,7 +16,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.core.visits import usable_rank
 from vislam2tag.heights.differences import Differences, solve_robustly
 from vislam2tag.heights.floors import floor_of_heights
-from vislam2tag.heights.rides import Tie, with_rides_by_landmarks, with_rides_by_pressure
+from vislam2tag.heights.rides import FloorChangeSighting, with_rides_by_landmarks, with_rides_by_pressure
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.heights.vertical import VerticalTrack, vertical_track
 from vislam2tag.smoother.map_moves import seen_rows
@@ -172,7 +172,7 @@ def _with_rides(
     level = _usual_elevations(storeys, settings)[storey] + _usual_height(landmarks, settings)[seen.landmark]
     changes = np.flatnonzero(np.diff(storey) != 0)
     ties = [
-        Tie(
+        FloorChangeSighting(
             int(seen.rank[i]),
             int(seen.rank[i + 1]),
             float(level[i + 1] - level[i]),

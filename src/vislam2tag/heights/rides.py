@@ -30,7 +30,7 @@ LIFT_M_PER_S = 0.8
 
 
 @dataclass(frozen=True)
-class Tie:
+class FloorChangeSighting:
     """Two successive sightings of landmarks on different floors: ``first`` and ``last`` are usable ranks of frames.
 
     ``rise_m`` is the height of the second landmark over the first by the survey, ``seen_m`` by the tracker.
@@ -74,7 +74,7 @@ def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: Pr
     return track.raised(step, variance)
 
 
-def with_rides_by_landmarks(track: VerticalTrack, ties: list[Tie]) -> VerticalTrack:
+def with_rides_by_landmarks(track: VerticalTrack, ties: list[FloorChangeSighting]) -> VerticalTrack:
     """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
 
     That is the longest still stretch between them (its middle, as long as a lift takes); where there is none, all the
@@ -103,7 +103,7 @@ def still_stretches(track: VerticalTrack) -> IntArray:
     return np.asarray(edges[long], dtype=np.int64)
 
 
-def _stillest(still: IntArray, time_s: FloatArray, tie: Tie) -> tuple[int, int]:
+def _stillest(still: IntArray, time_s: FloatArray, tie: FloorChangeSighting) -> tuple[int, int]:
     """First and last rank of the longest still stretch (r, 2) between two sightings; of these where there is none."""
     between = np.column_stack((still[:, 0].clip(tie.first, tie.last), still[:, 1].clip(tie.first, tie.last)))
     lasting = time_s[between[:, 1]] - time_s[between[:, 0]]

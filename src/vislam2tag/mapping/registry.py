@@ -39,7 +39,7 @@ def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
 
     It maps sessions in several parts part by part.
     """
-    return BySection(STRATEGIES.named(name)(settings))
+    return MappingBySection(STRATEGIES.named(name)(settings))
 
 
 def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
@@ -49,7 +49,7 @@ def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
 
 
 @dataclass(frozen=True)
-class BySection:
+class MappingBySection:
     """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
 
     strategy: MappingStrategy

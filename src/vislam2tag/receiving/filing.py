@@ -24,7 +24,7 @@ _TAKEN = (errno.EEXIST, errno.ENOTEMPTY, errno.ENOTDIR)
 
 
 @dataclass(frozen=True)
-class Filed:
+class FiledSession:
     """Where a session lies: its path relative to the survey, and whether all of it had been there before."""
 
     path: str
@@ -33,7 +33,7 @@ class Filed:
     """SHA-256 of its list of checksums, by which :func:`lies_filed` knows it again."""
 
 
-def file_zip(survey: Path, path: Path, max_bytes: int) -> Filed:
+def file_zip(survey: Path, path: Path, max_bytes: int) -> FiledSession:
     """Check a session's zip and move the session into the survey.
 
     The same session again changes nothing, but brings back files of it that lack. Raises RefusedZipError for a zip that
@@ -45,7 +45,7 @@ def file_zip(survey: Path, path: Path, max_bytes: int) -> Filed:
         session = unpack(path, work, max_bytes)
         target = _place(survey, session)
         sums = _digest(session.folder / SUMS_FILE) or ""
-        return Filed(target.relative_to(survey).as_posix(), _move(session.folder, target), sums)
+        return FiledSession(target.relative_to(survey).as_posix(), _move(session.folder, target), sums)
     finally:
         shutil.rmtree(work, ignore_errors=True)
 

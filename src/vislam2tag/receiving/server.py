@@ -18,7 +18,7 @@ from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from vislam2tag.receiving.connections import network_of
-from vislam2tag.receiving.filing import Filed
+from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.signature import SCHEME, SignedRequest, answer_mac, shown_mac
@@ -53,7 +53,7 @@ class Listener:
     """Who is told what happens: bytes kept of an upload, a session filed, something refused (by whom)."""
 
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
-    filed: Callable[[str, Filed], None] = lambda _name, _filed: None
+    filed: Callable[[str, FiledSession], None] = lambda _name, _filed: None
     refused: Callable[[str, str], None] = lambda _address, _message: None
 
 

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
 from vislam2tag.common.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
-from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, Filed, file_zip, lies_filed
+from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, lies_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
@@ -97,7 +97,7 @@ class Uploads:
     def state(self, name: str) -> UploadState:
         """How far an upload is; ``name`` is the SHA-256 of its zip.
 
-        Filed is one whose files lie there with the checksums that were sent: they are read for that.
+        FiledSession is one whose files lie there with the checksums that were sent: they are read for that.
         """
         session = self._filed(name)
         if session is not None:
@@ -150,7 +150,7 @@ class Uploads:
         finally:
             self._busy.discard(name)
 
-    def finish(self, name: str) -> Filed:
+    def finish(self, name: str) -> FiledSession:
         """Check a whole upload and file it. Raises RefusedZipError, and forgets the upload; OSError, and keeps it."""
         part = self._part(name)
         if part is None:
@@ -184,7 +184,7 @@ class Uploads:
             return None
         return filed.session if lies_filed(self._survey / filed.session, filed.sums_sha256) else None
 
-    def _remember(self, name: str, filed: Filed) -> None:
+    def _remember(self, name: str, filed: FiledSession) -> None:
         path = self._folder / f"{name}.filed"
         partial = path.with_suffix(".tmp")
         record = _FiledRecord(session=filed.path, sums_sha256=filed.sums_sha256)

@@ -54,7 +54,7 @@ class _Mean:
 
 
 @dataclass(frozen=True)
-class Pooled:
+class PooledResiduals:
     """What sessions (s) say of one landmark together.
 
     ``offset`` (2,) metres and its ``covariance`` (2, 2), the survey's included; ``distance_m`` (s,) of each session's
@@ -98,7 +98,7 @@ def _predictions(marks: Sequence[LeftOutMark]) -> list[_Prediction]:
     ]
 
 
-def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Pooled:
+def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> PooledResiduals:
     """Pool offsets (s, 2) with covariances (s, 2, 2) that all include the same error of the survey (2, 2)."""
     worth = np.linalg.inv(covariance - survey)
 
@@ -120,7 +120,7 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
     squares = _squares(worth, offset - common.offset)
     apart = max(1.0, excess(squares)) if len(offset) > 1 else 1.0
     distance_m = np.linalg.norm(offset - common.offset, axis=1)
-    return Pooled(common.offset, common.covariance * apart + survey, distance_m, squares)
+    return PooledResiduals(common.offset, common.covariance * apart + survey, distance_m, squares)
 
 
 def _squares(worth: npt.ArrayLike, miss: FloatArray) -> FloatArray:

@@ -100,7 +100,7 @@ class TrueWalk:
 
 
 @dataclass(frozen=True)
-class Carry:
+class MapShift:
     """At ``frame`` what came into the map after frame ``since`` moves by ``move`` (complex metres).
 
     Wholly where ``even``; otherwise the more the younger it is, and unevenly (a loop correction).
@@ -119,7 +119,7 @@ class MapMotion:
     A point of the mapper's plane, carried, appears at ``factor * point + shift`` (f,), ``rise`` (f,) metres higher.
     """
 
-    carries: tuple[Carry, ...]
+    carries: tuple[MapShift, ...]
     factor: ComplexArray
     shift: ComplexArray
     rise: FloatArray

@@ -10,7 +10,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
-class AtStamps:
+class ExposureInterpolation:
     """For each of ``n`` frames which two frames were exposed just before and after its stamp: ``first`` (n,) and the
     next one, and the ``share`` (n,) of the way between them, 0 to 1.
     """
@@ -19,7 +19,7 @@ class AtStamps:
     share: FloatArray
 
     @classmethod
-    def of(cls, time_s: FloatArray, lag_s: float) -> AtStamps:
+    def of(cls, time_s: FloatArray, lag_s: float) -> ExposureInterpolation:
         """Find them for stamps ``time_s`` (n,), increasing, n at least 2, each ``lag_s`` later than the exposure.
 
         Nothing is exposed after the last frame (of the first one, before it): there the pose stands still.

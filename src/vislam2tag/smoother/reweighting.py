@@ -40,7 +40,7 @@ from vislam2tag.smoother.noise import (
 
 
 @dataclass(frozen=True)
-class Square:
+class ExpectedSquares:
     """Squares (k,) of noises: ``missed`` of the smoothed residuals, ``open`` what they could still be on average."""
 
     missed: FloatArray
@@ -53,22 +53,22 @@ class Square:
 
 
 @dataclass(frozen=True)
-class Squares:
+class NoiseSquares:
     """Sums of squares in units of the unit-level covariances.
 
     ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
     expected squared Mahalanobis distance from the survey, 0 where not surveyed.
     """
 
-    stretch: dict[DriftSource, Square]
-    sighting: Square
-    sheet: Square
+    stretch: dict[DriftSource, ExpectedSquares]
+    sighting: ExpectedSquares
+    sheet: ExpectedSquares
     landmark: FloatArray
 
 
-def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, solution: Solution) -> Squares:
+def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, solution: Solution) -> NoiseSquares:
     """Squares of all noises, expected given the observations."""
-    return Squares(
+    return NoiseSquares(
         _drift_squares(model, weights, solution),
         _sighting_squares(model, priors, solution),
         _sheet_squares(model, priors, solution),
@@ -76,7 +76,7 @@ def expected_squares(model: Model, priors: LandmarkPriors, weights: Weights, sol
     )
 
 
-def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[DriftSource, Square]:
+def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[DriftSource, ExpectedSquares]:
     scale = stretch_scale(weights)
     total = stretch_drift(model, weights)
     worth = np.linalg.inv(total)
@@ -91,7 +91,7 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[D
     missing = scale * np.einsum("kij,skji->sk", missed, model.units)
     numbers = scale * np.einsum("kij,skji->sk", determined, model.units)
     return {
-        source: Square(
+        source: ExpectedSquares(
             scale[number] * missing[number],
             scale[number] * np.maximum(model.ranks[source] - numbers[number], 0),
         )
@@ -99,7 +99,7 @@ def _drift_squares(model: Model, weights: Weights, solution: Solution) -> dict[D
     }
 
 
-def _sighting_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> Square:
+def _sighting_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> ExpectedSquares:
     landmark = model.observations.passes.landmark
     column = np.stack((2 * landmark, 2 * landmark + 1), axis=1)
     state = solution.state[1:-1]
@@ -108,15 +108,15 @@ def _sighting_squares(model: Model, priors: LandmarkPriors, solution: Solution) 
     own = solution.border_covariance.diagonal()[column].sum(axis=1)
     shared = np.take_along_axis(solution.cross[1:-1], column[:, None, :], axis=2)
     spread = seen + own - 2 * np.einsum("pij,pji->p", model.sight, shared)
-    return Square(np.sum(miss**2, axis=1), np.asarray(spread))
+    return ExpectedSquares(np.sum(miss**2, axis=1), np.asarray(spread))
 
 
-def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> Square:
+def _sheet_squares(model: Model, priors: LandmarkPriors, solution: Solution) -> ExpectedSquares:
     column = 2 * len(priors.position) + model.observations.passes.landmark
     miss = heading_residual(model, priors) - solution.state[1:-1, 3] + solution.border[column]
     shared = solution.cross[1:-1][np.arange(len(column)), 3, column]
     spread = solution.covariance[1:-1, 3, 3] + solution.border_covariance.diagonal()[column] - 2 * shared
-    return Square(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
+    return ExpectedSquares(np.where(model.headed, miss**2, 0.0), np.where(model.headed, spread, 0.0))
 
 
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
@@ -131,7 +131,7 @@ def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
     return squares
 
 
-def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
+def reweighted(model: Model, weights: Weights, squares: NoiseSquares) -> Weights:
     """Noise levels and weights that fit the squares best, pulled gently to the usual noise."""
     better = _levels(model, weights, squares)
     stretch = {
@@ -147,7 +147,7 @@ def reweighted(model: Model, weights: Weights, squares: Squares) -> Weights:
     )
 
 
-def _levels(model: Model, weights: Weights, squares: Squares) -> NoiseLevels:
+def _levels(model: Model, weights: Weights, squares: NoiseSquares) -> NoiseLevels:
     noise, passes = weights.noise, model.observations.passes
     # Of the squares of a pass, its own scatter explains a part.
     growth = (1 + passes.distance_m**2) / 2
@@ -190,7 +190,7 @@ class _Determined:
         return float(np.sqrt((PRIOR_WEIGHT * usual**2 + self.squares) / (PRIOR_WEIGHT + self.numbers)))
 
 
-def _determined(present: float, numbers: npt.NDArray[Any], square: Square, worth: FloatArray) -> _Determined:
+def _determined(present: float, numbers: npt.NDArray[Any], square: ExpectedSquares, worth: FloatArray) -> _Determined:
     """What squares (k,) of this ``worth`` (k,) each say of a level, and how many of ``numbers`` (k,) they determine."""
     determined = float(np.sum(numbers - worth * square.open / present**2))
     return _Determined(max(determined, 0.0), float(np.sum(worth * square.missed)))

@@ -54,7 +54,7 @@ _Id = Annotated[str, BeforeValidator(_id_text)]
 _DateTime = Annotated[NaiveDatetime, BeforeValidator(_date_time)]
 
 
-class Entry(Record, strict=True, populate_by_name=True):
+class Correction(Record, strict=True, populate_by_name=True):
     """One correction; the selectors say for which sessions (absent: all)."""
 
     floor: int | None = None
@@ -76,7 +76,7 @@ class Entry(Record, strict=True, populate_by_name=True):
         return f" ({self.reason})" if self.reason else ""
 
 
-class ExcludeSession(Entry):
+class ExcludeSession(Correction):
     """Leave sessions out."""
 
     @model_validator(mode="after")
@@ -86,7 +86,7 @@ class ExcludeSession(Entry):
         return self
 
 
-class ExcludeSpan(Entry):
+class ExcludeSpan(Correction):
     """Leave a time span out: frames from ``from_s`` (included) to ``to_s`` (excluded) after the first frame."""
 
     from_s: FiniteFloat = 0.0
@@ -99,13 +99,13 @@ class ExcludeSpan(Entry):
         return self
 
 
-class ExcludeLandmark(Entry):
+class ExcludeLandmark(Correction):
     """Use neither the surveyed position nor the sightings of a landmark."""
 
     id: _Id
 
 
-class SwapLandmarks(Entry):
+class SwapLandmarks(Correction):
     """Two sheets hang in each other's place: exchange their ids in the logs."""
 
     ids: Annotated[list[_Id], Field(min_length=2, max_length=2)]
@@ -117,7 +117,7 @@ class SwapLandmarks(Entry):
         return self
 
 
-class MoveLandmark(Entry):
+class MoveLandmark(Correction):
     """A landmark was elsewhere, always or for sessions that start within ``from`` (included) and ``until``."""
 
     id: _Id
@@ -138,7 +138,7 @@ class MoveLandmark(Entry):
         return (self.since is None or self.since <= start) and (self.until is None or start < self.until)
 
 
-class ShiftClock(Entry):
+class ShiftClock(Correction):
     """Add an offset to all times of one table."""
 
     table: Literal["sensors", "wifi", "ble", "presses", "camera"]
@@ -218,7 +218,7 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], lan
     known = set(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
     findings = []
     for table in Corrections.model_fields:
-        entries: tuple[Entry, ...] = getattr(corrections, table)
+        entries: tuple[Correction, ...] = getattr(corrections, table)
         for number, entry in enumerate(entries, start=1):
             floors = {key.floor for key in keys if entry.applies(key)} | _visited_floor(entry, keys, known)
             if not floors:
@@ -232,7 +232,7 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], lan
     return findings
 
 
-def _visited_floor(entry: Entry, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
+def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
     """The floor of a landmark entry, where sessions of other floors may go there and find that landmark."""
     if entry.floor is None or not isinstance(entry, ExcludeLandmark | MoveLandmark):
         return set()

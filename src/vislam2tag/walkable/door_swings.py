@@ -46,8 +46,8 @@ def without_swings(walls: BoolArray, radii: tuple[float, float]) -> BoolArray:
     off_wall = _distance(~walls)
     depth = _distance(walls)
     erased = np.zeros(walls.shape, dtype=np.uint8)
-    for strand in traced(np.argwhere(skeletonize(walls)), CellGrid((0.0, 0.0), 1.0, *walls.shape)).strands.values():
-        for swing in _swings_on(strand.line, radii, off_wall):
+    for branch in traced(np.argwhere(skeletonize(walls)), CellGrid((0.0, 0.0), 1.0, *walls.shape)).branches.values():
+        for swing in _swings_on(branch.line, radii, off_wall):
             column, row = swing.arc.astype(int).T
             width = round(2 * float(np.median(depth[row, column])) + 1)
             _erase(erased, swing.arc, width)

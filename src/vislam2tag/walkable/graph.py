@@ -91,7 +91,7 @@ def corridor_graph(space: WalkableSpace, settings: GraphSettings | None = None) 
     join_components(network, space)
     straighten(network, space)
     places = _NodeSets(doors, open_nodes, room_nodes(network, doors, open_nodes, settings.room_m))
-    corridors = [number for number in network.strands if not places.in_room(network, number)]
+    corridors = [number for number in network.branches if not places.in_room(network, number)]
     places = replace(places, turns=mark_turns(network, corridors, settings.turn_rad))
     return _as_arrays(network, space, places, settings)
 
@@ -106,8 +106,8 @@ class _NodeSets:
     turns: set[int] = field(default_factory=set)
 
     def in_room(self, network: Network, number: int) -> bool:
-        """Whether a strand lies in a room or leads through a door into one."""
-        ends = {network.strands[number].first, network.strands[number].last}
+        """Whether a branch lies in a room or leads through a door into one."""
+        ends = {network.branches[number].first, network.branches[number].last}
         behind = {after for door in ends & self.doors for after in network.neighbours(door)}
         return bool((ends | behind) & self.rooms)
 
@@ -115,8 +115,8 @@ class _NodeSets:
 def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets, settings: GraphSettings) -> CorridorGraph:
     index = {node: rank for rank, node in enumerate(network.places)}
     nodes = np.array(list(network.places.values())).reshape(-1, 2)
-    strands = list(network.strands.values())
-    in_room = {number: places.in_room(network, number) for number in network.strands}
+    branches = list(network.branches.values())
+    in_room = {number: places.in_room(network, number) for number in network.branches}
     kinds = tuple(
         _kind(node, network, places, [n for n in network.at(node) if not in_room[n]], settings)
         for node in network.places
@@ -125,18 +125,18 @@ def _as_arrays(network: Network, space: WalkableSpace, places: _NodeSets, settin
         nodes=nodes,
         kinds=kinds,
         width_m=2 * space.clearance_at(nodes),
-        edges=np.array([(index[strand.first], index[strand.last]) for strand in strands], dtype=np.int64).reshape(
+        edges=np.array([(index[branch.first], index[branch.last]) for branch in branches], dtype=np.int64).reshape(
             -1, 2
         ),
-        polylines=tuple(strand.line for strand in strands),
-        length_m=np.array([strand.length_m for strand in strands]),
+        polylines=tuple(branch.line for branch in branches),
+        length_m=np.array([branch.length_m for branch in branches]),
         in_room=np.array(list(in_room.values()), dtype=np.bool_),
-        shortcut=np.array([number in network.shortcuts for number in network.strands], dtype=np.bool_),
+        shortcut=np.array([number in network.shortcuts for number in network.branches], dtype=np.bool_),
     )
 
 
 def _kind(node: int, network: Network, places: _NodeSets, corridors: list[int], settings: GraphSettings) -> NodeKind:
-    """Kind of a node, by the strands of corridors (those of rooms left out) that meet there."""
+    """Kind of a node, by the branches of corridors (those of rooms left out) that meet there."""
     known = {
         NodeKind.DOOR: places.doors,
         NodeKind.ROOM: places.rooms,

@@ -58,22 +58,22 @@ def _cut(network: Network, space: WalkableSpace, cells: BoolArray, doors: set[in
     """Take a network out of open ``cells`` (rows, columns); returns the nodes at which its corridors end there."""
     grid = space.area.grid
     gates: list[int] = []
-    for number, strand in list(network.strands.items()):
-        row, column = grid.cells_of(strand.line).T
+    for number, branch in list(network.branches.items()):
+        row, column = grid.cells_of(branch.line).T
         outside = ~cells[row, column]
-        ends = (0, strand.first), (len(outside) - 1, strand.last)
+        ends = (0, branch.first), (len(outside) - 1, branch.last)
         outside[[corner for corner, node in ends if node in doors]] = True
         if outside.all():
             continue
         network.remove(number)
         for start, stop in runs_of(outside):
             gates += _keep(
-                network, strand.line[start:stop], _end(start, 0, strand.first), _end(stop, len(outside), strand.last)
+                network, branch.line[start:stop], _end(start, 0, branch.first), _end(stop, len(outside), branch.last)
             )
     tips = [(number, node) for number, node in network.leaves() if node not in {*gates, *doors}]
     for number, node in tips:
-        gate = network.strands[number].other(node)
-        if gate in gates and network.strands[number].length_m < _STUB_M:
+        gate = network.branches[number].other(node)
+        if gate in gates and network.branches[number].length_m < _STUB_M:
             gates.remove(gate)
             network.remove(number)
     for node in [node for node in network.places if not network.at(node) and node not in gates]:
@@ -87,7 +87,7 @@ def _end(corner: int, end: int, node: int) -> int | None:
 
 
 def _keep(network: Network, line: FloatArray, first: int | None, last: int | None) -> list[int]:
-    """Keep a piece (k, 2) of a strand; returns the nodes at its cut ends, or the node that is all of it."""
+    """Keep a piece (k, 2) of a branch; returns the nodes at its cut ends, or the node that is all of it."""
     if len(line) == 1:
         return [node for node in (first, last) if node is not None]
     if first is None and last is None and line_length(line) < _GRAZE_M:
@@ -135,7 +135,7 @@ def _without_gaps(places: FloatArray, centres: FloatArray, clearance_m: FloatArr
 
 
 def _knit(network: Network, nodes: list[int], space: WalkableSpace, step_m: float) -> None:
-    """Join nodes that see each other: neighbours by strands, farther ones by shortcuts."""
+    """Join nodes that see each other: neighbours by branches, farther ones by shortcuts."""
     places = np.array([network.places[node] for node in nodes])
     tree = KDTree(places)
     pairs = tree.query_pairs(_SHORTCUT_STEPS * step_m, output_type="ndarray")

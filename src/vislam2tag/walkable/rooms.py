@@ -13,10 +13,10 @@ from vislam2tag.walkable.space import WalkableSpace
 
 
 def place_doors(network: Network, space: WalkableSpace, settings: GraphSettings) -> set[int]:
-    """Split strands at doors, short passages that are narrower than what they join; returns the new nodes."""
+    """Split branches at doors, short passages that are narrower than what they join; returns the new nodes."""
     doors: set[int] = set()
-    for number in list(network.strands):
-        line = network.strands[number].line
+    for number in list(network.branches):
+        line = network.branches[number].line
         if len(line) > 2 and (corners := _doors_on(line, space.clearance_at(line), settings)):
             doors.update(network.split(number, corners))
     return doors
@@ -45,7 +45,7 @@ def room_nodes(network: Network, doors: set[int], open_nodes: set[int], room_m: 
     """Nodes in rooms: what doors part from the rest, has few metres of lines, and leads from no corridor to another."""
     graph = nx.MultiGraph()
     graph.add_nodes_from(network.places)
-    graph.add_edges_from((s.first, s.last, {"length": s.length_m}) for s in network.strands.values())
+    graph.add_edges_from((s.first, s.last, {"length": s.length_m}) for s in network.branches.values())
     within = graph.subgraph(set(network.places) - doors)
     parts = [set(part) for part in nx.connected_components(within)]
     if not parts:

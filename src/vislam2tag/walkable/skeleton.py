@@ -23,7 +23,7 @@ _NICHE = 1.2
 
 
 def skeleton(space: WalkableSpace, settings: GraphSettings) -> Network:
-    """Make the network of lines in the middle between walls; every node is an end or joins three strands at least."""
+    """Make the network of lines in the middle between walls; every node is an end or joins three branches at least."""
     cells = np.argwhere(skeletonize(_smooth(space.area.mask, space.area.cell_m)))
     network = traced(cells, space.area.grid)
     clear_spurs(network, space, settings.spur_share)
@@ -41,14 +41,14 @@ def _smooth(mask: BoolArray, cell_m: float) -> BoolArray:
 
 
 def clear_spurs(network: Network, space: WalkableSpace, share: float) -> None:
-    """Remove strands that only lead into a corner or a niche, until there are none."""
+    """Remove branches that only lead into a corner or a niche, until there are none."""
     while spurs := [
         (number, node)
         for number, node in network.leaves()
-        if network.at(network.strands[number].other(node))[1:] and _is_spur(network, number, node, space, share)
+        if network.at(network.branches[number].other(node))[1:] and _is_spur(network, number, node, space, share)
     ]:
         for number, node in spurs:
-            foot = network.strands[number].other(node)
+            foot = network.branches[number].other(node)
             if len(network.at(foot)) > 1:
                 network.remove(number)
                 network.remove_node(node)
@@ -57,7 +57,7 @@ def clear_spurs(network: Network, space: WalkableSpace, share: float) -> None:
 
 def _is_spur(network: Network, number: int, tip: int, space: WalkableSpace, share: float) -> bool:
     """Whether a dead end reaches hardly farther than the largest disc at its foot."""
-    strand = network.strands[number]
-    foot_m, tip_m = space.clearance_at(np.array((network.places[strand.other(tip)], network.places[tip]))).tolist()
-    reach: float = strand.length_m + tip_m - foot_m
+    branch = network.branches[number]
+    foot_m, tip_m = space.clearance_at(np.array((network.places[branch.other(tip)], network.places[tip]))).tolist()
+    reach: float = branch.length_m + tip_m - foot_m
     return bool(reach < share * foot_m if tip_m < _CORNER_M else reach < _NICHE * tip_m)

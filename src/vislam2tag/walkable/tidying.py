@@ -10,7 +10,7 @@ from skimage.measure import approximate_polygon
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.walkable.network import Network, Strand, line_length
+from vislam2tag.walkable.network import Branch, Network, line_length
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walking_distances import WalkingDistances
 
@@ -22,43 +22,43 @@ _STRAIGHT_M = (0.1, 0.5)
 _TURN_M = 2.0
 """Bends nearer to each other than this are one turn, metres."""
 _AHEAD_M = 1.5
-"""So far from a node the direction of its strands is taken."""
+"""So far from a node the direction of its branches is taken."""
 
 
 def merge_near(network: Network, space: WalkableSpace, fixed: set[int], merge_m: float) -> None:
     """Make one junction of two that are nearer than ``merge_m`` or the walls, the nearest first."""
     while True:
         near = [
-            (strand.length_m, number)
-            for number, strand in network.strands.items()
-            if strand.first != strand.last
-            and not {strand.first, strand.last} & fixed
-            and min(len(network.at(strand.first)), len(network.at(strand.last))) > 2
-            and strand.length_m < max(merge_m, _room_for_one(space, strand.line))
+            (branch.length_m, number)
+            for number, branch in network.branches.items()
+            if branch.first != branch.last
+            and not {branch.first, branch.last} & fixed
+            and min(len(network.at(branch.first)), len(network.at(branch.last))) > 2
+            and branch.length_m < max(merge_m, _room_for_one(space, branch.line))
         ]
         if not near:
             break
-        strand = network.strands[min(near)[1]]
-        middle = strand.line[len(strand.line) // 2] if len(strand.line) > 2 else strand.line.mean(axis=0)
-        network.merge(strand.last, strand.first, middle)
-        for number in dict.fromkeys(network.at(strand.first)):
+        branch = network.branches[min(near)[1]]
+        middle = branch.line[len(branch.line) // 2] if len(branch.line) > 2 else branch.line.mean(axis=0)
+        network.merge(branch.last, branch.first, middle)
+        for number in dict.fromkeys(network.at(branch.first)):
             network.replace_line(
-                number, _straightened_end(network.strands[number], strand.first, 2 * strand.length_m, space)
+                number, _straightened_end(network.branches[number], branch.first, 2 * branch.length_m, space)
             )
         _clear_rings(network)
     _clear_rings(network)
     network.join_through(fixed)
 
 
-def _straightened_end(strand: Strand, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
-    """A strand's line (k, 2), straight for as long as it stays near one of its nodes and no wall is in between."""
-    line = strand.away_from(node)
+def _straightened_end(branch: Branch, node: int, reach_m: float, space: WalkableSpace) -> FloatArray:
+    """A branch's line (k, 2), straight for as long as it stays near one of its nodes and no wall is in between."""
+    line = branch.away_from(node)
     beyond = np.flatnonzero(np.linalg.norm(line - line[0], axis=1) > reach_m)
     corner = int(beyond[0]) if len(beyond) else len(line) - 1
-    if strand.first == strand.last or not space.clear_line(line[0], line[corner]).all():
-        return strand.line
+    if branch.first == branch.last or not space.clear_line(line[0], line[corner]).all():
+        return branch.line
     pulled = np.vstack((line[:1], line[corner:]))
-    return pulled if strand.first == node else pulled[::-1]
+    return pulled if branch.first == node else pulled[::-1]
 
 
 def _room_for_one(space: WalkableSpace, line: FloatArray) -> float:
@@ -67,8 +67,8 @@ def _room_for_one(space: WalkableSpace, line: FloatArray) -> float:
 
 
 def _clear_rings(network: Network) -> None:
-    for number, strand in list(network.strands.items()):
-        if strand.first == strand.last and strand.length_m < _RING_M and len(network.at(strand.first)) > 2:
+    for number, branch in list(network.branches.items()):
+        if branch.first == branch.last and branch.length_m < _RING_M and len(network.at(branch.first)) > 2:
             network.remove(number)
 
 
@@ -76,7 +76,7 @@ def join_components(network: Network, space: WalkableSpace) -> None:
     """Join the pieces of a network, each with the nearest, by shortest ways."""
     graph = nx.Graph()
     graph.add_nodes_from(network.places)
-    graph.add_edges_from((strand.first, strand.last) for strand in network.strands.values())
+    graph.add_edges_from((branch.first, branch.last) for branch in network.branches.values())
     first, *others = sorted(
         (sorted(part) for part in nx.connected_components(graph)), key=lambda part: (-len(part), part)
     )
@@ -94,8 +94,8 @@ def join_components(network: Network, space: WalkableSpace) -> None:
 
 def straighten(network: Network, space: WalkableSpace) -> None:
     """Take roughness off all lines; none comes to cross a wall."""
-    for number, strand in list(network.strands.items()):
-        line = _straight(strand.line, space)
+    for number, branch in list(network.branches.items()):
+        line = _straight(branch.line, space)
         network.replace_line(number, line)
 
 
@@ -113,10 +113,10 @@ def _straight(line: FloatArray, space: WalkableSpace) -> FloatArray:
 
 
 def mark_turns(network: Network, numbers: list[int], least_rad: float) -> set[int]:
-    """Split these strands where they turn by more than a limit within two metres; returns the new nodes."""
+    """Split these branches where they turn by more than a limit within two metres; returns the new nodes."""
     turns: set[int] = set()
     for number in numbers:
-        if corners := _turns(network.strands[number].line, least_rad):
+        if corners := _turns(network.branches[number].line, least_rad):
             turns.update(network.split(number, corners))
     return turns
 
@@ -140,8 +140,8 @@ def _turns(line: FloatArray, least_rad: float) -> list[int]:
 
 
 def bend_at(network: Network, node: int, first: int, second: int) -> float:
-    """Angle by which who goes from one strand into another one turns at a node, rad."""
-    into, out = (_direction(network.strands[number].away_from(node)) for number in (first, second))
+    """Angle by which who goes from one branch into another one turns at a node, rad."""
+    into, out = (_direction(network.branches[number].away_from(node)) for number in (first, second))
     return float(np.abs(np.angle(-into.conjugate() * out)))
 
 

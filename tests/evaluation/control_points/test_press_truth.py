@@ -20,7 +20,7 @@ from vislam2tag.evaluation.control_points.press_truth import (
     press_truth_findings,
     walk_error,
 )
-from vislam2tag.evaluation.paper.tables import WalkErrors, over_walks
+from vislam2tag.evaluation.paper.tables import WalkErrors, summarise_walks
 from vislam2tag.survey.model import SessionKey
 
 POINTS = np.array([[2.0, 0.5], [6.0, -0.5]])
@@ -123,10 +123,10 @@ def test_statistics_over_walks_leave_out_unlabelled_and_faulty_ones() -> None:
     walks = [WalkErrors(key, {"local": e}, e > 2) for e in (0.4, 0.6, 5.0)] + [
         WalkErrors(key, {"local": float("nan")}, False)
     ]
-    everything, sound = over_walks(walks, "local"), over_walks(walks, "local", only_non_faulty=True)
+    everything, sound = summarise_walks(walks, "local"), summarise_walks(walks, "local", only_non_faulty=True)
     assert (everything.walks, everything.mean_m, everything.median_m, everything.max_m) == (3, 2.0, 0.6, 5.0)
     assert (sound.walks, sound.max_m) == (2, 0.6)
-    assert over_walks([], "local").walks == 0
+    assert summarise_walks([], "local").walks == 0
 
 
 @given(st.floats(-2, 2), st.lists(st.floats(0.4, 2.5), min_size=MIN_PRESSES + 1, max_size=30))

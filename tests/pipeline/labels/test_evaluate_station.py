@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, Found
+from vislam2tag.pipeline.labels.evaluate_session import EvaluationJob, TruthComparisons
 from vislam2tag.pipeline.labels.evaluate_station import AT_PRISM, evaluate_station, station_jobs
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.prepared import SessionTask
@@ -43,7 +43,7 @@ def survey(written: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(written, tmp_path / "survey"))
 
 
-def shown(root: Path) -> list[Found]:
+def shown(root: Path) -> list[TruthComparisons]:
     opened = open_survey(root)
     corrections, out = read_corrections(root), OutputFolder(root.with_name("out"))
     jobs = [
@@ -55,7 +55,7 @@ def shown(root: Path) -> list[Found]:
     return [found[ref.slug] for ref in opened.sessions]
 
 
-def median_m(found: Found) -> dict[str, float | None]:
+def median_m(found: TruthComparisons) -> dict[str, float | None]:
     """Median error by the method of comparing."""
     return {one.method: one.median_m for one in found.measured}
 

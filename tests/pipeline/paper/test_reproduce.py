@@ -10,7 +10,7 @@ from tests.surveys import bytes_of
 from tests.undrawn import undrawn
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.pipeline.paper.figures import FIGURES, SCANNED, SPLIT
-from vislam2tag.pipeline.paper.reproduce import PAGE_FILE, WALKS_FILE, Reproduced, reproduce
+from vislam2tag.pipeline.paper.reproduce import PAGE_FILE, WALKS_FILE, ReproducedPaper, reproduce
 
 NEVER_DRAWN = {"distribution_total_station", "coverage", "figure_7"}
 
@@ -21,12 +21,12 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def made(paper_copy: Path, out: Path) -> Reproduced:
+def made(paper_copy: Path, out: Path) -> ReproducedPaper:
     with undrawn():
         return reproduce(paper_copy, out)
 
 
-def test_every_table_and_figure_is_made(made: Reproduced, out: Path) -> None:
+def test_every_table_and_figure_is_made(made: ReproducedPaper, out: Path) -> None:
     assert made.failed == []
     assert {figure.stem: figure.missing for figure in made.figures} == {figure.stem: "" for figure in FIGURES}
     assert {f"figure_{number}" for number in range(1, 10)} < {figure.stem for figure in made.figures}
@@ -35,7 +35,7 @@ def test_every_table_and_figure_is_made(made: Reproduced, out: Path) -> None:
     assert {path.name for path in out.iterdir()} == expected | {PAGE_FILE, WALKS_FILE, "run.json"}
 
 
-def test_page_holds_all_of_it_and_asks_for_nothing(made: Reproduced, out: Path) -> None:
+def test_page_holds_all_of_it_and_asks_for_nothing(made: ReproducedPaper, out: Path) -> None:
     page = (out / PAGE_FILE).read_text()
     assert page.count("data:image/svg+xml;base64,") == len(made.figures)
     assert all(part.table.title in page for part in made.tables)
@@ -43,7 +43,7 @@ def test_page_holds_all_of_it_and_asks_for_nothing(made: Reproduced, out: Path) 
     assert "20.78" in page, "the paper's figures stand beside"
 
 
-def test_walks_are_listed_with_their_errors(made: Reproduced, out: Path) -> None:
+def test_walks_are_listed_with_their_errors(made: ReproducedPaper, out: Path) -> None:
     with (out / WALKS_FILE).open() as file:
         lines = list(csv.DictReader(file))
     assert len(lines) == 4 * 4, "four walks with truth, four strategies"
@@ -53,7 +53,7 @@ def test_walks_are_listed_with_their_errors(made: Reproduced, out: Path) -> None
     assert cell.here_m == pytest.approx(sum(own) / len(own), abs=1e-4)
 
 
-def test_walks_that_collect_are_counted_beside_the_papers(made: Reproduced, out: Path) -> None:
+def test_walks_that_collect_are_counted_beside_the_papers(made: ReproducedPaper, out: Path) -> None:
     with (out / "table_3.csv").open() as file:
         galaxy, total = csv.DictReader(file)
     assert (galaxy["device"], galaxy["trajectories"], galaxy["paper_trajectories"]) == ("Galaxy", "1", "24")

@@ -12,7 +12,7 @@ import pytest
 from tests.surveys import make_survey
 from vislam2tag.common.errors import OutputError
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.pipeline.site.register import Sources, floor_of, register, write_into_site
+from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
 from vislam2tag.registration.names import NameRules
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.survey.discover import read_site
@@ -56,7 +56,7 @@ def test_labels_from_registered_landmarks_are_those_from_exact_ones(
     exact, bare = surveyed
     site, floor = floor_of(bare, None)
     files = [tmp_path / "S1.csv", tmp_path / "S2.csv"]
-    found = register(site, floor, Sources(files, tmp_path / "known.csv", rules=RULES), SETTINGS)
+    found = register(site, floor, FloorFiles(files, tmp_path / "known.csv", rules=RULES), SETTINGS)
     assert found.complete
     written = write_into_site(bare, floor, found, replace=False)
     assert [path.name for path in written] == ["marker_dict.csv", "registration.json"]
@@ -74,7 +74,7 @@ def test_nothing_is_written_where_one_file_cannot_be(surveyed: tuple[Path, Path]
     _, bare = surveyed
     (tmp_path / "S1.csv").write_text((tmp_path / "S1.csv").read_text("cp1252").replace("LM1;", "CP7;"))
     site, floor = floor_of(bare, None)
-    found = register(site, floor, Sources([tmp_path / "S1.csv"], tmp_path / "known.csv", rules=RULES), SETTINGS)
+    found = register(site, floor, FloorFiles([tmp_path / "S1.csv"], tmp_path / "known.csv", rules=RULES), SETTINGS)
     before = (bare / "floor_0/marker_dict.csv").read_text()
     with pytest.raises(OutputError, match="control point 0 is missing"):
         write_into_site(bare, floor, found, replace=False)

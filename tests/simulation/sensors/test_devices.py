@@ -3,7 +3,7 @@ import pytest
 
 from tests.simulation.hand_made import START_NS, make_test_walk
 from vislam2tag.simulation.choices import Locale
-from vislam2tag.simulation.sensors.devices import Hand, device_names, make_device, simulate_presses
+from vislam2tag.simulation.sensors.devices import PressTiming, device_names, make_device, simulate_presses
 from vislam2tag.simulation.writing.session import DecimalMarks
 
 
@@ -34,7 +34,7 @@ def test_decimal_marks(name: str, locale: Locale, marks: DecimalMarks) -> None:
 
 def test_a_perfect_hand_presses_exactly() -> None:
     walk = make_test_walk()
-    pressed = simulate_presses(walk, Hand(0.0, 0.0), np.random.default_rng(0))
+    pressed = simulate_presses(walk, PressTiming(0.0, 0.0), np.random.default_rng(0))
     assert pressed.tolist() == walk.presses_ns.tolist()
 
 
@@ -42,7 +42,7 @@ def test_lead_and_scatter() -> None:
     walk = make_test_walk()
     rng = np.random.default_rng(1)
     errors_s = np.concatenate(
-        [(simulate_presses(walk, Hand(0.2, 0.35), rng) - walk.presses_ns) / 1e9 for _ in range(300)]
+        [(simulate_presses(walk, PressTiming(0.2, 0.35), rng) - walk.presses_ns) / 1e9 for _ in range(300)]
     )
     assert errors_s.mean() == pytest.approx(-0.2, abs=0.04)
     assert errors_s.std() == pytest.approx(0.35, abs=0.03)
@@ -50,7 +50,7 @@ def test_lead_and_scatter() -> None:
 
 def test_presses_stay_in_order_and_inside_the_walk() -> None:
     walk = make_test_walk()
-    pressed = simulate_presses(walk, Hand(0.0, 30.0), np.random.default_rng(2))
+    pressed = simulate_presses(walk, PressTiming(0.0, 30.0), np.random.default_rng(2))
     assert (np.diff(pressed) >= 0).all()
     assert pressed[0] >= START_NS
     assert pressed[-1] <= walk.time_ns[-1]

@@ -116,7 +116,12 @@ def test_what_lies_on_earth_by_two_points(tmp_path: Path, write: Callable[[Path]
 
 def test_uses_of_imdf(tmp_path: Path) -> None:
     plan = floor_plan(floor_with(drawn_floor.imdf(tmp_path), {"level": "L0"}, HERE))
-    assert sorted(each.use for each in plan.polygons) == [Use.OBSTACLE, Use.OPENING, Use.OUTLINE, Use.WALKABLE]
+    assert sorted(each.use for each in plan.polygons) == [
+        Use.OBSTACLE,
+        Use.OPENING,
+        Use.OUTLINE,
+        Use.WALKABLE,
+    ]
     assert [each.name for each in plan.polygons if each.use == Use.WALKABLE] == ["Hall"]
     opening = next(each.outline for each in plan.polygons if each.use == Use.OPENING)
     assert np.ptp(opening, axis=0) == pytest.approx((0.8, 2.0), abs=1e-3)

@@ -40,7 +40,7 @@ _OF_THE_BASE_ALONE: dict[str, object] = {"version": None, "published": None, "do
 
 
 @dataclass(frozen=True)
-class Joined:
+class JoinedDataset:
     """The joined set (lazy), and of the later one what is new."""
 
     dataset: Dataset
@@ -48,7 +48,7 @@ class Joined:
     """The later survey without the walks that the base has already."""
 
 
-def join_datasets(base: Dataset, later: Dataset) -> Joined:
+def join_datasets(base: Dataset, later: Dataset) -> JoinedDataset:
     """Join two data sets; tables stay lazy and ordered by session, but the access points, which are counted anew.
 
     Splits are left to be made again, but those that were given from outside (kind ``official``): they are carried, and
@@ -77,7 +77,7 @@ def join_datasets(base: Dataset, later: Dataset) -> Joined:
         }
     )
     carried = {name: _with_news(split, news) for name, split in base.splits.items() if not _made_by_us(split)}
-    return Joined(Dataset(info, tables, carried, _files(base, later, floors)), news)
+    return JoinedDataset(Dataset(info, tables, carried, _files(base, later, floors)), news)
 
 
 def _refuse_disagreement(base: DatasetInfo, later: DatasetInfo) -> None:

@@ -37,7 +37,7 @@ MAX_SPEED_M_S = 4.0
 
 
 @dataclass(frozen=True)
-class Lead:
+class PressLead:
     """A session's constant lead: the label was at the point ``lead_s`` before the press (negative: after it).
 
     ``without_s`` (k,) is the lead by all presses but the one, so that no press corrects itself. All are NaN where there
@@ -49,7 +49,7 @@ class Lead:
     without_s: FloatArray
 
 
-def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> Lead:
+def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> PressLead:
     """Estimate the lead from how far (k,) each label is ahead of its point, and the walking speed (k,) there.
 
     Either may be NaN. The least sum of absolute rests of ``along = lead x speed``: the median of the quotients,
@@ -59,14 +59,14 @@ def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> Lead:
     usable = np.isfinite(along_m) & (speed_m_s >= MIN_SPEED_M_S) & (speed_m_s <= MAX_SPEED_M_S)
     quotient = along_m / np.where(usable, speed_m_s, np.nan)
     if usable.sum() < MIN_PRESSES:
-        return Lead(float("nan"), float("nan"), np.full(len(along_m), np.nan))
+        return PressLead(float("nan"), float("nan"), np.full(len(along_m), np.nan))
     weight = np.where(usable, speed_m_s, 0.0)
     lead_s = _weighted_median(quotient, weight)
     others = weight * (1 - np.eye(len(along_m)))
     without_s = np.array([_weighted_median(quotient, one) for one in others])
     rest_m = np.abs(along_m - lead_s * speed_m_s)[usable]
     scatter_m = 1.4826 * float(np.median(rest_m))
-    return Lead(lead_s, float(np.sqrt(np.pi / 2) * scatter_m / np.linalg.norm(weight)), without_s)
+    return PressLead(lead_s, float(np.sqrt(np.pi / 2) * scatter_m / np.linalg.norm(weight)), without_s)
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
@@ -86,7 +86,7 @@ class PressTruth:
     identities: PressIdentities
     points_bcs: FloatArray
     """(p, 2) of the floor's control points, metres."""
-    lead: Lead
+    lead: PressLead
     """Estimated from the reference's labels."""
     by_route: bool
     """Whether a written route told the order of the points."""
@@ -199,7 +199,7 @@ def _places(points_bcs: FloatArray, point: IntArray) -> FloatArray:
     return np.where((point >= 0)[:, None], points_bcs[point], np.nan)
 
 
-def _lead(residual_bcs: FloatArray, velocity_bcs: FloatArray) -> Lead:
+def _lead(residual_bcs: FloatArray, velocity_bcs: FloatArray) -> PressLead:
     """The lead by residuals (k, 2), metres, and velocities (k, 2), m/s."""
     speed_m_s = np.linalg.norm(velocity_bcs, axis=1)
     along_m = (residual_bcs * velocity_bcs).sum(axis=1) / np.where(speed_m_s > 0, speed_m_s, np.nan)

@@ -35,7 +35,7 @@ class WalkErrors:
 
 
 @dataclass(frozen=True)
-class OverWalks:
+class WalkSummary:
     """Statistics over walks, metres."""
 
     walks: int
@@ -44,13 +44,13 @@ class OverWalks:
     max_m: float
 
 
-def over_walks(walks: Sequence[WalkErrors], strategy: str, only_non_faulty: bool = False) -> OverWalks:
+def summarise_walks(walks: Sequence[WalkErrors], strategy: str, only_non_faulty: bool = False) -> WalkSummary:
     """Reduce the walks that this strategy labels (at least in part) to mean, median and maximum."""
     errors = np.array([w.error_m[strategy] for w in walks if not (only_non_faulty and w.faulty)])
     errors = errors[np.isfinite(errors)]
     if not errors.size:
-        return OverWalks(0, float("nan"), float("nan"), float("nan"))
-    return OverWalks(len(errors), float(errors.mean()), float(np.median(errors)), float(errors.max()))
+        return WalkSummary(0, float("nan"), float("nan"), float("nan"))
+    return WalkSummary(len(errors), float(errors.mean()), float(np.median(errors)), float(errors.max()))
 
 
 @dataclass(frozen=True)
@@ -103,13 +103,13 @@ def _rows(
     *,
     only_non_faulty: bool,
 ) -> tuple[TableRow, ...]:
-    ours = {name: over_walks(walks, name, only_non_faulty) for name in strategies}
+    ours = {name: summarise_walks(walks, name, only_non_faulty) for name in strategies}
     return tuple(
         TableRow(selection, metric, tuple(_cell(name, ours[name], published, number) for name in strategies))
         for number, metric in enumerate(METRICS)
     )
 
 
-def _cell(strategy: str, ours: OverWalks, published: _Published, number: int) -> Cell:
+def _cell(strategy: str, ours: WalkSummary, published: _Published, number: int) -> Cell:
     here_m = (ours.mean_m, ours.median_m, ours.max_m)[number]
     return Cell(strategy, here_m, published[strategy][number] if strategy in published else None, ours.walks)

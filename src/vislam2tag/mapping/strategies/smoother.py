@@ -14,7 +14,7 @@ from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
 from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
 from vislam2tag.smoother.contradictions import contradictions
-from vislam2tag.smoother.exposure import AtStamps
+from vislam2tag.smoother.exposure import ExposureInterpolation
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.smoother.slips import slips
@@ -47,7 +47,7 @@ class Smoother:
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         position = np.column_stack((path, heights.z_m[frame]))
         if self.allow_for_pose_lag and camera.pose_lag_s:
-            stamps = AtStamps.of(observations.odometry.time_s, camera.pose_lag_s)
+            stamps = ExposureInterpolation.of(observations.odometry.time_s, camera.pose_lag_s)
             position, spread, orientation = (
                 stamps.blend(position),
                 stamps.blend(spread),

@@ -74,7 +74,7 @@ class EvaluationJob:
 
 
 @dataclass
-class Found:
+class TruthComparisons:
     """What is found of the truths, one after the other."""
 
     measured: list[StrategyErrors] = field(default_factory=list)
@@ -117,7 +117,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
     chosen = {name: everything[name] for name in job.strategies}
     limit = job.settings.labels.max_sigma_m
     sure = {name: sure_frames(trajectory, limit) for name, trajectory in everything.items()}
-    found = Found()
+    found = TruthComparisons()
     _at_dense_truth(job, session, landmarks, chosen, found)
     _at_control_points(job, session, chosen, everything[REFERENCE], found)
     for name, trajectory in chosen.items():
@@ -136,7 +136,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
 
 
 def _at_dense_truth(
-    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: Found
+    job: EvaluationJob, session: Session, landmarks: Landmarks, mapped: dict[str, Trajectory], found: TruthComparisons
 ) -> None:
     truth = _dense_truth(job, session, found)
     if truth is None:
@@ -151,7 +151,7 @@ def _at_dense_truth(
     _write(job, TRUTH, tum_text_of_truth(truth))
 
 
-def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | None:
+def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) -> Truth | None:
     """Read the truth; one that cannot be read, or lies outside the walk, is said to be missing."""
     try:
         truth = find_truth(*job.truth_place)
@@ -170,7 +170,7 @@ def _dense_truth(job: EvaluationJob, session: Session, found: Found) -> Truth | 
 
 
 def _at_control_points(
-    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: Found
+    job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: TruthComparisons
 ) -> None:
     floor = job.task.floor
     tracked = (job.ref.folder / TRACK_FILE).is_file()

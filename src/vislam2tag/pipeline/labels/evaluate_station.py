@@ -23,7 +23,7 @@ from vislam2tag.evaluation.total_station.frame import CommonPoints, StationFrame
 from vislam2tag.evaluation.total_station.frame_from_presses import pressed_points
 from vislam2tag.evaluation.total_station.station_errors import station_findings, station_point_errors
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
-from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, Found, map_with, rounded
+from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, TruthComparisons, map_with, rounded
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import prepared_session
@@ -39,7 +39,7 @@ FEWEST_COMMON = 2
 class StationOutcome:
     """What a device's sessions show: by slug; no session that could not be read or mapped."""
 
-    found: dict[str, Found]
+    found: dict[str, TruthComparisons]
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def station_jobs(jobs: Sequence[EvaluationJob]) -> list[tuple[EvaluationJob, ...
     return [tuple(group) for group in devices.values()]
 
 
-def with_station(record: SessionEvaluation, found: Found) -> SessionEvaluation:
+def with_station(record: SessionEvaluation, found: TruthComparisons) -> SessionEvaluation:
     """Add to a session's record what the station shows."""
     return record.model_copy(
         update={
@@ -79,11 +79,11 @@ def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
         return _evaluate(jobs)
     except Exception as error:  # one bad device must not end the batch; its records name the fault
         fault = unexpected("the station's track", error)
-        return StationOutcome({job.ref.slug: Found(missing=[fault]) for job in jobs})
+        return StationOutcome({job.ref.slug: TruthComparisons(missing=[fault]) for job in jobs})
 
 
 def _evaluate(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
-    outcome = StationOutcome({job.ref.slug: Found() for job in jobs})
+    outcome = StationOutcome({job.ref.slug: TruthComparisons() for job in jobs})
     walks = [walk for job in jobs if (walk := _walk(job, outcome.found[job.ref.slug])) is not None]
     if not walks:
         return outcome
@@ -112,7 +112,7 @@ def _track_file(job: EvaluationJob) -> Path:
     return job.ref.folder / TRACK_FILE
 
 
-def _walk(job: EvaluationJob, found: Found) -> _Walk | None:
+def _walk(job: EvaluationJob, found: TruthComparisons) -> _Walk | None:
     """Read and map a session; None where that cannot be, which the session's own record tells."""
     try:
         prepared = prepared_session(job.task)
@@ -155,7 +155,7 @@ def _pose_lag(walks: Sequence[_Walk]) -> float | None:
     return rounded(median(lags)) if lags else None
 
 
-def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, found: Found) -> None:
+def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, found: TruthComparisons) -> None:
     truth = alignment.truths[number]
     if truth is None:
         return

@@ -33,7 +33,7 @@ NAMES = {name: name_of(name) for name in STRATEGIES}
 
 
 @dataclass(frozen=True)
-class Reproduced:
+class ReproducedPaper:
     """What could be made of the paper, and what could not."""
 
     tables: list[TablePart]
@@ -50,7 +50,7 @@ def reproduce(
     settings: ProcessSettings | None = None,
     progress: Progress[Stage] = silent,
     model_seeds: int | None = None,
-) -> Reproduced:
+) -> ReproducedPaper:
     """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
 
     Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
@@ -77,7 +77,7 @@ def reproduce(
         positioning = paper_positioning(folder, fingerprints, model_seeds, progress)
         failed = [*walks.failed, *collected.failed, *positioning.failed]
         figures = _figures(folder, PaperResults(data, walks, settings, collected.statistics), progress)
-        made = Reproduced(tables, collection, positioning, figures, failed)
+        made = ReproducedPaper(tables, collection, positioning, figures, failed)
         folder.write(PAGE_FILE, lambda path: _write_page(path, root.resolve().name, made))
     return made
 
@@ -86,7 +86,7 @@ def _of_stage(progress: Progress[Stage], name: str) -> Progress[int]:
     return lambda done, total: progress(Stage(name, done), total)
 
 
-def _write_page(path: Path, title: str, made: Reproduced) -> None:
+def _write_page(path: Path, title: str, made: ReproducedPaper) -> None:
     tables = made.tables, made.collection, made.positioning
     write_paper_page(path, title, NAMES, *tables, made.figures, made.failed)
 

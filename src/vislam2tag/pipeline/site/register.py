@@ -33,7 +33,7 @@ FIGURE_FILES = ("residuals.svg", "residuals.png")
 
 
 @dataclass(frozen=True)
-class Sources:
+class FloorFiles:
     """Files of one floor, and how to read them."""
 
     stations: Sequence[Path] = ()
@@ -63,7 +63,7 @@ def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
         raise UsageError(f"--floor {number}: the site has no such floor; there are: {there}") from None
 
 
-def register(site: Site, floor: Floor, sources: Sources, settings: RegistrationSettings) -> Registration:
+def register(site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings) -> Registration:
     """Read all files and adjust them.
 
     Raises UsageError where nothing is measured, SurveyError where a file cannot be used or a frame is not determined.
@@ -79,7 +79,7 @@ def register(site: Site, floor: Floor, sources: Sources, settings: RegistrationS
 
 
 def _measured(
-    site: Site, floor: Floor, sources: Sources, settings: RegistrationSettings
+    site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings
 ) -> tuple[FloorMeasurements, list[Finding]]:
     rules = sources.rules
     shots, heights, findings = read_stations(sources.stations, sources.columns, sources.codes, rules, settings)

@@ -8,7 +8,7 @@ from typing import Any
 
 from vislam2tag import __version__
 from vislam2tag.common.records import Record
-from vislam2tag.evaluation.record import Figure
+from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.metrics import Score
 
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "polars", "torch")
@@ -53,7 +53,7 @@ class BenchmarkRow(Record):
     runs: int
     """Seeds, or 1 where the model draws nothing."""
     test_scans: int
-    figures: dict[str, Figure]
+    figures: dict[str, FigureWithInterval]
     """By the names of :data:`~vislam2tag.positioning.benchmark.rows.FIGURES`: the mean over seeds and its interval."""
 
 

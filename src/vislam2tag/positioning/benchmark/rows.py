@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.stats import t as student_t
 
-from vislam2tag.evaluation.record import Figure
+from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.benchmark.record import BenchmarkRow, ModelTime, RunRecord
 from vislam2tag.positioning.metrics import Score
 
@@ -74,17 +74,19 @@ def _row(split: str, fold: str, model: str, runs: Sequence[RunRecord]) -> Benchm
     )
 
 
-def interval(values: Sequence[float | None], *, share: bool = False) -> Figure:
+def interval(values: Sequence[float | None], *, share: bool = False) -> FigureWithInterval:
     """Mean of a figure over seeds, and the interval that Student's t gives it; unknown where one of them is."""
     known = np.array([value for value in values if value is not None])
     if len(known) < len(values) or not len(known):
-        return Figure(value=None)
+        return FigureWithInterval(value=None)
     mean = float(known.mean())
     if len(known) == 1:
-        return Figure(value=round(mean, _DIGITS))
+        return FigureWithInterval(value=round(mean, _DIGITS))
     half = float(student_t.ppf((1 + LEVEL) / 2, len(known) - 1) * known.std(ddof=1) / np.sqrt(len(known)))
     low, high = np.clip((mean - half, mean + half), 0, 1) if share else (mean - half, mean + half)
-    return Figure(value=round(mean, _DIGITS), low=round(float(low), _DIGITS), high=round(float(high), _DIGITS))
+    return FigureWithInterval(
+        value=round(mean, _DIGITS), low=round(float(low), _DIGITS), high=round(float(high), _DIGITS)
+    )
 
 
 def model_times(runs: Sequence[RunRecord]) -> list[ModelTime]:

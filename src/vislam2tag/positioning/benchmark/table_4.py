@@ -34,7 +34,7 @@ PAPER: Mapping[tuple[str, str], tuple[float, float, float]] = {
 
 
 @dataclass(frozen=True)
-class Row4:
+class Table4Row:
     """One model on one part; each figure is ours (the mean over seeds), then the paper's."""
 
     test: str
@@ -52,7 +52,7 @@ class Row4:
 class Table4:
     """Rows by test data, then model."""
 
-    rows: tuple[Row4, ...]
+    rows: tuple[Table4Row, ...]
 
     @property
     def heads(self) -> tuple[str, ...]:
@@ -88,10 +88,10 @@ def table_4(rows: Sequence[BenchmarkRow]) -> Table4:
     return Table4(tuple(_row(row) for row in sorted(chosen, key=lambda row: SPLITS.index(row.split))))
 
 
-def _row(row: BenchmarkRow) -> Row4:
+def _row(row: BenchmarkRow) -> Table4Row:
     test = _RANDOM_NAME if row.split == RANDOM else row.fold
     here = tuple(row.figures[name].value for name in _COLUMNS)
-    return Row4(test, row.model, here, PAPER.get((test, row.model), (None,) * len(_COLUMNS)))
+    return Table4Row(test, row.model, here, PAPER.get((test, row.model), (None,) * len(_COLUMNS)))
 
 
 def _shown(value: float | None, column: int) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
-from vislam2tag.evaluation.record import Figure
+from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.benchmark.record import BenchmarkRow, ModelTime
 from vislam2tag.positioning.benchmark.rows import ALL, FIGURES, SHARES
 
@@ -75,7 +75,7 @@ def fold_name(fold: str) -> str:
     return "mean of folds" if fold == ALL else fold
 
 
-def figure_text(name: str, figure: Figure) -> str:
+def figure_text(name: str, figure: FigureWithInterval) -> str:
     """Write ``6.53 [6.31 to 6.75]`` or ``94.6 %``; a dash where not known; the interval of the main figures only."""
     if figure.value is None:
         return "-"

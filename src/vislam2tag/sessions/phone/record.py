@@ -22,7 +22,7 @@ class _Model(Record, extra="ignore"):
     """Newer apps may say more."""
 
 
-class End(_Model):
+class RecordingEnd(_Model):
     """How and when a recording ended; times are None where they are not known."""
 
     state: str = Field(pattern=r"^[a-z_]{1,40}$")
@@ -51,7 +51,7 @@ class PhoneRecord(_Model):
     site: str = ""
     note: str = ""
     phone: Phone = Phone()
-    end: End | None = None
+    end: RecordingEnd | None = None
 
     @property
     def ended(self) -> str:

@@ -15,14 +15,14 @@ from vislam2tag.simulation.writing.session import DecimalMarks
 
 
 @dataclass(frozen=True)
-class Hand:
+class PressTiming:
     """How one person presses: ``lead_s`` before the exact moment on average, normal scatter ``scatter_s``."""
 
     lead_s: float = 0.1
     scatter_s: float = 0.35
 
 
-def simulate_presses(walk: TrueWalk, hand: Hand, rng: np.random.Generator) -> IntArray:
+def simulate_presses(walk: TrueWalk, hand: PressTiming, rng: np.random.Generator) -> IntArray:
     """Return the times (p,) of the presses, boot-clock ns, in order and inside the walk."""
     error_s = rng.normal(-hand.lead_s, hand.scatter_s, len(walk.presses_ns))
     pressed = walk.presses_ns + (error_s * 1e9).astype(np.int64)
@@ -47,7 +47,7 @@ class Device:
 
     marks: DecimalMarks
     receiver: PhoneReceiver
-    hand: Hand
+    hand: PressTiming
     station_clock_ns: int
     """The total station's wall clock minus this phone's."""
 
@@ -63,7 +63,7 @@ def make_device(name: str, locale: Locale, seed: int) -> Device:
     family = name.split("_")[0]
     rng = stream(seed, "device", family)
     receiver = PhoneReceiver(offset_db=float(rng.normal(0, 3)), sensitivity_dbm=float(rng.uniform(-94, -90)))
-    hand = Hand(lead_s=float(rng.normal(0.1, 0.1)), scatter_s=float(rng.uniform(0.3, 0.4)))
+    hand = PressTiming(lead_s=float(rng.normal(0.1, 0.1)), scatter_s=float(rng.uniform(0.3, 0.4)))
     clock_ns = int(rng.uniform(-_STATION_CLOCK_ERROR_S, _STATION_CLOCK_ERROR_S) * 1e9)
     marks = {
         Locale.DE: DecimalMarks(",", ","),

@@ -10,7 +10,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.model import TrueWalk
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames
-from vislam2tag.simulation.tracking.faults import Break, FaultPlan
+from vislam2tag.simulation.tracking.faults import CameraJump, FaultPlan
 
 LOST_SHARE = 0.7
 """Share of the rides after which tracking is lost when the doors open; the camera jumps after the others."""
@@ -42,7 +42,7 @@ def with_rides(
         else:
             jump = complex(*rng.normal(0, settings.severity * JUMP_M, 2))
             back = start + int(rng.uniform(*JUMP_BACK_S) * settings.frame_rate_hz)
-            breaks.append(Break(start, jump, float(rng.normal(0, 0.1)), back))
+            breaks.append(CameraJump(start, jump, float(rng.normal(0, 0.1)), back))
     runs = np.vstack(lost)
     ordered = tuple(sorted(breaks, key=lambda fault: fault.frame))
     return replace(faults, lost=runs[np.argsort(runs[:, 0], kind="stable")], breaks=ordered)

@@ -23,7 +23,7 @@ NOMINAL_S = 180.0
 
 
 @dataclass(frozen=True)
-class Break:
+class CameraJump:
     """The camera jumps by ``jump`` (complex metres, BCS axes) and turns; it jumps back at frame ``back``."""
 
     frame: int
@@ -52,7 +52,7 @@ class FaultPlan:
 
     lost: IntArray
     """(l, 2) runs of frames without tracking."""
-    breaks: tuple[Break, ...]
+    breaks: tuple[CameraJump, ...]
     updates: tuple[MapUpdate, ...]
 
     def lost_frames(self, count: int) -> BoolArray:
@@ -152,7 +152,7 @@ def _lost_runs(frames: CameraFrames, number: int, settings: TrackerSettings, rng
 
 def _breaks(
     frames: CameraFrames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
-) -> tuple[Break, ...]:
+) -> tuple[CameraJump, ...]:
     """Jumps of the camera alone, metres away to a side, and back some seconds later. Every run causes one."""
     running = frames.speed > RUNNING_M_S
     starts = np.flatnonzero(np.diff(running.astype(np.int8)) == 1)
@@ -166,7 +166,7 @@ def _breaks(
         aside = np.exp(1j * (rng.choice((-1.0, 1.0)) * np.pi / 2 + rng.uniform(-0.6, 0.6)))
         back = frame + int(rng.uniform(3.0, 8.0) * settings.frame_rate_hz)
         jump = complex(size * ahead / abs(ahead) * aside)
-        breaks.append(Break(frame, jump, float(rng.normal(0, 0.1)), back))
+        breaks.append(CameraJump(frame, jump, float(rng.normal(0, 0.1)), back))
     return tuple(breaks)
 
 

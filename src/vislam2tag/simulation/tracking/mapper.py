@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
-from vislam2tag.simulation.model import Carry, SimulatedEvent
+from vislam2tag.simulation.model import MapShift, SimulatedEvent
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.tracking.dead_reckoning import DeadReckoning
-from vislam2tag.simulation.tracking.faults import Break, FaultPlan
+from vislam2tag.simulation.tracking.faults import CameraJump, FaultPlan
 from vislam2tag.simulation.tracking.sightings import Sightings
 
 UNSEEN_S = 10.0
@@ -40,7 +40,7 @@ class MapLog:
     heading: FloatArray
     height: FloatArray
     events: tuple[SimulatedEvent, ...]
-    carries: tuple[Carry, ...] = ()
+    carries: tuple[MapShift, ...] = ()
 
 
 class Mapper:
@@ -59,7 +59,7 @@ class Mapper:
         self._last_seen = np.full(landmarks, -1)
         self._seen_turn = np.zeros(landmarks)
         self._events: list[SimulatedEvent] = []
-        self._carries: list[Carry] = []
+        self._carries: list[MapShift] = []
 
     def run(self, faults: FaultPlan) -> MapLog:
         """Make the log of the whole walk."""
@@ -127,7 +127,7 @@ class Mapper:
     def _note(self, frame: int, kind: str, size_m: float) -> None:
         self._events.append(SimulatedEvent(frame, kind, size_m))
 
-    def _break(self, fault: Break) -> None:
+    def _break(self, fault: CameraJump) -> None:
         if self._undisturbed is None:
             self._undisturbed = (self._turn, self._shift)
         self._broken_at = fault.frame
@@ -145,7 +145,7 @@ class Mapper:
         (self._turn, self._shift), self._undisturbed = self._undisturbed, None
         back = complex(self._camera(here)[0] - before)
         self._carry_anchors(self._last_seen > self._broken_at, back)
-        self._carries.append(Carry(frame, self._broken_at, back, even=True))
+        self._carries.append(MapShift(frame, self._broken_at, back, even=True))
         self._note(frame, "relocalise", float(abs(self._camera(here)[0] - before)))
 
     def _resume(self, frame: int) -> None:
@@ -174,7 +174,7 @@ class Mapper:
         else:
             age = ((self._last_seen - since) / (frame - since)).clip(0, 1)
             self._carry_anchors(age * self._rng.uniform(0.6, 1.2, len(age)), -share * drift)
-        self._carries.append(Carry(frame, since, -share * drift, even=relocalised))
+        self._carries.append(MapShift(frame, since, -share * drift, even=relocalised))
         self._note(frame, "relocalise" if relocalised else "loop_correction", abs(share * drift))
 
     def _carry_anchors(self, weight: FloatArray | BoolArray, move: complex) -> None:

@@ -15,7 +15,16 @@ from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import WalkSettings
 from vislam2tag.simulation.walking.gait import DOORS_S, RATE_HZ, lift_seconds
-from vislam2tag.simulation.walking.route import STEP_M, Course, Path, course_on, lay_path, room_nodes, sample_at, wander
+from vislam2tag.simulation.walking.route import (
+    STEP_M,
+    Course,
+    WalkPath,
+    course_on,
+    lay_path,
+    room_nodes,
+    sample_at,
+    wander,
+)
 
 STAY_M = (45.0, 75.0)
 """How far one walks on a floor before leaving it; shorter walks leave sooner."""
@@ -73,7 +82,7 @@ class _TourStage:
     lift_rise_m: float = 0.0
 
 
-def lay_floor_tour(tour: FloorTour, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
+def lay_floor_tour(tour: FloorTour, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> WalkPath:
     """Lay a path of at least ``length_m`` over the floors of a tour, which need a node in common."""
     parts: list[_TourStage] = []
     here, start, left = 0, None, length_m
@@ -141,22 +150,24 @@ def _bare_course(corners: FloatArray) -> Course:
     return Course(corners, nothing, nowhere, nothing, nowhere, nowhere)
 
 
-def _joined(parts: Sequence[_TourStage], sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> Path:
-    """One path along all parts, one after the other, past the sheets (m, 2)."""
-    lengths = [float(part.course.along[-1]) for part in parts]
+def _joined(
+    stages: Sequence[_TourStage], sheets: FloatArray, settings: WalkSettings, rng: np.random.Generator
+) -> WalkPath:
+    """One path along all stages, one after the other, past the sheets (m, 2)."""
+    lengths = [float(stage.course.along[-1]) for stage in stages]
     start = np.concatenate(([0.0], np.cumsum(lengths)))[:-1]
-    climbed = np.concatenate(([0.0], np.cumsum([part.rise_m[-1] for part in parts])))[:-1]
+    climbed = np.concatenate(([0.0], np.cumsum([stage.rise_m[-1] for stage in stages])))[:-1]
     course = Course(
-        corners=np.vstack([part.course.corners for part in parts]),
-        landmark=np.concatenate([part.course.landmark for part in parts]),
-        landmark_s=np.concatenate([part.course.landmark_s + s for part, s in zip(parts, start, strict=True)]),
+        corners=np.vstack([stage.course.corners for stage in stages]),
+        landmark=np.concatenate([stage.course.landmark for stage in stages]),
+        landmark_s=np.concatenate([stage.course.landmark_s + s for stage, s in zip(stages, start, strict=True)]),
         point=np.empty(0, dtype=np.int64),
         point_s=np.empty(0),
-        room_s=np.concatenate([part.course.room_s + s for part, s in zip(parts, start, strict=True)]),
+        room_s=np.concatenate([stage.course.room_s + s for stage, s in zip(stages, start, strict=True)]),
     )
     path = lay_path(course, sheets, settings, rng)
-    rise = np.concatenate([part.rise_m + r for part, r in zip(parts, climbed, strict=True)])
-    lifts = [(s + part.lift_s, part.lift_rise_m) for part, s in zip(parts, start, strict=True) if part.lift_s]
+    rise = np.concatenate([stage.rise_m + r for stage, r in zip(stages, climbed, strict=True)])
+    lifts = [(s + stage.lift_s, stage.lift_rise_m) for stage, s in zip(stages, start, strict=True) if stage.lift_s]
     lift_s, lift_rise = np.array(lifts).reshape(-1, 2).T
     return replace(
         path,
@@ -166,13 +177,13 @@ def _joined(parts: Sequence[_TourStage], sheets: FloatArray, settings: WalkSetti
     )
 
 
-def stairs_climbed(path: Path, travelled: FloatArray) -> FloatArray:
+def stairs_climbed(path: WalkPath, travelled: FloatArray) -> FloatArray:
     """Height (n,) climbed by stairs when so far along a path, smooth in time."""
     rise = np.interp(travelled, np.arange(len(path.points)) * STEP_M, path.rise_m)
     return np.asarray(gaussian_filter1d(rise, 0.3 * RATE_HZ, mode="nearest"))
 
 
-def lifts_ridden(path: Path, travelled: FloatArray) -> tuple[FloatArray, IntArray]:
+def lifts_ridden(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, IntArray]:
     """Height (n,) gained in lifts when so far along a path, and the rides' first and last samples (r, 2).
 
     The lift moves off when the first half of the time for its doors has passed.

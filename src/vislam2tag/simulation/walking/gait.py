@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.simulation.settings import WalkSettings
-from vislam2tag.simulation.walking.route import STEP_M, Path
+from vislam2tag.simulation.walking.route import STEP_M, WalkPath
 
 RATE_HZ = 200.0
 STEP_HZ = 1.9
@@ -29,7 +29,7 @@ PITCH_RAD = -0.3
 
 
 def walk_along(
-    path: Path, samples: int, settings: WalkSettings, runs_m: FloatArray, rng: np.random.Generator
+    path: WalkPath, samples: int, settings: WalkSettings, runs_m: FloatArray, rng: np.random.Generator
 ) -> FloatArray:
     """Walk a path: the distance along it (n,) at :data:`RATE_HZ`; ``runs_m`` (r, 3) are runs: start, end, speed.
 
@@ -46,7 +46,7 @@ def walk_along(
     return np.asarray(gaussian_filter1d(np.interp(clock, time, along), 0.2 * RATE_HZ, mode="nearest"))
 
 
-def _speed_on_path(path: Path, along: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
+def _speed_on_path(path: WalkPath, along: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
     """Walking speed (p,) at each sample of a path: own pace, slower in turns and at landmarks, m/s."""
     own = settings.speed_m_s * float(rng.normal(1.1, 0.06))
     knots = np.arange(0.0, along[-1] + 12.0, 6.0)
@@ -67,7 +67,7 @@ def lift_seconds(rise_m: FloatArray) -> FloatArray:
     return np.asarray(np.abs(rise_m) / LIFT_M_PER_S)
 
 
-def _dwell(time: FloatArray, path: Path, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
+def _dwell(time: FloatArray, path: WalkPath, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
     """Seconds (p,) stood still before each sample: at the start and in pauses."""
     pauses = rng.poisson(settings.pauses_per_minute * time[-1] / 60)
     at = np.concatenate(([1], rng.integers(1, len(time), pauses)))
@@ -80,7 +80,7 @@ def _dwell(time: FloatArray, path: Path, settings: WalkSettings, rng: np.random.
     return stood
 
 
-def on_path(path: Path, travelled: FloatArray) -> tuple[FloatArray, FloatArray]:
+def on_path(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Position (n, 2) and direction (n,) of travel (unwrapped, rad) at distances along a path, smooth in time."""
     along = np.arange(len(path.points)) * STEP_M
     position = np.asarray(CubicSpline(along, path.points, axis=0)(travelled))
@@ -88,7 +88,7 @@ def on_path(path: Path, travelled: FloatArray) -> tuple[FloatArray, FloatArray]:
     return position, gaussian_filter1d(heading, 0.35 * RATE_HZ, mode="nearest")
 
 
-def _direction(path: Path) -> FloatArray:
+def _direction(path: WalkPath) -> FloatArray:
     """Direction (p,) of a path at its samples, unwrapped, rad."""
     dx, dy = np.gradient(path.points, axis=0).T
     return np.unwrap(np.arctan2(dy, dx))

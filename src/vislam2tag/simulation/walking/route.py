@@ -27,7 +27,7 @@ KEEP_RIGHT_M = (0.05, 0.45)
 
 
 @dataclass(frozen=True)
-class Path:
+class WalkPath:
     """A smooth path: ``points`` (p, 2) every 2 cm or so, and what it passes, by sample."""
 
     points: FloatArray
@@ -64,7 +64,7 @@ class Course:
         return arc_lengths(self.corners)
 
 
-def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> Path:
+def make_path(floor: SimulatedFloor, length_m: float, settings: WalkSettings, rng: np.random.Generator) -> WalkPath:
     """Lay a path of at least ``length_m`` over the floor's graph, past landmarks and control points."""
     route = _shuttle(floor, length_m) if settings.straight_corridor else wander(floor, length_m, settings, rng)
     return lay_path(course_on(floor, route), floor.landmark_position[:, :2], settings, rng, floor.space)
@@ -86,7 +86,7 @@ def lay_path(
     settings: WalkSettings,
     rng: np.random.Generator,
     space: WalkableSpace | None = None,
-) -> Path:
+) -> WalkPath:
     """Lay the smooth path that a person takes along a course; ``sheets`` (m, 2) are the landmarks it may pass.
 
     Where there is a ``space`` the path keeps within it, an elbow's length off its walls.
@@ -100,7 +100,7 @@ def lay_path(
     if space is not None:
         offset = _kept_inside(offset, centre, normal, space)
     path = gaussian_filter1d(centre + offset[:, None] * normal, 0.2 / STEP_M, axis=0, mode="nearest")
-    return Path(path, course.landmark, landmark_sample, course.point, sample_at(course.point_s, len(centre)))
+    return WalkPath(path, course.landmark, landmark_sample, course.point, sample_at(course.point_s, len(centre)))
 
 
 def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, space: WalkableSpace) -> FloatArray:

@@ -20,7 +20,7 @@ from vislam2tag.simulation.walking.gait import (
     phone_orientation,
     walk_along,
 )
-from vislam2tag.simulation.walking.route import STEP_M, Path, make_path
+from vislam2tag.simulation.walking.route import STEP_M, WalkPath, make_path
 
 START_NS = 40_000_000_000_000
 """Boot-clock time of a walk's start where none is given."""
@@ -70,7 +70,7 @@ def make_walk(
     return walk if tour is None else _with_climbs(walk, tour, path, travelled)
 
 
-def _with_climbs(walk: TrueWalk, tour: FloorTour, path: Path, travelled: FloatArray) -> TrueWalk:
+def _with_climbs(walk: TrueWalk, tour: FloorTour, path: WalkPath, travelled: FloatArray) -> TrueWalk:
     """Lift a walk by the stairs and lifts on its way; ``travelled`` (n,) metres along the path."""
     ridden, rides = lifts_ridden(path, travelled)
     rise = stairs_climbed(path, travelled) + ridden
@@ -112,7 +112,9 @@ def _turn_to_sheets(
     return np.asarray(gaussian_filter1d(heading + look * turn, 0.12 * RATE_HZ, mode="nearest"))
 
 
-def _presses(floor: SimulatedFloor, path: Path, travelled: FloatArray, plane: FloatArray) -> tuple[IntArray, IntArray]:
+def _presses(
+    floor: SimulatedFloor, path: WalkPath, travelled: FloatArray, plane: FloatArray
+) -> tuple[IntArray, IntArray]:
     """Time samples (k,) of the closest approach to each control point passed over, and the points' indices (k,)."""
     reached = _reached(travelled, path.point_sample)
     points = path.point[: len(reached)]

@@ -47,7 +47,14 @@ def test_what_is_said_counts(tmp_path: Path) -> None:
         feature("LineString", [[203, 4], [204, 4]], use="opening"),
         feature("Point", [203, 4], name="a lift"),
     ]
-    expected = [Use.OUTLINE, Use.WALKABLE, Use.WALKABLE, Use.OBSTACLE, Use.OBSTACLE, Use.OPENING]
+    expected = [
+        Use.OUTLINE,
+        Use.WALKABLE,
+        Use.WALKABLE,
+        Use.OBSTACLE,
+        Use.OBSTACLE,
+        Use.OPENING,
+    ]
     assert uses(tmp_path, *said) == expected
 
 
