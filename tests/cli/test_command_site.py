@@ -123,11 +123,92 @@ def test_landmarks_are_rebased_by_those_in_common(tmp_path: Path) -> None:
     assert [float(each) for each in fields] == pytest.approx([7, 1, 2, 1])
 
 
+def init(site: Path, plan: Path, *options: str) -> str:
+    done = vislam2tag("site", "init", site, "--plan", plan, *options)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+@pytest.mark.parametrize("unit", ["mm", "cm", "in", "pt", "pc"])
+def test_an_svg_that_tells_its_size_on_paper_takes_a_scale(tmp_path: Path, unit: str) -> None:
+    metres = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.0254 / 6}[unit]
+    plan = drawn_floor.svg(tmp_path, f'width="{0.2 / metres:.9g}{unit}" height="{0.1 / metres:.9g}{unit}"')
+    done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan)
+    assert "(200 mm x 100 mm on paper: --scale 1:100" in the_error(done)
+    init(tmp_path / "site", plan, "--scale", "1:100", "--lower-left", "5,-2")
+    floor = read_site(tmp_path / "site")[0].floor(1)
+    assert floor.extent_m == pytest.approx((5, 25, -2, 8))
+    assert drawn_floor.is_dark(floor_plan(floor), 10, 1)
+    assert not drawn_floor.is_dark(floor_plan(floor), 10, 5)
+
+
+def test_an_svg_in_the_buildings_own_size_needs_no_scale(tmp_path: Path) -> None:
+    plan = drawn_floor.svg(tmp_path, 'width="20000mm" height="10000mm"')
+    init(tmp_path / "site", plan)
+    assert read_site(tmp_path / "site")[0].floor(1).extent_m == pytest.approx((0, 20, 0, 10))
+
+
+def test_pixels_of_an_svg_are_no_size_on_paper(tmp_path: Path) -> None:
+    plan = drawn_floor.svg(tmp_path, 'width="800px" height="400"')
+    done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--scale", "1:100")
+    assert "tells no size on paper" in the_error(done)
+    init(tmp_path / "site", plan, "--height-m", "10")
+    assert read_site(tmp_path / "site")[0].floor(1).extent_m == pytest.approx((0, 20, 0, 10))
+
+
+@pytest.mark.parametrize(
+    "scale",
+    [
+        ("--width-m", "20", "--height-m", "10"),
+        ("--width-m", "20.1"),
+        ("--scale", "1:100"),
+        ("--distance", "120,300,686.93,300,20"),
+    ],
+)
+def test_frame_and_title_block_are_not_taken_for_the_building(tmp_path: Path, scale: tuple[str, ...]) -> None:
+    told = init(tmp_path / "site", drawn_floor.framed_pdf(tmp_path), *scale)
+    assert "note: the page has a frame: only the drawing between 1" in told
+    floor = read_site(tmp_path / "site")[0].floor(1)
+    assert floor.extent_m == pytest.approx((0, 20, 0, 10), abs=0.2)
+    plan = floor_plan(floor)
+    for (x, y), dark in {(5, 3): True, (10, 0.05): True, (15, 3): False, (5, 8): False}.items():
+        assert drawn_floor.is_dark(plan, x, y) == dark, (x, y)
+
+
+def test_the_page_is_taken_where_only_it_has_the_shape_given_or_it_is_asked_for(tmp_path: Path) -> None:
+    plan = drawn_floor.framed_pdf(tmp_path)
+    size = ("--width-m", "42", "--height-m", "29.7")
+    assert "note: the size was taken for the whole page, whose shape it has" in init(tmp_path / "a", plan, *size)
+    assert "note:" not in init(tmp_path / "b", plan, "--scale", "1:100", "--area", "page")
+    for site in ("a", "b"):
+        assert read_site(tmp_path / site)[0].floor(1).extent_m == pytest.approx((0, 42, 0, 29.7), abs=0.01)
+    done = vislam2tag("site", "init", tmp_path / "c", "--plan", plan, "--width-m", "20", "--height-m", "12")
+    assert "is 1.667, nor has the page; give" in the_error(done)
+
+
+def test_part_of_an_image_is_taken(tmp_path: Path) -> None:
+    plan = drawn_floor.png(tmp_path)  # 200 x 100 pixels, 10 a metre, from the upper left corner
+    init(tmp_path / "site", plan, "--area", "200,100,40,0", "--width-m", "16")
+    floor = read_site(tmp_path / "site")[0].floor(1)
+    assert floor.extent_m == pytest.approx((0, 16, 0, 10))
+    assert drawn_floor.is_dark(floor_plan(floor), 1, 3)
+    assert not drawn_floor.is_dark(floor_plan(floor), 5, 3)
+
+
+def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
+    init(tmp_path / "site", drawn_floor.png(tmp_path), "--width-m", "20", "--height-m", "15", "--stretch")
+    assert read_site(tmp_path / "site")[0].floor(1).extent_m == (0, 20, 0, 15)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "tells no scale; give --width-m and --height-m, two --point, --distance or --unit-m"),
-        (("--width-m", "20"), "--width-m and --height-m: give both"),
+        ((), "tells no scale; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m"),
+        (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
+        (("--scale", "1/50"), "--scale 1/50: give 1:N as the drawing says, such as 1:100"),
+        (("--scale", "1:50"), "tells no size on paper, which a scale such as 1:100 needs"),
+        (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: give X,Y,X,Y, two opposite corners"),
+        (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),
         (("--point", "1,2=3,4"), "--point: given 1 times; two known points are needed"),
         (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: give PX,PY=X,Y"),
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "two identical points, which tell no scale"),
@@ -148,11 +229,11 @@ def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], messag
 
 def test_plans_that_cannot_be(tmp_path: Path) -> None:
     Image.new("RGB", (60, 40), "black").save(tmp_path / "black.png")
-    size = ("--width-m", "20", "--height-m", "10")
+    size = ("--width-m", "20")
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", tmp_path / "black.png", *size)
     assert "shows nothing: all its pixels have one colour; replace it" in the_error(done)
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", tmp_path / "gone.png", *size)
-    assert "gone.png: the plan of floor 1 is not there" in the_error(done)
+    assert "gone.png: the plan is not there" in the_error(done)
     plan = drawn_floor.png(tmp_path)
     assert vislam2tag("site", "init", tmp_path / "site", "--plan", plan, *size).returncode == 0
     assert "has that floor already" in the_error(vislam2tag("site", "init", tmp_path / "site", "--plan", plan, *size))

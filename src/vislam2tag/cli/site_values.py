@@ -23,6 +23,8 @@ def plan_source(
     *,
     size: tuple[float | None, float | None],
     lower_left: str | None,
+    area: str | None,
+    scale: str | None,
     points: Sequence[str],
     distance: str | None,
     unit_m: float | None,
@@ -36,10 +38,13 @@ def plan_source(
     values: dict[str, Any] = {"file": file, **{name: value for name, value in options.items() if value is not None}}
     corner = None if lower_left is None else _numbers("--lower-left", lower_left, 2, "X,Y in metres")
     width_m, height_m = size
-    if (width_m is None) != (height_m is None):
-        raise UsageError("--width-m and --height-m: give both")
-    if width_m is not None:
+    sized = width_m is not None or height_m is not None
+    if sized:
         values["extent"] = {"width_m": width_m, "height_m": height_m} | _corner(corner)
+    if area is not None:
+        values["area"] = _numbers("--area", area, 4, "X,Y,X,Y, two opposite corners in the plan's units, or page")
+    if scale is not None:
+        values["scale"] = {"one_to": _scale(scale)} | _corner(corner)
     if points:
         values["points"] = _points(points)
     if distance is not None:
@@ -47,8 +52,8 @@ def plan_source(
         values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | _corner(corner)
     if unit_m is not None:
         values["unit_m"] = unit_m
-    if corner is not None and width_m is None and distance is None:
-        raise UsageError("--lower-left: goes with --width-m and --height-m, or with --distance")
+    if corner is not None and not sized and distance is None and scale is None:
+        raise UsageError("--lower-left: goes with --width-m and --height-m, with --distance or with --scale")
     try:
         return PlanSource.model_validate(values)
     except ValidationError as error:
@@ -87,6 +92,13 @@ def georeference_part(text: str) -> GeoreferencePart:
         return GeoreferencePart.model_validate(values)
     except ValidationError as error:
         raise UsageError(f"--georeference {text}: {_first(error)}") from error
+
+
+def _scale(text: str) -> float:
+    one, _, number = text.partition(":")
+    if one.strip() != "1" or not re.fullmatch(_NUMBER, number.strip()):
+        raise UsageError(f"--scale {text}: give 1:N as the drawing says, such as 1:100")
+    return float(number)
 
 
 def _corner(corner: Sequence[float] | None) -> dict[str, Any]:

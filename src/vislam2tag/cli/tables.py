@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from vislam2tag.common.findings import Finding
+    from vislam2tag.pipeline.site.show import SiteSummary
     from vislam2tag.positioning.benchmark.table_4 import Table4
 
 _PIPE_WIDTH = 140
@@ -45,3 +47,35 @@ def print_table_4(made: Table4) -> None:
     for row in made.rows:
         shown.add_row(escape(row.test), escape(row.model), *row.cells())
     table_console().print(shown)
+
+
+def print_site(summary: SiteSummary) -> None:
+    """Print a site's floors and what is odd about them on standard output."""
+    from rich.markup import escape
+
+    rows = table("Floors", ("floor", "name", "plan"), ("elevation", "x", "y", "pixel", "landmarks", "control points"))
+    for each in summary.floors:
+        floor = each.floor
+        left, right, low, high = floor.extent_m or (None, None, None, None)
+        rows.add_row(
+            str(floor.number),
+            escape(floor.name),
+            escape(floor.plan.name if floor.plan else "none"),
+            "-" if floor.elevation_m is None else f"{floor.elevation_m:g} m",
+            "unknown" if left is None else f"{left:.2f} to {right:.2f} m",
+            "unknown" if low is None else f"{low:.2f} to {high:.2f} m",
+            "-" if each.pixel_m is None else f"{100 * each.pixel_m:.1f} cm",
+            f"{each.landmarks}" + (f" ({each.unsurveyed} without position)" if each.unsurveyed else ""),
+            str(len(floor.control_points.ids)),
+        )
+    table_console().print(rows)
+    print_findings(summary.findings)
+
+
+def print_findings(findings: tuple[Finding, ...]) -> None:
+    """Print each finding with its file on standard output."""
+    from rich.markup import escape
+
+    console = table_console()
+    for finding in findings:
+        console.print(f"{finding.severity}: {escape(finding.file)}: {escape(finding.message)}", soft_wrap=True)

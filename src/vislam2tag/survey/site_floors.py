@@ -12,6 +12,7 @@ from vislam2tag.survey.landmark_file import read_control_points
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.drawing import Bounds
 from vislam2tag.survey.plans.load import plan_extent
+from vislam2tag.survey.plans.placing import extent_sides_m
 from vislam2tag.survey.plans.source import PlanSource
 from vislam2tag.survey.site_file import SITE_FILE, FloorPart, read_site_file
 
@@ -74,7 +75,8 @@ def _extent(
         return None, [_about(source.file, "unreadable_plan", message, Severity.WARNING)]
     if source.extent is not None:  # exactly as given, not as it comes out of the calculation
         left, low = source.extent.lower_left_m
-        found = left, left + source.extent.width_m, low, low + source.extent.height_m
+        width_m, height_m = extent_sides_m(source.extent, found)
+        found = left, left + width_m, low, low + height_m
     return found, []
 
 

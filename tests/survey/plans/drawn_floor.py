@@ -22,6 +22,7 @@ from vislam2tag.survey.plans.source import PlanSource
 WIDTH_M, HEIGHT_M = 20.0, 10.0
 LINES = (((0, 0), (20, 0), (20, 10), (0, 10), (0, 0)), ((5, 0), (5, 6)))
 HERE = Georeference(latitude_deg=50.78, longitude_deg=6.06, bearing_deg=25.0)
+POINTS_PER_M = 72 / 0.0254
 EXTENT = {"width_m": WIDTH_M, "height_m": HEIGHT_M}
 
 
@@ -40,12 +41,13 @@ def png(folder: Path, pixels_per_m: float = 10.0, name: str = "plan.png") -> Pat
     return folder / name
 
 
-def svg(folder: Path) -> Path:
+def svg(folder: Path, size: str = "") -> Path:
+    """At 4 units a metre; ``size``: further attributes."""
     paths = "".join(
         f'<polyline points="{" ".join(f"{x * 4},{(HEIGHT_M - y) * 4}" for x, y in line)}" fill="none" stroke="black"/>'
         for line in LINES
     )
-    text = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 40">{paths}</svg>'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 80 40">{paths}</svg>'
     (folder / "plan.svg").write_text(text)
     return folder / "plan.svg"
 
@@ -63,6 +65,24 @@ def pdf(folder: Path) -> Path:
     canvas.save()
     (folder / "plan.pdf").write_bytes(buffer.getvalue())
     return folder / "plan.pdf"
+
+
+def framed_pdf(folder: Path) -> Path:
+    """An A3 with frame and title block, and the floor at 1:100 with its lower left corner at (120, 300) points."""
+    canvas = Canvas(str(folder / "framed.pdf"), pagesize=(1190.55, 841.89), invariant=1)
+    canvas.rect(57, 28, 1105, 785)
+    canvas.rect(57, 28, 1105, 785)
+    canvas.rect(760, 28, 402, 160)
+    for row in range(5):
+        canvas.line(760, 60 + 30 * row, 1162, 60 + 30 * row)
+        canvas.drawString(770, 66 + 24 * row, "Ground floor, checked, date, scale 1:100")
+    canvas.setLineWidth(4)
+    for line in LINES:
+        for ends in itertools.pairwise(line):
+            (x0, y0), (x1, y1) = ((120 + x * 0.01 * POINTS_PER_M, 300 + y * 0.01 * POINTS_PER_M) for x, y in ends)
+            canvas.line(x0, y0, x1, y1)
+    canvas.save()
+    return folder / "framed.pdf"
 
 
 def dxf(folder: Path, units: int = 4) -> Path:

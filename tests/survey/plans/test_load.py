@@ -116,7 +116,8 @@ def test_wrong_reference_systems(tmp_path: Path) -> None:
         ({"page": 0}, "greater than or equal to 1"),
         ({"file": "../other/plan.png"}, "lies outside the survey; copy it there"),
         ({"file": "/plan.png"}, "lies outside the survey"),
-        ({"scale": 100}, "Extra inputs"),
+        ({"size": 100}, "Extra inputs"),
+        ({"extent": {"lower_left_m": (0.0, 0.0)}}, "give width_m, height_m, or both"),
     ],
 )
 def test_entries_that_cannot_be(entries: dict[str, object], message: str) -> None:

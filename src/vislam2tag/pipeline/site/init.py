@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.plain_files import read_json
 from vislam2tag.common.whole_file import whole_file
+from vislam2tag.pipeline.site.plan_scale import no_scale
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
 from vislam2tag.survey.names import floor_number
@@ -122,9 +123,8 @@ def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
         floor_plan(floor)
     except SurveyError as error:
         if str(error.__cause__) == NO_SCALE:
-            raise UsageError(
-                f"{new.plan}: tells no scale; give --width-m and --height-m, two --point, --distance or --unit-m"
-            ) from error
+            assert new.part.plan is not None
+            raise UsageError(f"{new.plan}: {no_scale(new.plan, new.part.plan)}") from error
         raise
 
 

@@ -15,6 +15,8 @@ from vislam2tag.survey.plans.model import PlanPolygon
 
 Bounds = tuple[float, float, float, float]
 """Left, right, lower, upper."""
+MOST_SIDE_PX = 12_000
+"""Longer side of a picture of which a part is taken."""
 MOST_POINTS = 1_000_000
 """Of a plan's geometry: a floor of a hundred rooms has some ten thousand."""
 
@@ -42,6 +44,8 @@ class PlanDrawing:
     """Whether a unit is a pixel: more of them than units show nothing more."""
     unit_m: float | None = None
     """Metres a unit, where the file tells; its origin is then the BCS's."""
+    paper_m: float | None = None
+    """Metres on paper a unit, where the file tells."""
     epsg: int | None = None
     """Reference system of the coordinates, where the file tells."""
 
@@ -81,6 +85,31 @@ def mapped(drawing: PlanDrawing, to: Callable[[FloatArray], FloatArray]) -> Plan
     lines = (walls.reshape(-1, 2), doors.reshape(-1, 2), *passages)
     bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines]))
     return replace(drawing, bounds=bounds, polygons=polygons, walls=walls, doors=doors, passages=passages)
+
+
+def cropped(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
+    """Keep of a picture what lies between ``area``, in the drawing's coordinates with y upwards.
+
+    Raises OSError, whose text completes a sentence about the file, where that is nothing, or the drawing no picture.
+    """
+    if drawing.picture is None:
+        raise OSError("is no picture, of which area takes a part; choose layers or a level instead")
+    whole, picture = drawing.bounds, drawing.picture
+    left, right, low, high = (
+        max(area[0], whole[0]), min(area[1], whole[1]), max(area[2], whole[2]), min(area[3], whole[3])
+    )  # fmt: skip
+    if not (left < right and low < high):
+        raise OSError("has nothing in that area; correct area")
+    size = (whole[1] - whole[0], whole[3] - whole[2])
+    enlarged = max(size) / max(right - left, high - low)
+
+    def part(side_px: int) -> Image.Image:
+        image = picture(min(round(side_px * enlarged), MOST_SIDE_PX))
+        across, down = image.width / size[0], image.height / size[1]
+        box = (left - whole[0]) * across, (whole[3] - high) * down, (right - whole[0]) * across, (whole[3] - low) * down
+        return image.crop((round(box[0]), round(box[1]), max(round(box[2]), 1), max(round(box[3]), 1)))
+
+    return replace(drawing, bounds=(left, right, low, high), picture=part)
 
 
 def file_bytes(path: Path) -> bytes:

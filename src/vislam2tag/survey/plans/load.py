@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 from shapely.geometry import LineString
 
@@ -21,6 +24,7 @@ from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
 from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.reader_process import read_guarded
 from vislam2tag.survey.plans.registry import read_drawing
+from vislam2tag.survey.plans.sheet_frame import building_on_sheet, is_sheet
 from vislam2tag.survey.plans.source import GREATEST_M, Extent, PlanSource
 
 _LEAST_M = 0.01
@@ -78,7 +82,7 @@ def plan_file(floor: Floor, folder: Path) -> Path | None:
 
 
 def _is_upright_image(path: Path, source: PlanSource) -> bool:
-    return source.points is None and path.suffix.lower() in IMAGES
+    return source.points is None and source.area is None and path.suffix.lower() in IMAGES
 
 
 def plan_extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:
@@ -89,6 +93,41 @@ def plan_extent(path: Path, source: PlanSource, georeference: Georeference | Non
     return read_guarded(path, _extent, path, source, georeference)
 
 
+@dataclass(frozen=True)
+class PlanLook:
+    """What a plan's file shows, before it has a scale; boxes are left, right, lower and upper edge in its own
+    coordinates, as it counts them.
+    """
+
+    box: Bounds
+    building: Bounds | None
+    """Of a sheet of paper: the box around what is drawn in its frame; None where that is the whole plan."""
+    framed: bool
+    is_picture: bool
+    downwards: bool
+    paper_m: float | None
+    """Metres on paper a unit, where the file tells."""
+
+    def box_of(self, area: Sequence[float] | None) -> Bounds:
+        """The box of an ``area`` of the plan, else of all of it."""
+        if area is None:
+            return self.box
+        return min(area[::2]), max(area[::2]), min(area[1::2]), max(area[1::2])
+
+
+def look_at_plan(path: Path, source: PlanSource) -> PlanLook:
+    """Look at a plan's file; raises OSError as :func:`plan_picture` does."""
+    return read_guarded(path, _look, path, source)
+
+
+def unplaced_picture(path: Path, source: PlanSource, side_px: int) -> Image.Image:
+    """Draw a plan's file between its box, before it has a scale, its longer side at most ``side_px`` pixels.
+
+    Raises OSError as :func:`plan_picture` does.
+    """
+    return Image.fromarray(read_guarded(path, _unplaced, path, source, side_px))
+
+
 def check_image(path: Path) -> None:
     """Raise OSError, whose text completes a sentence about the file, where it is no whole image."""
     read_guarded(path, _decode, path)
@@ -96,6 +135,24 @@ def check_image(path: Path) -> None:
 
 def _decode(path: Path) -> None:
     load_plan(path, side_px=1)
+
+
+def _look(path: Path, source: PlanSource) -> PlanLook:
+    drawing = read_drawing(path, source)
+    building, framed = building_on_sheet(drawing) if is_sheet(drawing) else (None, False)
+    if building is not None and drawing.downwards:
+        top, bottom = drawing.bounds[3], drawing.bounds[2]
+        building = (*building[:2], top + bottom - building[3], top + bottom - building[2])
+    return PlanLook(drawing.bounds, building, framed, drawing.picture is not None, drawing.downwards, drawing.paper_m)
+
+
+def _unplaced(path: Path, source: PlanSource, side_px: int) -> npt.NDArray[np.uint8]:
+    drawing = read_drawing(path, source)
+    if drawing.picture is not None:
+        return np.asarray(drawing.picture(side_px).convert("RGB"))
+    scale = max(drawing.bounds[1] - drawing.bounds[0], drawing.bounds[3] - drawing.bounds[2]) / (side_px * PIXEL_M)
+    fine = mapped(drawing, lambda points: points / scale)  # so that its walls come out as wide as of a building
+    return drawn_plan(fine.bounds, fine.polygons, fine.walls, fine.doors, side_px)
 
 
 def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:

@@ -12,13 +12,17 @@ from pyproj.exceptions import ProjError
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2, Similarity2
 from vislam2tag.survey.georeference import Georeference, from_wgs84
-from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped
-from vislam2tag.survey.plans.source import PlanSource, Point
+from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, cropped, mapped
+from vislam2tag.survey.plans.source import Extent, PlanSource, Point
 
 _WGS84 = 4326
 NO_SCALE = (
-    "has no scale: give extent = { width_m = ..., height_m = ... }, two points, a distance or unit_m in its "
+    "has no scale: give extent = { width_m = ..., height_m = ... }, two points, a distance, a scale or unit_m in its "
     "[floors.plan] of site.toml"
+)
+_NO_PAPER = (
+    "tells no size on paper, which a scale such as 1:100 needs (PDF, and SVG in mm, cm, in, pt or pc, do); give its "
+    "extent or a distance instead"
 )
 
 
@@ -35,37 +39,55 @@ class _Plane:
 
 
 def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference | None) -> tuple[PlanDrawing, Affine2]:
-    """Return a drawing on a plane, and the map ``bcs_T_plan`` from that plane to the BCS.
+    """Return a drawing (its ``area``) on a plane, and the map ``bcs_T_plan`` from that plane to the BCS.
 
     A drawing that lies on earth is projected: into the BCS where the floor's ``georeference`` tells where that is,
     else around its own middle. Then its scale counts. Raises OSError, whose text completes a sentence about the file,
     where it has none.
     """
     epsg = source.epsg or drawing.epsg
+    points = _as_given(drawing, _points(source))
+    if source.area is not None:
+        corners = _as_given(drawing, [source.area[:2], source.area[2:]])
+        (left, low), (right, high) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        drawing = cropped(drawing, (left, right, low, high))
     if epsg is None:
-        return drawing, _scaled(drawing, source, _as_given(drawing, _points(source)), drawing.unit_m)
+        return drawing, _scaled(drawing, source, points, drawing.unit_m)
     to_wgs84 = _transformer(epsg)
     plane = _Plane(to_wgs84, georeference or _middle(drawing.bounds, to_wgs84))
-    points = plane(_as_given(drawing, _points(source)))
     projected = mapped(drawing, plane)
-    return projected, _scaled(projected, source, points, None if georeference is None else 1.0)
+    return projected, _scaled(projected, source, plane(points), None if georeference is None else 1.0)
 
 
 def _scaled(plane: PlanDrawing, source: PlanSource, points: FloatArray, unit_m: float | None) -> Affine2:
     """The map by whichever scale is given; ``points`` (n, 2) are the known ones on the plane."""
     left, right, low, high = plane.bounds
     if source.extent is not None:
-        scale = np.array([source.extent.width_m / (right - left), source.extent.height_m / (high - low)])
+        scale = np.array(extent_sides_m(source.extent, plane.bounds)) / (right - left, high - low)
         return _axis_parallel(scale, plane.bounds, source.extent.lower_left_m)
     if source.points is not None:
         return affine(Similarity2.from_two_points(points, np.array([point.bcs_m for point in source.points])))
     if source.distance is not None:
         scale = np.full(2, source.distance.metres / np.linalg.norm(points[1] - points[0]))
         return _axis_parallel(scale, plane.bounds, source.distance.lower_left_m)
+    if source.scale is not None:
+        if plane.paper_m is None:
+            raise OSError(_NO_PAPER)
+        scale = np.full(2, plane.paper_m * source.scale.one_to)
+        return _axis_parallel(scale, plane.bounds, source.scale.lower_left_m)
     unit_m = source.unit_m or unit_m
     if unit_m is None:
         raise OSError(NO_SCALE)
     return Affine2(np.eye(2) * unit_m, np.zeros(2))
+
+
+def extent_sides_m(extent: Extent, bounds: Bounds) -> tuple[float, float]:
+    """Width and height, metres; one that is not given follows from the shape of ``bounds``."""
+    shape = (bounds[1] - bounds[0]) / (bounds[3] - bounds[2])
+    if extent.width_m is None:
+        assert extent.height_m is not None
+        return extent.height_m * shape, extent.height_m
+    return extent.width_m, extent.width_m / shape if extent.height_m is None else extent.height_m
 
 
 def affine(similarity: Similarity2) -> Affine2:

@@ -9,7 +9,7 @@ from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.records import Record
 
-SCALES = ("extent", "points", "distance", "unit_m")
+SCALES = ("extent", "points", "distance", "scale", "unit_m")
 GREATEST_M = 1e6
 """As for coordinates of landmarks: no building is larger."""
 Point = tuple[FiniteFloat, FiniteFloat]
@@ -21,12 +21,18 @@ class _Part(Record, populate_by_name=True):
 
 
 class Extent(_Part):
-    """What the whole plan covers."""
+    """What the whole plan covers, or its ``area``; where one side is not given, it follows from the plan's shape."""
 
-    width_m: Metres
-    height_m: Metres
+    width_m: Metres | None = None
+    height_m: Metres | None = None
     lower_left_m: Point = (0.0, 0.0)
     """Where its lower left corner is, BCS metres."""
+
+    @model_validator(mode="after")
+    def _a_side(self) -> Self:
+        if self.width_m is None and self.height_m is None:
+            raise ValueError("give width_m, height_m, or both")
+        return self
 
 
 class ScalePoint(_Part):
@@ -52,6 +58,15 @@ class ScaleDistance(_Part):
         return self
 
 
+class DrawingScale(_Part):
+    """The scale a drawing is printed at, of files that tell their size on paper (PDF; SVG in mm, cm, in, pt or pc)."""
+
+    one_to: Annotated[float, Field(gt=0, le=GREATEST_M)]
+    """100 of a drawing at 1:100."""
+    lower_left_m: Point = (0.0, 0.0)
+    """Where the plan's lower left corner is, BCS metres."""
+
+
 class PlanSource(_Part):
     """A plan file and its scale; at most one of :data:`SCALES`, none where the file itself tells its scale.
 
@@ -73,9 +88,13 @@ class PlanSource(_Part):
     walkable."""
     epsg: Annotated[int, Field(gt=0)] | None = None
     """Reference system of the file's coordinates, where the file does not tell (DXF) or tells wrongly."""
+    area: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] | None = None
+    """Of a picture (image, PDF, SVG): two opposite corners, x, y, x, y, of the part that counts, in the plan's own
+    coordinates; not given: all of it."""
     extent: Extent | None = None
     points: tuple[ScalePoint, ScalePoint] | None = None
     distance: ScaleDistance | None = None
+    scale: DrawingScale | None = None
     unit_m: Metres | None = None
     """Metres a unit of the file's coordinates, whose origin and axes are the BCS's."""
 

@@ -15,6 +15,8 @@ from vislam2tag.survey.plans.source import PlanSource
 if TYPE_CHECKING:
     import pypdfium2
 
+_POINT_M = 0.0254 / 72
+
 
 class PdfFormat:
     """A page; coordinates are points (1/72 inch) from its lower left corner upwards, as it is shown."""
@@ -50,7 +52,7 @@ class PdfFormat:
             finally:
                 page_of.close()
 
-        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture)
+        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, paper_m=_POINT_M)
 
 
 def _opened(data: bytes) -> pypdfium2.PdfDocument:

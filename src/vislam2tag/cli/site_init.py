@@ -1,0 +1,168 @@
+"""``vislam2tag site init``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
+from vislam2tag.cli.tables import print_site
+
+if TYPE_CHECKING:
+    from vislam2tag.survey.plans.source import PlanSource
+
+SITE_CODES = "Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted."
+INIT_HELP = f"""
+Begin a site, or add a floor to it: writes SITE/site.toml.
+
+PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0; it
+is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point, twice), a
+known distance (--measure writes a page to click it on), the scale on paper (--scale 1:100), or metres a unit. DXF files
+with units, and GeoJSON and IMDF on a site with a georeference, need none. Of a page with a frame, the drawing in it is
+taken (--area).
+Without --plan a survey in the published layout is described.
+
+{SITE_CODES}
+
+\b
+Examples:
+  vislam2tag site init survey --plan ground.pdf --page 2 --floor 0 \\
+      --width-m 62.5 --height-m 31
+  vislam2tag site init survey --plan first.pdf --floor 1 --scale 1:100
+  vislam2tag site init survey --plan first.svg --measure scale.html
+  vislam2tag site init survey --plan first.png --floor 1 \\
+      --point 120,840=0,0 --point 1950,850=45.6,0
+  vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
+      --georeference EPSG:25832,294405,5628801,-12
+  vislam2tag site init old-survey
+"""
+_PAGE = "page"
+"""``--area``: all of it."""
+
+
+def site_init(
+    site: Annotated[Path, typer.Argument(metavar="SITE", help="Survey folder.")],
+    plan: Annotated[Path | None, typer.Option(help="The floor's plan.")] = None,
+    floor: Annotated[int | None, typer.Option(help="The floor's number; 1 if not given.")] = None,
+    name: Annotated[str, typer.Option(help="The floor's name.")] = "",
+    elevation_m: Annotated[float | None, typer.Option(metavar="METRES", help="Of the floor above the zero.")] = None,
+    building: Annotated[str, typer.Option(help="Name of the building.")] = "",
+    width_m: Annotated[
+        float | None, typer.Option(metavar="METRES", help="What the plan shows from left to right; alone will do.")
+    ] = None,
+    height_m: Annotated[
+        float | None, typer.Option(metavar="METRES", help="What the plan shows from bottom to top.")
+    ] = None,
+    lower_left: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y", help="BCS coordinates of the plan's lower left corner; 0,0 if not given."),
+    ] = None,
+    point: Annotated[
+        list[str] | None, typer.Option(metavar="PX,PY=X,Y", help="A point in the plan's units and the BCS; give two.")
+    ] = None,
+    distance: Annotated[
+        str | None, typer.Option(metavar="X,Y,X,Y,METRES", help="Two points of the plan and how far they are apart.")
+    ] = None,
+    scale: Annotated[
+        str | None, typer.Option(metavar="1:N", help="Scale on paper, of a PDF, or an SVG in mm, cm, in, pt or pc.")
+    ] = None,
+    area: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,X,Y",
+            help="Two corners of what the building is of a picture or page, in the plan's units; page: all of it.",
+        ),
+    ] = None,
+    stretch: Annotated[
+        bool, typer.Option("--stretch", help="Take width and height though the plan has another shape.")
+    ] = False,
+    measure: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write no site but an HTML page to click a known distance on, and open it."),
+    ] = None,
+    unit_m: Annotated[
+        float | None, typer.Option(metavar="METRES", help="A unit of the file, whose axes are the BCS's.")
+    ] = None,
+    page: Annotated[int | None, typer.Option(help="Page of a PDF; 1 if not given.")] = None,
+    level: Annotated[str | None, typer.Option(help="Level of an IMDF archive: id, ordinal or short name.")] = None,
+    layer: Annotated[
+        list[str] | None, typer.Option(help="Layer of a DXF that holds walls (* and ?); repeatable.")
+    ] = None,
+    others: Annotated[
+        str | None, typer.Option(metavar="USE", help="Polygons that do not say their use: walkable or obstacle.")
+    ] = None,
+    epsg: Annotated[int | None, typer.Option(help="Reference system of the plan's own coordinates.")] = None,
+    georeference: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PLACE",
+            help="Of the site's origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",
+        ),
+    ] = None,
+) -> None:
+    """Run the command."""
+    from vislam2tag.pipeline.site.init import (
+        NewFloor,
+        add_floor,
+        competition_floor,
+        describe_published,
+        is_competition_floor,
+    )
+    from vislam2tag.pipeline.site.plan_scale import settled_source
+    from vislam2tag.pipeline.site.show import look_at_site
+    from vislam2tag.survey.site_file import SITE_FILE
+
+    earth = None if georeference is None else georeference_part(georeference)
+    if plan is None:
+        describe_published(site, building, earth)
+        typer.echo(f"written: {site / SITE_FILE}")
+        print_site(look_at_site(site))
+        return
+    notes: list[str] = []
+    if is_competition_floor(plan):
+        new = competition_floor(plan, floor)
+    else:
+        source = plan_source(
+            plan.name,
+            size=(width_m, height_m),
+            lower_left=lower_left,
+            area=None if area == _PAGE else area,
+            scale=scale,
+            points=point or (),
+            distance=distance,
+            unit_m=unit_m,
+            page=page,
+            level=level,
+            layers=tuple(layer) if layer else None,
+            others=others,
+            epsg=epsg,
+        )
+        if measure is not None:
+            _measure(measure, site, plan, floor, source)
+            return
+        source, notes = settled_source(plan, source, whole=area == _PAGE, stretch=stretch)
+        part = floor_part(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
+        new = NewFloor(plan, part)
+    add_floor(site, new, building, earth)
+    typer.echo(f"floor {new.part.number} added: {site / SITE_FILE}")
+    for note in notes:
+        typer.echo(f"note: {note}")
+    print_site(look_at_site(site))
+
+
+def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: PlanSource) -> None:
+    import shlex
+    import sys
+    import webbrowser
+
+    from vislam2tag.report.pages.measure_page import write_measure_page
+
+    words = ["vislam2tag", "site", "init", str(site), "--plan", str(plan)]
+    words += [] if floor is None else ["--floor", str(floor)]
+    words += [] if source.page == 1 else ["--page", str(source.page)]
+    write_measure_page(page, plan, source, shlex.join(words))
+    typer.echo(f"page: {page}: click two points, type their distance, run what it then shows")
+    if sys.stdout.isatty():
+        webbrowser.open(page.resolve().as_uri())
