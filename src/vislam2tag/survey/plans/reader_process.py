@@ -7,7 +7,6 @@ command; small images, whose reader has limits of its own, are read here.
 from __future__ import annotations
 
 import atexit
-import importlib
 import math
 import os
 import pickle
@@ -166,8 +165,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no answer
-    importlib.import_module("vislam2tag.survey.plans.load")
-    FORMATS.all()
+    FORMATS.all()  # the modules of formats; that of the function is imported when the first request is unpickled
     _send(answers, "ready")
     while True:
         try:
