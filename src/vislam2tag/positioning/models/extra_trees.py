@@ -15,11 +15,12 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 from vislam2tag.positioning.baselines.forest import LEAF, Forest, Levels, forest_of
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
+from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
 from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import folds, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
+from vislam2tag.positioning.error_radii import SpreadRadii
+from vislam2tag.positioning.registry import NamedArrays, register
+from vislam2tag.positioning.scans.held_out import folds, walk_numbers
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -31,10 +32,8 @@ MOST_TREES = 100_000
 _AT_ONCE = 2000
 
 
-class ExtraTrees(Positioner):
+class ExtraTrees(VotingPositioner):
     """A forest over levels; each tree gives one vote, radii follow how far the votes lie apart."""
-
-    radii_: SpreadRadii
 
     def __init__(self, *, trees: int = 200, levels_a_split: float = 0.3, storey_m: float = 15.0, seed: int = 0) -> None:
         """Take the number of trees, which share of the access points each split tries, and the random seed.
@@ -47,23 +46,16 @@ class ExtraTrees(Positioner):
         self.storey_m = storey_m
         self.seed = seed
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
+    def _check(self) -> None:
         if not (1 <= self.trees <= MOST_TREES and 0 < self.levels_a_split <= 1 and self.storey_m >= 0):
             raise UsageError(
                 f"trees={self.trees}, levels_a_split={self.levels_a_split}, storey_m={self.storey_m}: "
                 f"there are 1 to {MOST_TREES} trees, the share lies above 0 and up to 1, the distance is 0 or more"
             )
-        levels = _levels(scans)
-        self._places = places
-        self._forest, self._scan = self._grown(levels, places, self.trees)
-        held_out = usable_validation(validation)
-        if held_out is None:
-            error_m, spread_m = self._left_out(levels, scans, places)
-        else:
-            answer = self._answer(held_out[0])
-            error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
-        self.radii_ = fitted_radii(error_m, spread_m)
-        self.progress(FOLDS + 1, FOLDS + 1)
+
+    def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
+        super()._learn(scans, places)
+        self._forest, self._scan = self._grown(_levels(scans), places, self.trees)
 
     def _grown(self, levels: Levels, places: ScanPlaces, trees: int) -> tuple[Forest, AnyArray]:
         """Grow a forest; return it and for each leaf a scan that it holds (nodes,)."""
@@ -76,18 +68,15 @@ class ExtraTrees(Positioner):
         scan[forest.leaves(levels)[::-1]] = np.arange(len(levels), dtype=np.int32)[::-1, None]
         return forest, scan
 
-    def _left_out(self, levels: Levels, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        """Return errors and spreads (n,) of scans by forests that never saw their walk, metres."""
+    def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
+        levels = _levels(scans)
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
         for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, self.seed)):
             forest, scan = self._grown(levels[learned], places[learned], min(self.trees, FOLD_TREES))
             answer = _voted(forest, scan, places[learned], levels[held_out])
             error_m[held_out], spread_m[held_out] = places[held_out].distance_m(answer.xy), answer.spread_m
-            self.progress(number + 1, FOLDS + 1)
+            self.progress(number + 1, FOLDS)
         return error_m, spread_m
-
-    def _predict(self, scans: RadioScans) -> Positions:
-        return self._answer(scans).positions(self._places, self.radii_)
 
     def _answer(self, scans: RadioScans) -> VotedPositions:
         blocks = (scans[start : start + _AT_ONCE] for start in range(0, max(len(scans), 1), _AT_ONCE))

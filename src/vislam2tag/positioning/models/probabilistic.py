@@ -5,20 +5,17 @@ A phone that hears everything louder or fainter by an unknown offset is allowed 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import AnyArray, FloatArray
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.positioning.baselines.level_maps import LevelMaps, level_maps
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import calibration_rows, folds, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
+from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
+from vislam2tag.positioning.registry import register
+from vislam2tag.positioning.scans.held_out import calibration_rows, folds, walk_numbers
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
 FOLDS = 5
@@ -30,10 +27,8 @@ _MOST_CELLS = 200
 _LIKELIHOODS_AT_ONCE = 4_000_000
 
 
-class Probabilistic(Positioner):
+class Probabilistic(VotingPositioner):
     """Cells vote with their likelihood; radii follow how far the likely cells lie apart."""
-
-    radii_: SpreadRadii
 
     def __init__(
         self,
@@ -58,24 +53,13 @@ class Probabilistic(Positioner):
         self.offset_db = offset_db
         self.sharpness = sharpness
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
-        self._check()
-        self._learn(scans, places)
-        held_out = usable_validation(validation)
-        if held_out is None:
-            error_m, spread_m = self._left_out(scans, places)
-        else:
-            answer = self._answer(self._maps, held_out[0])
-            error_m, spread_m = held_out[1].distance_m(answer.xy), answer.spread_m
-        self.radii_ = fitted_radii(error_m, spread_m)
-
     def _check(self) -> None:
         for name, value in self.get_params().items():
             if value <= 0:
                 raise UsageError(f"{name}={value}: must be above 0")
 
     def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
-        self._scans, self._places = scans, places
+        super()._learn(scans, places)
         self._maps = self._maps_of(scans, places)
 
     def _maps_of(self, scans: RadioScans, places: ScanPlaces) -> LevelMaps:
@@ -83,21 +67,20 @@ class Probabilistic(Positioner):
             return level_maps(scans, places, self.cell_m, self.smoothing_m, self.prior_scans)
 
     def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
-        """Return errors and spreads (n,) of scans by maps made without their walk, metres."""
         error_m, spread_m = np.full(len(scans), np.nan), np.zeros(len(scans))
         calibrates = np.isin(np.arange(len(scans)), calibration_rows(len(scans)))
         for number, (learned, held_out) in enumerate(folds(walk_numbers(scans, places), FOLDS, _SEED)):
             asked = held_out & calibrates
-            answer = self._answer(self._maps_of(scans[learned], places[learned]), scans[asked])
+            answer = self._voted(self._maps_of(scans[learned], places[learned]), scans[asked])
             error_m[asked], spread_m[asked] = places[asked].distance_m(answer.xy), answer.spread_m
             self.progress(number + 1, FOLDS)
         return error_m, spread_m
 
-    def _predict(self, scans: RadioScans) -> Positions:
-        return self._answer(self._maps, scans).positions(self._places, self.radii_)
+    def _answer(self, scans: RadioScans) -> VotedPositions:
+        return self._voted(self._maps, scans)
 
-    def _answer(self, maps: LevelMaps, scans: RadioScans) -> VotedPositions:
-        """Answer block by block."""
+    def _voted(self, maps: LevelMaps, scans: RadioScans) -> VotedPositions:
+        """Let the cells of maps vote, block by block."""
         size = max(1, _LIKELIHOODS_AT_ONCE // len(maps.cells))
         with threadpool_limits(limits=1):
             blocks = (scans[start : start + size] for start in range(0, max(len(scans), 1), size))
@@ -128,18 +111,6 @@ class Probabilistic(Positioner):
         likely = np.argpartition(-log_likelihood, most - 1, axis=1)[:, :most]
         log = self.sharpness * np.take_along_axis(log_likelihood, likely, axis=1)
         return Votes(likely, np.exp(log - log.max(axis=1, keepdims=True)))
-
-    def arrays(self) -> NamedArrays:
-        """Return the scans learned, their places, and the radii; maps are made of them again."""
-        return {**self._scans.arrays(), **self._places.arrays(), "radii": self.radii_.array()}
-
-    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave."""
-        self._check()
-        checked = CheckedArrays(arrays)
-        scans = RadioScans.restored(checked, self.access_points_)
-        self._learn(scans, ScanPlaces.restored(checked, self.storeys_))
-        self.radii_ = SpreadRadii.restored(checked, "radii")
 
 
 register("probabilistic", Probabilistic)

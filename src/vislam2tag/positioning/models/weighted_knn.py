@@ -6,20 +6,18 @@ and similarity measures for Wi-Fi fingerprinting indoor positioning systems".
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import StrEnum
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counted_votes, joined_answers
-from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import SpreadRadii, fitted_radii
-from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import calibration_rows, usable_validation, walk_numbers
-from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
+from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
+from vislam2tag.positioning.registry import register
+from vislam2tag.positioning.scans.held_out import calibration_rows, walk_numbers
+from vislam2tag.positioning.scans.places import ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
@@ -36,13 +34,11 @@ class SignalDistance(StrEnum):
     COSINE = "cosine"
 
 
-class NearestNeighbours(Positioner):
+class NearestNeighbours(VotingPositioner):
     """The storey with most votes of the k nearest scans, and the mean of their places on it.
 
     Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk.
     """
-
-    radii_: SpreadRadii
 
     def __init__(
         self, *, k: int = 5, distance: str = "sorensen", representation: str = "powed", exponent: float = 4.0
@@ -57,21 +53,6 @@ class NearestNeighbours(Positioner):
         self.representation = representation
         self.exponent = exponent
 
-    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
-        self._check()
-        self._learn(scans, places)
-        held_out = usable_validation(validation)
-        if held_out is not None:
-            answer, true = self._answer(held_out[0]), held_out[1]
-        else:
-            walk = walk_numbers(scans, places)
-            rows = calibration_rows(len(scans))
-            answer, true = self._answer(scans[rows], walk[rows], walk), places[rows]
-        self.radii_ = fitted_radii(np.hypot(*(answer.xy - true.xy).T), answer.spread_m)
-
-    def _predict(self, scans: RadioScans) -> Positions:
-        return self._answer(scans).positions(self._places, self.radii_)
-
     def _check(self) -> None:
         if self.k < 1 or self.exponent < 0:
             raise UsageError(f"k={self.k}, exponent={self.exponent}: k must be 1 or more, the exponent 0 or more")
@@ -83,8 +64,13 @@ class NearestNeighbours(Positioner):
                 raise UsageError(f"{name}={value}: there are {', '.join(values)}")
 
     def _learn(self, scans: RadioScans, places: ScanPlaces) -> None:
-        self._scans, self._places = scans, places
+        super()._learn(scans, places)
         self._levels = represented(scans, Representation(self.representation))
+
+    def _left_out(self, scans: RadioScans, places: ScanPlaces) -> tuple[FloatArray, FloatArray]:
+        walk, rows = walk_numbers(scans, places), calibration_rows(len(scans))
+        answer = self._answer(scans[rows], walk[rows], walk)
+        return places[rows].distance_m(answer.xy), answer.spread_m
 
     def _answer(
         self, scans: RadioScans, walk: IntArray | None = None, learned_walk: IntArray | None = None
@@ -112,18 +98,6 @@ class NearestNeighbours(Positioner):
         near = np.maximum(np.take_along_axis(away, nearest, axis=1), NEAREST)
         weight = np.where(np.isfinite(near), (near[:, :1] / near) ** self.exponent, 0.0)
         return Votes(nearest, weight)
-
-    def arrays(self) -> NamedArrays:
-        """Return the scans learned, their places, and the radii."""
-        return {**self._scans.arrays(), **self._places.arrays(), "radii": self.radii_.array()}
-
-    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave."""
-        self._check()
-        checked = CheckedArrays(arrays)
-        scans = RadioScans.restored(checked, self.access_points_)
-        self._learn(scans, ScanPlaces.restored(checked, self.storeys_))
-        self.radii_ = SpreadRadii.restored(checked, "radii")
 
 
 register("weighted-knn", NearestNeighbours)
