@@ -31,6 +31,11 @@ def step_lengths(points: FloatArray) -> FloatArray:
     return lengths
 
 
+def line_length(line: FloatArray) -> float:
+    """Length of a line (k, 2)."""
+    return float(step_lengths(line).sum())
+
+
 def arc_lengths(line: FloatArray) -> FloatArray:
     """Distance (k,) of each corner of a line (k, 2) from its first, along it."""
     return np.concatenate(([0.0], np.cumsum(step_lengths(line))))

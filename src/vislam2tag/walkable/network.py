@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import line_length
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,6 @@ class Branch:
     def other(self, node: int) -> int:
         """The node at the other end."""
         return self.last if self.first == node else self.first
-
-
-def line_length(line: FloatArray) -> float:
-    """Length of a line (k, 2)."""
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 
 @dataclass

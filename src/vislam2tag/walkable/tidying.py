@@ -9,8 +9,8 @@ from skimage.measure import approximate_polygon
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import wrapped
-from vislam2tag.core.path_length import arc_lengths
-from vislam2tag.walkable.network import Branch, Network, line_length
+from vislam2tag.core.path_length import arc_lengths, line_length
+from vislam2tag.walkable.network import Branch, Network
 from vislam2tag.walkable.space import WalkableSpace
 from vislam2tag.walkable.walking_distances import WalkingDistances
 

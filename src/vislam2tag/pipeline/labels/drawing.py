@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
-from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.core.path_length import arc_lengths, line_length
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -37,7 +37,7 @@ def draw(
     aligned = _aligned(camera, log, landmarks, trajectory, frames)
     mapped = has_position(trajectory.status[frames])
     runs = _runs(trajectory.status[frames], floor)
-    spacing = max(SPACING_M, _length(camera.plane_acs[frames]) / MAX_POINTS)
+    spacing = max(SPACING_M, line_length(camera.plane_acs[frames]) / MAX_POINTS)
     positions, sigma_m = trajectory.position_bcs[frames, :2], trajectory.sigma_m[frames]
     scans = _scan_positions(wifi)
     return {
@@ -109,11 +109,6 @@ def _kept(points: FloatArray, spacing_m: float) -> IntArray:
     keep = np.flatnonzero(np.diff(np.floor(way / spacing_m), prepend=-1.0) > 0)
     kept: IntArray = near[np.unique(np.append(keep, len(near) - 1))]
     return kept
-
-
-def _length(points: FloatArray) -> float:
-    """Length of the way along points (n, 2), metres."""
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def _rounded(points: FloatArray) -> Polyline:
