@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 
 from tests.dataset.changing import Survey, bssid, surveyed, usual_places
-from vislam2tag.dataset.comparing.place_sums import PLACE, PlaceSums, place_sums
+from vislam2tag.dataset.comparing.place_sums import PLACE, PlaceSums, _robust_offsets, place_sums
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS
 
@@ -77,3 +77,18 @@ def test_a_building_without_a_name_is_a_place() -> None:
     )
     assert (found.places["scans_base"] == found.places["scans_later"]).all()
     assert (found.heard["heard_base"] == found.heard["heard_later"]).all()
+
+
+def test_what_is_left_out_settles() -> None:
+    """The farthest of what one phone hears louder, by 1 to 29 dB, are left out one after the other: in four rounds."""
+    louder_db = [0.0] * 20 + [float(number) for number in range(1, 30)]
+    rows = [
+        ("wifi", "", 0, place, 0, "ap", device, level)
+        for place, difference in enumerate(louder_db)
+        for device, level in (("a", -60.0), ("b", -60.0 + difference))
+    ]
+    names = ("technology", "building", "floor", "column", "row", "bssid", "device", "rssi_dbm")
+    offsets = _robust_offsets(pl.DataFrame(rows, schema=names, orient="row"), ["a", "b"])
+    found_db = offsets["b"] - offsets["a"]
+    kept = [difference for difference in louder_db if abs(difference - found_db) <= 10.0]
+    assert found_db == pytest.approx(sum(kept) / len(kept), abs=2e-4)

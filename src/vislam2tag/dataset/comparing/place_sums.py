@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
+from vislam2tag.core.robust import iterate
 from vislam2tag.dataset.by_session import each_session
 from vislam2tag.dataset.device_offsets import PlaceMeans, device_offsets
 from vislam2tag.dataset.model import Dataset
@@ -25,6 +26,10 @@ _FAINTEST_DBM = -90.0
 """What phones hear, where none has enough readings to tell."""
 _OUTLIER_DB = 10.0
 """Devices that differ by more at a place heard different things, not differently."""
+_MOST_ROUNDS = 20
+"""Of leaving out and solving again: two surveys of one building settle in three."""
+_SMALL_DB = 5e-5
+"""Offsets are rounded to twice as much: they settle, or do not."""
 _PARTS = 16
 _UNKNOWN = "unknown"
 _TYPES: Mapping[str, pl.DataType] = {
@@ -143,13 +148,19 @@ def _offsets(surveys: Mapping[str, Dataset], technology: str) -> dict[tuple[str,
 
 
 def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float]:
-    """Solve, leave out what devices disagree about by too much (an access point that moved), and solve again."""
-    offsets = _solved(shared, devices)
-    for _ in range(2):
-        apart = pl.col("rssi_dbm") - pl.col("device").replace_strict(offsets, default=0.0)
+    """Solve, leave out what devices disagree about by too much (an access point that moved), and so on."""
+
+    def step(before: dict[str, float], _round: int) -> dict[str, float]:
+        apart = pl.col("rssi_dbm") - pl.col("device").replace_strict(before, default=0.0)
         spread = (apart.max() - apart.min()).over("technology", *PLACE, "bssid")
-        offsets = _solved(shared.filter(spread <= _OUTLIER_DB), devices)
-    return offsets
+        return _solved(shared.filter(spread <= _OUTLIER_DB), devices)
+
+    def moved_db(before: dict[str, float], after: dict[str, float]) -> float:
+        return max((abs(after[device] - before[device]) for device in devices), default=0.0)
+
+    start = _solved(shared, devices)
+    what = "what devices of two surveys hear louder or fainter"
+    return iterate(what, start, step, moved_db, tolerance=_SMALL_DB, most_rounds=_MOST_ROUNDS).state
 
 
 def _solved(shared: pl.DataFrame, devices: list[str]) -> dict[str, float]:

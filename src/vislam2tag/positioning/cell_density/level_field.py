@@ -37,7 +37,9 @@ count as these."""
 _FAINT_SHARE = 0.02
 """Share of levels heard below what counts as the faintest."""
 _ROUNDS = 3
-"""So often levels that were not heard are guessed anew from what the scans around heard, or were guessed to."""
+"""So often levels that were not heard are guessed anew from what the scans around heard, or were guessed to: a part of
+the model, no limit. The third guess differs from the second by 0.2 to 0.8 dB (root mean square, by noise) on the demo's
+data set, the tenth from the ninth by 0.04 to 0.1 dB."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.robust import iterate
 from vislam2tag.positioning.cell_density.kernel_regression import STOREY_RIDGE, KernelNormalEquations
 from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel, levels
 from vislam2tag.positioning.scans.radio_scans import RadioScans
@@ -21,7 +22,7 @@ LEAD = 0.5
 """By so much another storey's probability exceeds the labelled one's."""
 MOST_OF_STOREY = 0.1
 """More of a storey's scans than this share are not doubted: rather is it a storey that is hard to predict."""
-_ROUNDS = 3
+_MOST_ROUNDS = 3
 """Doubted scans contradict others no more, so that all are looked at again, at most so often."""
 _LEAST = 1e-3
 """No storey is less probable, and no scan has less weight of its own missing."""
@@ -34,13 +35,18 @@ def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolA
     Kernels lie around the scans ``centres`` (m,), by index.
     """
     one_hot = np.eye(int(storey.max()) + 1)[storey]
-    doubted = np.zeros(len(scans), dtype=np.bool_)
-    for _ in range(_ROUNDS):
-        predicted, before = _leave_one_out(scans, one_hot, ~doubted, centres), doubted
-        doubted = _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
-        if (doubted == before).all():
-            break
-    return doubted
+
+    def step(doubted: BoolArray, _round: int) -> BoolArray:
+        predicted = _leave_one_out(scans, one_hot, ~doubted, centres)
+        return _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
+
+    nobody = np.zeros(len(scans), dtype=np.bool_)
+    return iterate("which scans others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS).state
+
+
+def _changed(before: BoolArray, after: BoolArray) -> int:
+    """Return of how many scans (n,) the others say another thing than before."""
+    return int((before != after).sum())
 
 
 def _leave_one_out(scans: RadioScans, one_hot: FloatArray, believed: BoolArray, centres: IntArray) -> FloatArray:

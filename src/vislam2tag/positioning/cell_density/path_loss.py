@@ -33,6 +33,9 @@ _MISSED = 0.05
 _CENSORED_DB = 8.0
 """What is not heard tells of the model only where that expects it at most this much below the faintest level."""
 _ROUNDS = 8
+"""A part of the model, no limit: which unheard levels count follows from the model before, so that more rounds need not
+settle. The eighth moves expected levels by 0.03 dB (root mean square) on the demo's data set, where the fifteenth does
+by 0.01 dB, and by 3.6 dB on 500 scans of Tampere, where the fifteenth does by 3.4 dB."""
 
 
 @dataclass(frozen=True)
