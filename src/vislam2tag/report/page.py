@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,9 +21,9 @@ from vislam2tag.report.wording import FILTERS
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
     """Write the page ``out_file``: the template's text as it comes, beside it and renamed when whole.
 
-    The template also gets ``css``, ``plotly_js`` and ``embedded``. Raises OutputError where it cannot be written.
+    Templates extend ``layout.html.j2``. Raises OutputError where it cannot be written.
     """
-    page = _environment().get_template(template).generate(_assets() | dict(context))
+    page = _environment().get_template(template).generate(dict(context))
     # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
     with (
         whole_file(out_file) as partial,
@@ -31,7 +34,7 @@ def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> Non
 
 def page_text(template: str, context: Mapping[str, Any]) -> str:
     """Return a page as text; the template gets what :func:`write_page` gives it."""
-    return _environment().get_template(template).render(_assets() | dict(context))
+    return _environment().get_template(template).render(dict(context))
 
 
 def embedded(text: str) -> Markup:
@@ -39,9 +42,15 @@ def embedded(text: str) -> Markup:
     return Markup(text.replace("<", "\\u003c"))
 
 
-def _assets() -> dict[str, Any]:
-    css = resources.files("vislam2tag.report") / "templates" / "page.css"
-    return {"css": Markup(css.read_text("utf-8")), "plotly_js": Markup(get_plotlyjs()), "embedded": embedded}
+def _text_of(name: str) -> Markup:
+    """A style or a script among the templates."""
+    return Markup((resources.files("vislam2tag.report") / "templates" / name).read_text("utf-8"))
+
+
+@cache
+def _packed_plotly() -> str:
+    """Plotly for browsers, packed with gzip as Base64: a third of its size, and the page's text is shown before it."""
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode("ascii")
 
 
 def _environment() -> Environment:
@@ -53,4 +62,5 @@ def _environment() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters.update(FILTERS)
+    environment.globals.update(embedded=embedded, text_of=_text_of, packed_plotly=_packed_plotly)
     return environment

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.report.markup import own_part
 from tests.survey.site import write_survey
 from vislam2tag.report.pages.check_page import median_left_out_m, write_check_page
 from vislam2tag.self_check.gain_map import GainMap, session_gains
@@ -77,7 +78,7 @@ def traces(page: str) -> dict[str, dict[str, Any]]:
 
 
 def test_the_page_needs_nothing_else_and_escapes_names(page: str) -> None:
-    body = page[page.index("<body>") :]
+    body = own_part(page)
     assert not re.search(r'(?:src|href)="', body)
     assert "A&lt;b&gt;" in body
     assert "no &lt;poses&gt;" in body
@@ -85,7 +86,7 @@ def test_the_page_needs_nothing_else_and_escapes_names(page: str) -> None:
 
 
 def test_tables_tell_accuracy_bad_landmarks_and_places(page: str) -> None:
-    text = re.sub(r"\s+", " ", page[page.index("<body>") :])
+    text = re.sub(r"\s+", " ", own_part(page))
     for wanted in ("(0.25 m)", "0.10 to 0.60 m", "measure it again", "(4.5, 3.5) 0.25 m", ", or at (20.5, 9.5) 0.27 m"):
         assert wanted in text.replace("\u00a0", " ").replace("\u202f", " ")
 

@@ -16,6 +16,7 @@ from playwright.sync_api import Page
 
 from tests.dataset.factory import SCANS, small_dataset
 from tests.report.browser import note_problems, running_browser
+from tests.report.markup import own_part
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
@@ -53,18 +54,13 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     return dataset_page.dataset_page(dataset, dataset_statistics(dataset, FieldWork(people=2, hours=1.0)))
 
 
-def body(page: str) -> str:
-    return page[page.index("<body>") :]
-
-
 def maps(page: str) -> list[dict[str, Any]]:
-    return [
-        json.loads(found) for found in re.findall(r'map"></div>\n<script type="application/json">(.*?)</script>', page)
-    ]
+    drawn = re.findall(r'map"[^>]*></div>\n<script type="application/json">(.*?)</script>', page)
+    return [json.loads(found) for found in drawn]
 
 
 def test_totals_table_and_rates_stand_in_the_page(text: str) -> None:
-    words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", body(text)))
+    words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", own_part(text)))
     assert "44 labelled Wi-Fi fingerprints (92 % of all)" in words
     assert "22 a person-hour" in words
     assert "All time on site counts: 2 people, 2.0 person-hours." in words
@@ -74,8 +70,8 @@ def test_totals_table_and_rates_stand_in_the_page(text: str) -> None:
 
 
 def test_the_page_needs_nothing_else_and_escapes_what_people_wrote(text: str) -> None:
-    assert EVIL not in body(text)
-    assert not re.findall(r'(?:src|href)="(?!#|data:)', body(text))
+    assert EVIL not in own_part(text)
+    assert not re.findall(r'(?:src|href)="(?!#|data:)', own_part(text))
 
 
 def test_gaps_and_the_walk_that_fills_them_are_told_and_drawn(text: str) -> None:
@@ -84,11 +80,11 @@ def test_gaps_and_the_walk_that_fills_them_are_told_and_drawn(text: str) -> None
     assert names[-1] == "walk that fills the gaps, 0 m"
     assert not upper["data"][-1]["name"].startswith("walk")
     assert ground["layout"]["images"][0]["sizex"] == 60
-    assert re.search(r"Floor 0</a></td><td[^>]*>22<.*?>1 stop|0\u00a0m, 1 stop", body(text))
+    assert re.search(r"Floor 0</a></td><td[^>]*>22<.*?>1 stop|0\u00a0m, 1 stop", own_part(text))
 
 
 def test_splits_tell_how_they_leak(text: str) -> None:
-    rows = re.findall(r'<tr><td class="head">(\w+)</td><td class="num">(\d+)</td>', body(text))
+    rows = re.findall(r'<tr><td class="head">(\w+)</td><td class="num">(\d+)</td>', own_part(text))
     assert dict(rows)["device"] == "2"
     assert {"random", "device", "trajectory"} <= dict(rows).keys()
 
@@ -112,7 +108,7 @@ def test_points_without_walks_sigma_and_dates_have_a_page() -> None:
     }
     tables = {name: table.cast(dataset.tables[name].collect_schema()) for name, table in bare.items()}
     points = replace(dataset, tables={**dataset.tables, **tables})
-    page = body(dataset_page.dataset_page(points, dataset_statistics(points)))
+    page = own_part(dataset_page.dataset_page(points, dataset_statistics(points)))
     assert "Sigma of" not in page
     assert "a minute of walking" not in page
     assert '<option value="0">' not in page

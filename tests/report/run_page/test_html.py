@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.report.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
+from tests.report.markup import own_part
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
@@ -34,11 +35,6 @@ def written(folder: Path, survey: Survey, results: list[SessionResult], settings
     write_report(out_file, survey, settings or Settings(), iter(results), summary)
     assert [path.name for path in folder.iterdir()] == ["report.html"]
     return out_file.read_text(encoding="utf-8")
-
-
-def own_part(page: str) -> str:
-    """The page without the plotting library."""
-    return page[page.index("<body>") :]
 
 
 def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> None:

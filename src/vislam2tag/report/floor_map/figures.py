@@ -159,8 +159,8 @@ def page_layout() -> dict[str, Any]:
     """Return what the page's figures have in common."""
     return {
         "font": {"family": FONT, "size": 12, "color": "#24292f"},
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
         "dragmode": "pan",
         "hoverlabel": {"align": "left"},
         "legend": {"itemclick": "toggle", "itemdoubleclick": "toggleothers"},
@@ -183,6 +183,19 @@ def axis(title: str, span: list[float] | None, grid: bool) -> dict[str, Any]:
         "tickcolor": _GRID,
         "automargin": True,
         **({} if span is None else {"range": span}),
+    }
+
+
+def colour_bar(title: str) -> dict[str, Any]:
+    """Return a bar of colours above a map, where it takes no width on a narrow screen."""
+    return {
+        "title": {"text": title, "side": "top"},
+        "orientation": "h",
+        "thickness": 10,
+        "len": 0.6,
+        "x": 0.5,
+        "y": 1.0,
+        "yanchor": "bottom",
     }
 
 

@@ -23,6 +23,7 @@ def write_benchmark_page(
     It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
     """
     context = {
+        "title": found.dataset,
         "found": found,
         "splits": [(split, list(rows)) for split, rows in groupby(found.rows, key=lambda row: row.split)],
         "heads": HEADS,

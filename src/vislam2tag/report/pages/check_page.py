@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.report.floor_map.arrows import arrow_line
-from vislam2tag.report.floor_map.figures import site_figure
+from vislam2tag.report.floor_map.figures import colour_bar, site_figure
 from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
@@ -87,7 +87,7 @@ def _gain_map(gains: dict[Cell, float]) -> Trace:
         "opacity": 0.75,
         "hoverongaps": False,
         "showlegend": True,
-        "colorbar": {"title": {"text": "gain / cm", "side": "right"}, "thickness": 12, "x": 1.0, "len": 0.6, "y": 0.3},
+        "colorbar": colour_bar("gain / cm"),
         "hovertemplate": "one more landmark here: mean error falls by %{z:.1f} cm<extra></extra>",
     }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -15,7 +14,7 @@ from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
 from vislam2tag.dataset.coverage.gap_walk import GapWalk, gap_walks
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.statistics.record import UNKNOWN
-from vislam2tag.report.floor_map.figures import axis, figure_json, page_layout, placed_plan
+from vislam2tag.report.floor_map.figures import axis, colour_bar, figure_json, page_layout, placed_plan
 from vislam2tag.report.floor_map.layers import Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
 
@@ -79,7 +78,8 @@ def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colour
     points, labelled = _points(dataset, technology, coverage)
     traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *_walks(walks)]
     figure = go.Figure(data=traces, layout_template="none")
-    figure.update_layout(page_layout(), coloraxis={"colorscale": "Viridis", "showscale": False, "colorbar": _bar("")})
+    colours_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
+    figure.update_layout(page_layout(), coloraxis=colours_axis)
     left, right, low, high = coverage.grid.extent_m
     shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
     across, up = np.stack((shown.min(axis=0) - _MARGIN_M, shown.max(axis=0) + _MARGIN_M), axis=1).tolist()
@@ -147,7 +147,7 @@ def _cells(coverage: FloorCoverage) -> Trace:
         "colorscale": "YlGnBu",
         "zmin": 0,
         "visible": False,
-        "colorbar": _bar("fingerprints a cell"),
+        "colorbar": colour_bar("fingerprints a cell"),
         "hovertemplate": "%{z} fingerprints<extra></extra>",
     }
 
@@ -198,7 +198,3 @@ def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
             "hoverinfo": "name",
         }
     ]
-
-
-def _bar(title: str) -> dict[str, Any]:
-    return {"title": {"text": title, "side": "right"}, "thickness": 12, "x": 1.0, "len": 0.8}

@@ -53,6 +53,7 @@ def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
     name, technology = main or ("wifi", None)
     colours = _colours(sorted(technology.by_device)) if technology else {}
     context = {
+        "title": dataset.info.title or dataset.info.name,
         "info": dataset.info,
         "version": __version__,
         "statistics": statistics,

@@ -16,7 +16,7 @@ def write_plan_page(out_file: Path, summary: PlanSummary, images: Mapping[int, t
     Raises OutputError where it cannot be written.
     """
     uris = {floor: tuple(_data_uri(image) for image in both) for floor, both in images.items()}
-    write_page(out_file, "plan.html.j2", {"summary": summary, "images": uris})
+    write_page(out_file, "plan.html.j2", {"title": "Where landmarks stand", "summary": summary, "images": uris})
 
 
 def _data_uri(png: bytes) -> str:

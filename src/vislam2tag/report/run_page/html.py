@@ -7,7 +7,6 @@ import math
 import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from importlib import resources
 from importlib.metadata import version as installed_version
 from itertools import groupby
 from pathlib import Path
@@ -39,7 +38,7 @@ def write_report(
     with their number; ``summary`` is their :func:`.summarise`. Equal input gives equal
     bytes. The page is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
     """
-    write_page(out_file, "page.html.j2", _context(survey, settings, results, summary))
+    write_page(out_file, "report.html.j2", _context(survey, settings, results, summary))
 
 
 @dataclass
@@ -84,7 +83,6 @@ def _context(
     survey: Survey, settings: ProcessSettings, results: Iterable[SessionResult], summary: Summary
 ) -> dict[str, Any]:
     pages = _Pages(survey, settings, results, summary)
-    assets = resources.files("vislam2tag.report") / "templates"
     return {
         "title": survey.root.resolve().name,
         "survey": survey,
@@ -99,11 +97,10 @@ def _context(
         "style_of": style_of,
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
-        "figure": lambda view: embedded(view.figure),
+        "figure_of": lambda view: embedded(view.figure),
         "part": lambda view, floor=None: embedded(json.dumps(session_part(view.result, floor), separators=(",", ":"))),
         "settings": list(_flat(settings.of_labels())),
         "versions": _versions(summary),
-        "js": Markup((assets / "page.js").read_text("utf-8")),
     }
 
 

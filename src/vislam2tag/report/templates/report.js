@@ -1,31 +1,6 @@
 "use strict";
 (() => {
-  const config = {
-    displaylogo: false,
-    scrollZoom: true,
-    doubleClick: "reset",
-    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-  };
-  const touch = matchMedia("(pointer: coarse)").matches;
-  const read = (element) => JSON.parse(element.textContent);
-  const maps = [];
   const REGION_95 = 2.45; // radius in sigmas (chi-squared, 2 degrees of freedom)
-
-  // The floor's size on the page: as wide as it can be, as high as the plan asks, never higher than the window.
-  function mapLayout(map, width) {
-    const wide = width > 760;
-    const margin = {l: 56, r: wide ? 215 : 12, t: 34, b: 48};
-    const plan = (width - margin.l - margin.r) * map.aspect;
-    const height = Math.min(Math.max(plan, wide ? 330 : 140), Math.max(0.78 * innerHeight, 330));
-    const columns = width > 560 ? 3 : 1;
-    const rows = Math.ceil(map.div.data.filter((trace) => trace.showlegend).length / columns);
-    if (!wide) margin.b += 20 * rows + 8;
-    const legend = wide
-      ? {"legend.orientation": "v", "legend.x": 1.02, "legend.y": 1, "legend.yref": "paper", "legend.yanchor": "top"}
-      : {"legend.orientation": columns > 1 ? "h" : "v", "legend.x": 0, "legend.y": 0, "legend.yref": "container",
-         "legend.yanchor": "bottom"};
-    return {...legend, margin, width, height: height + margin.t + margin.b};
-  }
 
   // One trace a layer: the coordinates of the wanted sessions one after the other, nulls between them.
   function joined(layer, parts) {
@@ -93,24 +68,18 @@
 
   function drawMap(section) {
     const div = section.querySelector(".map");
-    const figure = read(section.querySelector("script.figure"));
+    const figure = figures.read(div);
     const visiting = document.querySelectorAll(`script.part[data-floor="${section.id.replace("floor-", "")}"]`);
-    const parts = [...section.querySelectorAll("script.part:not([data-floor])"), ...visiting].map(read);
+    const parts = [...section.querySelectorAll("script.part:not([data-floor])"), ...visiting]
+      .map((element) => JSON.parse(element.textContent));
     const layers = [];
     figure.data.forEach((trace, index) => {
       if (trace.meta) { layers.push(index); Object.assign(trace, joined(trace.meta, parts)); }
       trace.showlegend = trace.x.length > 0;
     });
     const full = layers.map((index) => figure.data[index]).map((trace) => ({...trace.line, ...trace.marker}));
-    if (touch) figure.layout.dragmode = false;
     widen([figure.layout.xaxis, figure.layout.yaxis], parts);
-    const span = (axis) => (axis.range ? axis.range[1] - axis.range[0] : 1);
-    const aspect = span(figure.layout.yaxis) / span(figure.layout.xaxis);
-    const map = {div, aspect};
-    maps.push(map);
-    figure.layout.width = div.clientWidth;
-    Plotly.newPlot(div, figure.data, figure.layout, config);
-    fit(map);
+    figures.map(div, figure);
     // Many walks in one corridor are told apart by thinner lines and smaller dots.
     const scaled = (wanted) => {
       const scale = wanted.length > 10 ? 0.5 : 1;
@@ -135,31 +104,15 @@
     });
   }
 
-  function fit(map, width) {
-    Plotly.relayout(map.div, mapLayout(map, width || map.div.clientWidth));
-  }
-
   function drawTimes() {
     const div = document.getElementById("times");
-    const figure = read(document.getElementById("times-figure"));
+    const figure = figures.read(div);
     if (!figure.data.length) { div.hidden = true; return; }
     const columns = new Set(figure.data.flatMap((trace) => trace.customdata)).size;
     figure.layout.height = columns > 40 ? 320 : 480;
     if (columns > 40) figure.layout.xaxis.showticklabels = false;
-    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.12, yanchor: "bottom", traceorder: "normal"});
-    figure.layout.margin = {l: 48, r: 8, t: 64, b: 40};
-    Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
+    figures.chart(div, figure, {legend: {y: 1.12, traceorder: "normal"}, margin: {l: 48, r: 8, t: 64, b: 40}, share: 1});
     div.on("plotly_click", (event) => reveal(event.points[0].customdata));
-    maps.push({div, share: 1});
-  }
-
-  function drawChart(div) {
-    const figure = read(div.nextElementSibling);
-    figure.layout.height = 380;
-    Object.assign(figure.layout.legend, {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"});
-    figure.layout.margin = {l: 56, r: 12, t: 44, b: 48};
-    Plotly.newPlot(div, figure.data, figure.layout, {displayModeBar: false});
-    maps.push({div, share: 0.5});
   }
 
   // Open the details of a session and go there.
@@ -182,22 +135,12 @@
     table.append(...bodies);
   }
 
-  function resize(width) {
-    for (const map of maps) {
-      if (map.share) Plotly.relayout(map.div, {width: width ? map.share * width : map.div.clientWidth});
-      else fit(map, width);
-    }
-  }
-
-  document.querySelectorAll("section.floor").forEach(drawMap);
-  document.querySelectorAll("div.chart").forEach(drawChart);
-  drawTimes();
+  figures.ready.then(() => {
+    document.querySelectorAll("section.floor").forEach(drawMap);
+    drawTimes();
+  });
   document.querySelectorAll("th button").forEach((button) =>
     button.addEventListener("click", () => sortBy(button.closest("th"))));
   document.querySelectorAll("a[data-session]").forEach((link) =>
     link.addEventListener("click", () => reveal(link.hash.slice(1))));
-  let pending = 0;
-  addEventListener("resize", () => { clearTimeout(pending); pending = setTimeout(resize, 150); });
-  addEventListener("beforeprint", () => resize(680));
-  addEventListener("afterprint", () => resize());
 })();
