@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -108,3 +110,30 @@ def test_the_same_set_gives_the_same_bytes_in_pieces_of_any_size(
 def test_nothing_labelled(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="no fingerprint of it has a position"):
         exported(small_dataset(unlabelled=SCANS), "hdf5", tmp_path / "out")
+
+
+FULL_DISK = """
+import resource, sys
+import numpy as np
+from pathlib import Path
+from vislam2tag.dataset.formats.hdf5.output_file import hdf5_file
+
+for most in (1, 1_000, 50_000, 200_000):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, resource.RLIM_INFINITY))
+    try:
+        with hdf5_file(Path(sys.argv[1])) as file:
+            made = file.create_dataset("X", (4, 25_000), np.float32, chunks=(1, 25_000), compression="gzip")
+            for row in range(4):
+                made[row] = np.random.default_rng(row).random(25_000)
+            file.create_group("g", track_order=True).attrs["unit"] = "m"
+    except OSError as error:
+        print(error.strerror)
+"""
+
+
+def test_a_full_disk_is_one_error(tmp_path: Path) -> None:
+    """The HDF5 library by itself ends the process; a greatest size of files stands for the disk."""
+    command = [sys.executable, "-c", FULL_DISK, str(tmp_path / "a.h5")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == ["File too large"] * 4

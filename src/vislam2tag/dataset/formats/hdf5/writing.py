@@ -12,7 +12,6 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.extras import import_extra
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.hdf5.columns import (
@@ -26,6 +25,7 @@ from vislam2tag.dataset.formats.hdf5.columns import (
     write_splits,
     write_texts,
 )
+from vislam2tag.dataset.formats.hdf5.output_file import hdf5_file
 from vislam2tag.dataset.formats.hdf5.windows import write_imu_windows, write_magnetic
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
@@ -68,11 +68,10 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
 
     Raises DatasetError where no fingerprint has a position.
     """
-    h5py = import_extra("h5py")
     fingerprints, findings = labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()
     found = list(findings)
-    with h5py.File(folder / FILE, "w", track_order=True) as file:
+    with hdf5_file(folder / FILE) as file:
         info = dataset.info
         file.attrs.update({"name": info.name, "title": info.title, "frame": info.frame, "clock": info.clock})
         file.attrs["version"] = __version__
