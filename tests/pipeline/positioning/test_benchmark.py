@@ -18,6 +18,7 @@ from tests.struck import Strike, struck
 from tests.surveys import bytes_of
 from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
+from vislam2tag.common.progress import Stage
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, public_dataset
 from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
@@ -27,8 +28,6 @@ from vislam2tag.positioning.registry import MODELS as REGISTRY
 
 __all__ = ["known_models"]
 pytestmark = pytest.mark.usefixtures("known_models")
-TIMED = {"times.csv", "benchmark.json", "report.html"}
-"""Hold times of the runs, too."""
 
 
 @pytest.fixture(autouse=True)
@@ -48,11 +47,7 @@ def plan_of(*models: str, splits: Sequence[str] = ("random", "device"), seeds: i
 
 def untimed(out: Path) -> dict[str, str]:
     """Digests of all files that hold no time."""
-    return {name: digest for name, digest in bytes_of(out).items() if name not in TIMED and not is_record(name)}
-
-
-def is_record(name: str) -> bool:
-    return name.startswith("runs/") and name.endswith(".json")
+    return {name: digest for name, digest in bytes_of(out).items() if not name.startswith("times")}
 
 
 @pytest.fixture(scope="module")
@@ -145,6 +140,22 @@ def test_elsewhere_the_same_comes_out_but_for_times(
 ) -> None:
     benchmark(dataset, tmp_path / "again", plan_of("test-loudest", "test-drawn", beside_paper=True))
     assert untimed(tmp_path / "again") == untimed(whole[0])
+
+
+def test_what_was_stopped_and_goes_on_comes_to_the_same_bytes(
+    dataset: Dataset, whole: tuple[Path, Benchmark], tmp_path: Path
+) -> None:
+    plan = plan_of("test-loudest", "test-drawn", beside_paper=True)
+
+    def stop(stage: Stage, _: int) -> None:
+        if stage.done >= 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        benchmark(dataset, tmp_path / "out", plan, stop)
+    assert len(list((tmp_path / "out" / "runs").glob("*.json"))) == 4
+    benchmark(dataset, tmp_path / "out", plan)
+    assert untimed(tmp_path / "out") == untimed(whole[0])
 
 
 def test_a_run_that_fails_is_told_and_the_rest_is_made(dataset: Dataset, tmp_path: Path) -> None:

@@ -7,16 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vislam2tag.positioning.benchmark.record import BenchmarkRow, RunRecord
+from vislam2tag.positioning.benchmark.record import BenchmarkRow, RunRecord, RunTime
 from vislam2tag.positioning.benchmark.rows import ALL, FIGURES, benchmark_rows, interval, model_times
 from vislam2tag.positioning.benchmark.table_4 import table_4
 from vislam2tag.positioning.benchmark.text import figure_text, latex_text, rows_csv, times_csv
 from vislam2tag.positioning.metrics import ErrorQuantiles, Score
 
 
-def record(
-    model: str, fold: str, seed: int | None, mean_m: float | None, split: str = "device", fit_s: float = 1.0
-) -> RunRecord:
+def record(model: str, fold: str, seed: int | None, mean_m: float | None, split: str = "device") -> RunRecord:
     plane = ErrorQuantiles(scans=10, mean_m=mean_m, median_m=mean_m)
     score = Score(
         scans=10,
@@ -40,8 +38,6 @@ def record(
         train_scans=20,
         access_points=5,
         score=score,
-        fit_s=fit_s,
-        predict_s=0.02,
         versions={},
     )
 
@@ -95,7 +91,10 @@ def test_intervals_hold_their_mean(values: list[float]) -> None:
 
 
 def test_times_are_ratios_to_nearest_neighbours() -> None:
-    runs = [record("knn", "LG", None, 1.0, fit_s=2.0), record("net", "LG", 0, 1.0, fit_s=6.0)]
+    runs = [
+        (record("knn", "LG", None, 1.0), RunTime(fit_s=2.0, predict_s=0.02)),
+        (record("net", "LG", 0, 1.0), RunTime(fit_s=6.0, predict_s=0.02)),
+    ]
     knn, net = model_times(runs)
     assert (knn.fit_ratio, net.fit_ratio, net.predict_ms) == (1.0, 3.0, 2.0)
     assert model_times(runs[1:])[0].fit_ratio is None

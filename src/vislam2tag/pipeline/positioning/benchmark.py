@@ -26,7 +26,7 @@ from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.positioning.benchmark.predictions import predictions_table
 from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
-from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord
+from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord, RunTime
 from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
 from vislam2tag.positioning.benchmark.table_4 import Table4, table_4
 from vislam2tag.positioning.benchmark.text import latex_text, rows_csv, times_csv
@@ -38,7 +38,7 @@ from vislam2tag.survey.names import unique_slugs
 PROGRAM = "vislam2tag benchmark"
 RECORD_FILE, PAGE_FILE = "benchmark.json", "report.html"
 SCORES_FILE, LATEX_FILE, TIMES_FILE, TABLE_4 = "scores.csv", "scores.tex", "times.csv", "table_4"
-RUNS, FIGURES = "runs", "figures"
+RUNS, TIMES, FIGURES = "runs", "times", "figures"
 PUBLIC = {"tampere": "tampere", "ujiindoorloc": "uji", "utsindoorloc": "uts"}
 """Public data sets by name, and the formats that read them."""
 _KEY_LETTERS = 12
@@ -87,17 +87,17 @@ def benchmark(dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progre
     data = learning_data(dataset, plan.technology)
     with claim(out, _run_record(dataset, plan, splits), PROGRAM) as folder:
         _clear(folder.root)
-        made: dict[str, RunRecord] = {}
+        made: dict[str, tuple[RunRecord, RunTime]] = {}
         failed: list[FailedRun] = []
         for number, run in enumerate(runs):
             progress(Stage(str(run), number), len(runs))
             try:
-                stem, record = _made(folder, dataset, data, run, _within(run, number, len(runs), progress))
-                made[stem] = record
+                stem, made_now = _made(folder, dataset, data, run, _within(run, number, len(runs), progress))
+                made[stem] = made_now
             except (DatasetError, UsageError) as error:
                 failed.append(FailedRun(run=str(run), error=str(error)))
         progress(Stage("figures", len(runs)), len(runs))
-        found = _summed(dataset, plan, list(made.values()), failed)
+        found = _summed(dataset, plan, [record for record, _ in made.values()], failed)
         _write(folder, dataset, plan, found, made)
     return found
 
@@ -149,31 +149,33 @@ def _clear(root: Path) -> None:
 
 def _made(
     folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Progress[float]
-) -> tuple[str, RunRecord]:
-    """Return a run's stem and record: as it was kept, else made now and kept, the record last."""
+) -> tuple[str, tuple[RunRecord, RunTime]]:
+    """Return a run's name, record and time: as they were kept, else made now and kept, the record last."""
     key = run.key(
         dataset, code_key(BenchmarkRun.__module__, predictions_table.__module__, *model_modules(run.model.name))
     )
     seed = "once" if run.seed is None else f"seed_{run.seed}"
     name = ".".join((run.model.name, run.split.info.name, run.fold, seed, key[:_KEY_LETTERS]))
-    stem = f"{RUNS}/{unique_slugs([name])[0]}"
-    kept = _kept(folder.root / f"{stem}.json", key)
+    stem = unique_slugs([name])[0]
+    kept = _kept(folder.root, stem, key)
     if kept is not None:
         return stem, kept
     outcome = execute(run, data, key, progress)
     table = predictions_table(outcome.ids, outcome.truth, outcome.found)
-    folder.write(f"{stem}.parquet", lambda path: write_parquet(table, path, compression="zstd"))
-    folder.write_text(f"{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
-    return stem, outcome.record
+    folder.write_text(f"{TIMES}/{stem}.json", outcome.time.model_dump_json(indent=1) + "\n")
+    folder.write(f"{RUNS}/{stem}.parquet", lambda path: write_parquet(table, path, compression="zstd"))
+    folder.write_text(f"{RUNS}/{stem}.json", outcome.record.model_dump_json(indent=1) + "\n")
+    return stem, (outcome.record, outcome.time)
 
 
-def _kept(path: Path, key: str) -> RunRecord | None:
+def _kept(root: Path, stem: str, key: str) -> tuple[RunRecord, RunTime] | None:
     try:
-        record = RunRecord.model_validate_json(read_bytes(path))
-        scan_parquet(path.with_suffix(".parquet")).collect_schema()
+        record = RunRecord.model_validate_json(read_bytes(root / RUNS / f"{stem}.json"))
+        time = RunTime.model_validate_json(read_bytes(root / TIMES / f"{stem}.json"))
+        scan_parquet(root / RUNS / f"{stem}.parquet").collect_schema()
     except (OSError, ValidationError, pl.exceptions.PolarsError):
         return None
-    return record if record.key == key else None
+    return (record, time) if record.key == key else None
 
 
 def _summed(dataset: Dataset, plan: BenchmarkPlan, runs: Sequence[RunRecord], failed: Sequence[FailedRun]) -> Benchmark:
@@ -183,24 +185,27 @@ def _summed(dataset: Dataset, plan: BenchmarkPlan, runs: Sequence[RunRecord], fa
         data_sha256={name: dataset.info.tables[name].sha256 for name in (FINGERPRINTS, READINGS)},
         seeds=plan.seeds,
         rows=benchmark_rows(runs),
-        times=model_times(runs),
         runs=list(runs),
         failed=list(failed),
     )
 
 
 def _write(
-    folder: OutputFolder, dataset: Dataset, plan: BenchmarkPlan, found: Benchmark, made: Mapping[str, RunRecord]
+    folder: OutputFolder,
+    dataset: Dataset,
+    plan: BenchmarkPlan,
+    found: Benchmark,
+    made: Mapping[str, tuple[RunRecord, RunTime]],
 ) -> None:
     """Write tables, figures, the page, and last the record, which is the mark that all is there."""
     folder.write_text(SCORES_FILE, rows_csv(found.rows))
     folder.write_text(LATEX_FILE, latex_text(found.rows))
-    folder.write_text(TIMES_FILE, times_csv(found.times))
+    folder.write_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
     table = table_4(found.rows) if plan.beside_paper else None
     if table is not None:
         write_table_4(folder, table)
     figures = []
-    predictions = {folder.root / f"{stem}.parquet": record for stem, record in made.items()}
+    predictions = {folder.root / RUNS / f"{stem}.parquet": record for stem, (record, _) in made.items()}
     for figure, files in benchmark_figures(dataset, predictions):
         for kind, content in files.items():
             folder.write(f"{FIGURES}/{figure.stem}.{kind}", partial(_fill, content))

@@ -18,7 +18,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
-from vislam2tag.positioning.benchmark.record import RunRecord, versions
+from vislam2tag.positioning.benchmark.record import RunRecord, RunTime, versions
 from vislam2tag.positioning.metrics import score
 from vislam2tag.positioning.models import multi_cel, regression_net
 from vislam2tag.positioning.registry import Positioner, model_named
@@ -97,9 +97,10 @@ class BenchmarkRun:
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """A run that was made: its record, and every scan of the test part."""
+    """A run that was made: its record, how long it took, and every scan of the test part."""
 
     record: RunRecord
+    time: RunTime
     ids: TextArray
     truth: ScanPlaces
     found: Positions
@@ -136,8 +137,7 @@ def execute(run: BenchmarkRun, data: LearningData, key: str, progress: Progress[
         train_scans=len(train),
         access_points=len(model.access_points_),
         score=score(found, test.places),
-        fit_s=fitted - begun,
-        predict_s=ended - fitted,
         versions=versions(),
     )
-    return RunOutcome(record, test.ids, test.places, found)
+    taken = RunTime(fit_s=fitted - begun, predict_s=ended - fitted)
+    return RunOutcome(record, taken, test.ids, test.places, found)

@@ -1,4 +1,7 @@
-"""What a benchmark finds, as JSON: one record a run (``runs/*.json``), and rows over seeds (``benchmark.json``)."""
+"""What a benchmark finds, as JSON: one record a run (``runs/*.json``), and rows over seeds (``benchmark.json``).
+
+How long a run took is no part of it (``times/*.json``): all else is the same each time, to the byte.
+"""
 
 from __future__ import annotations
 
@@ -30,10 +33,15 @@ class RunRecord(Record):
     access_points: int
     """What the training part heard."""
     score: Score
+    versions: dict[str, str]
+
+
+class RunTime(Record):
+    """How long one run took."""
+
     fit_s: float
     predict_s: float
     """Wall time for all scans of the test part."""
-    versions: dict[str, str]
 
 
 class FailedRun(Record):
@@ -78,8 +86,6 @@ class Benchmark(Record):
     """Checksum of each table that was learned from."""
     seeds: int
     rows: list[BenchmarkRow]
-    times: list[ModelTime]
-    """The only part that differs from run to run."""
     runs: list[RunRecord]
     failed: list[FailedRun]
 

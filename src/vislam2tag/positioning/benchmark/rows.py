@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from vislam2tag.evaluation.record import FigureWithInterval
-from vislam2tag.positioning.benchmark.record import BenchmarkRow, ModelTime, RunRecord
+from vislam2tag.positioning.benchmark.record import BenchmarkRow, ModelTime, RunRecord, RunTime
 from vislam2tag.positioning.metrics import Score
 
 ALL = "all"
@@ -89,13 +89,13 @@ def interval(values: Sequence[float | None], *, share: bool = False) -> FigureWi
     )
 
 
-def model_times(runs: Sequence[RunRecord]) -> list[ModelTime]:
+def model_times(runs: Sequence[tuple[RunRecord, RunTime]]) -> list[ModelTime]:
     """Mean times by model, and their ratios to those of :data:`REFERENCE` where it was run."""
     fit_s, predict_ms = {}, {}
-    for name in _distinct(run.model for run in runs):
-        own = [run for run in runs if run.model == name]
-        fit_s[name] = float(np.mean([run.fit_s for run in own]))
-        predict_ms[name] = 1000 * sum(run.predict_s for run in own) / sum(run.score.scans for run in own)
+    for name in _distinct(run.model for run, _ in runs):
+        own = [(run, time) for run, time in runs if run.model == name]
+        fit_s[name] = float(np.mean([time.fit_s for _, time in own]))
+        predict_ms[name] = 1000 * sum(time.predict_s for _, time in own) / sum(run.score.scans for run, _ in own)
     return [
         ModelTime(
             model=name,

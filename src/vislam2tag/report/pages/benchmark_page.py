@@ -8,7 +8,6 @@ from itertools import groupby
 from pathlib import Path
 
 from vislam2tag.positioning.benchmark.record import Benchmark
-from vislam2tag.positioning.benchmark.rows import REFERENCE
 from vislam2tag.positioning.benchmark.table_4 import TITLE, Table4
 from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
 from vislam2tag.report.page import write_page
@@ -29,7 +28,6 @@ def write_benchmark_page(
         "heads": HEADS,
         "figure_text": figure_text,
         "fold_name": fold_name,
-        "reference": REFERENCE,
         "models": _models(found),
         "versions": found.runs[0].versions if found.runs else {"vislam2tag": found.version},
         "figures": figures,
