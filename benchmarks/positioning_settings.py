@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.cli.model_parameters import parameters_of
+from vislam2tag.cli.options import parameters_of
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.metrics import plane_error_m
 from vislam2tag.positioning.registry import model_named

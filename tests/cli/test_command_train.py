@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.dataset.factory import small_dataset
-from vislam2tag.cli.model_parameters import parameters_of
+from vislam2tag.cli.options import parameters_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits

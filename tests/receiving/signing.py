@@ -6,7 +6,7 @@ import hashlib
 import secrets
 
 from vislam2tag.receiving.server import BODY_SHA256, UPLOADS
-from vislam2tag.receiving.signature import SCHEME, SignedRequest
+from vislam2tag.receiving.token import SCHEME, SignedRequest
 
 
 def signed(

@@ -16,8 +16,7 @@ from tests.receiving.zips import SESSION, digest, session_zip
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE
 from vislam2tag.receiving.server import ANSWER_MAC, BODY_SHA256, MOST_PER_REQUEST, REPORTED_A_MINUTE, Listener, Receiver
-from vislam2tag.receiving.signature import answer_mac
-from vislam2tag.receiving.token import WRONG_ALLOWED, Guard
+from vislam2tag.receiving.token import WRONG_ALLOWED, Guard, answer_mac
 from vislam2tag.receiving.uploads import Uploads
 
 PLENTY = 1_000_000

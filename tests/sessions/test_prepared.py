@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from tests.sessions.raw import FRAMES, clean_files, write_session
+from tests.surveys import make_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.context import TrackerState
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, press_findings
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.survey.corrections import Corrections
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 
@@ -88,3 +90,36 @@ def test_a_session_of_one_frame_cannot_be_mapped(tmp_path: Path) -> None:
         prepared.refuse_without_frames()
     with pytest.raises(SessionError, match="no usable camera frames"):
         prepared.longest_section()
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("presses") / "survey", devices=("LG",), seconds=20.0)
+
+
+def kinds(root: Path, presses: str | None, points: str | None) -> list[str]:
+    opened = open_survey(root)
+    folder = opened.sessions[0].folder
+    for file, text in ((folder / "refMarker.csv", presses), (folder.parents[1] / "refmarker.csv", points)):
+        file.unlink(missing_ok=True)
+        if text is not None:
+            file.write_text(text)
+    opened = open_survey(root)
+    session = read_session(opened.sessions[0])
+    return [finding.kind for finding in press_findings(session, opened.site.floors[0])]
+
+
+@pytest.mark.parametrize(
+    ("presses", "points", "expected"),
+    [
+        (None, None, []),
+        ("0; 5\n", "1.0,2.0\n", []),
+        ("0; 5\n1; 6\n", None, ["missing_control_points"]),
+        (None, "1.0,2.0\n", ["missing_file"]),
+        ("", "1.0,2.0\n", []),
+    ],
+)
+def test_one_without_the_other_is_a_finding(
+    survey: Path, presses: str | None, points: str | None, expected: list[str]
+) -> None:
+    assert kinds(survey, presses, points) == expected

@@ -12,13 +12,13 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
+from vislam2tag.sessions.prepared import landmarks_without_position
 from vislam2tag.sessions.session_landmarks import (
     SessionLandmarks,
     ambiguous_floor,
     candidate_landmarks,
     landmarks_of_session,
 )
-from vislam2tag.sessions.site_findings import landmarks_without_position
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey, Site
 
 KEY = SessionKey(1, "LG", "walk")

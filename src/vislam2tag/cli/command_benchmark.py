@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.model_parameters import value_of
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.options import INTERRUPTED, value_of
 from vislam2tag.cli.tables import print_table_4, table, table_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.model_parameters import parameters_of
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.options import INTERRUPTED, parameters_of
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:

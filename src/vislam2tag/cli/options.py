@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import DATASET_FORMATS
 
 if TYPE_CHECKING:
@@ -71,3 +74,23 @@ def privacy_of(include_nomap: bool, hash_bssid: Path | None, no_ssid: bool) -> P
 
     key = None if hash_bssid is None else read_key(hash_bssid)
     return Privacy(include_nomap=include_nomap, hash_key=key, keep_ssids=not no_ssid)
+
+
+def value_of(text: str) -> Any:
+    """Read numbers, true, false, null and lists as JSON has them, anything else as text."""
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return tuple(value) if isinstance(value, list) else value
+
+
+def parameters_of(texts: Sequence[str]) -> dict[str, Any]:
+    """Read ``PARAMETER=VALUE``; raises UsageError for what is not of this form."""
+    parameters = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise UsageError(f"--set {text}: give PARAMETER=VALUE, such as k=5")
+        parameters[name] = value_of(value)
+    return parameters

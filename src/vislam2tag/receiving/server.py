@@ -21,8 +21,7 @@ from vislam2tag.receiving.connections import network_of
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
-from vislam2tag.receiving.signature import SCHEME, SignedRequest, answer_mac, shown_mac
-from vislam2tag.receiving.token import Guard
+from vislam2tag.receiving.token import SCHEME, Guard, SignedRequest, answer_mac, shown_mac
 from vislam2tag.receiving.uploads import (
     UPLOAD_NAME,
     BusyError,

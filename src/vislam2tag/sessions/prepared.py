@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding
-from vislam2tag.core.tracks import Landmarks, longest_section
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.site_findings import landmarks_without_position, press_findings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections import Corrections, corrected_landmarks
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
@@ -105,3 +104,43 @@ def prepared_session(task: SessionTask) -> PreparedSession:
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))
+
+
+def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:
+    """Report landmarks that were seen but have no surveyed position among ``landmarks``, which the session may use.
+
+    ``unused`` are those that only other floors have, where the session does not seem to have been.
+    """
+    missing = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
+    findings = []
+    if missing:
+        message = (
+            f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
+            "less: add them to marker_dict.csv, or let vislam2tag survey-landmarks place them"
+        )
+        findings.append(Finding(kind="landmark_without_position", file="", count=len(missing), message=message))
+    if unused:
+        message = (
+            f"landmark {', '.join(unused)} was seen, which only other floors have; nothing else says that the walk "
+            "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
+            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure"
+        )
+        findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(unused), message=message))
+    return findings
+
+
+def press_findings(session: Session, floor: Floor) -> list[Finding]:
+    """Report presses on a floor without control points, and a walk without presses on a floor that has some."""
+    points = len(floor.control_points.ids)
+    recorded = any(file.role == "presses" for file in session.files)
+    if len(session.presses_ns) and not points:
+        message = f"floor {floor.number} has no control points to compare the presses with: add its refmarker.csv"
+        return [_finding("missing_control_points", "", len(session.presses_ns), message)]
+    if points and not recorded:
+        message = "no presses were recorded, though the floor has control points; nothing is evaluated there"
+        return [_finding("missing_file", "refMarker.csv", 1, message)]
+    return []
+
+
+def _finding(kind: str, file: str, count: int, message: str) -> Finding:
+    return Finding(kind=kind, file=file, count=count, message=message, severity=Severity.INFO)

@@ -5,5 +5,5 @@ A log becomes observations: which ``steps`` no camera makes, when landmarks were
 (``odometry``), and ``passes`` of landmarks (``observations``). With what the survey says (``landmark_priors``) and how
 trackers err (``noise``, ``drift``) they become a linear ``model``, its ``equations``, solved as a ``chain``;
 ``reweighting`` finds noise levels and weights, ``smoothing`` repeats all this until it has converged. From the solution
-follow the states of all frames (``frame_states``, at their stamps: ``exposure``), ``slips`` and ``contradictions``.
+follow the states of all frames (``frame_states``), ``slips`` and ``contradictions``.
 """

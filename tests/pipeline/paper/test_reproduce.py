@@ -2,16 +2,33 @@ from __future__ import annotations
 
 import csv
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
+import polars as pl
 import pytest
 
-from tests.surveys import bytes_of
+from tests.positioning.benchmarked import benchmark_dataset, known_models
+from tests.surveys import bytes_of, make_survey
 from tests.undrawn import undrawn
-from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.progress import silent
+from vislam2tag.pipeline.paper.collection import paper_collection
+from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.figures import FIGURES, SCANNED, SPLIT
-from vislam2tag.pipeline.paper.reproduce import PAGE_FILE, WALKS_FILE, ReproducedPaper, reproduce
+from vislam2tag.pipeline.paper.reproduce import (
+    PAGE_FILE,
+    WALKS_FILE,
+    ReproducedPaper,
+    paper_positioning,
+    refuse_without_networks,
+    reproduce,
+)
+from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.positioning.benchmark.protocol import ModelChoice
+from vislam2tag.settings import Settings
 
+__all__ = ["known_models"]
 NEVER_DRAWN = {"distribution_total_station", "coverage", "figure_7"}
 
 
@@ -100,3 +117,45 @@ def test_nothing_is_written_where_it_must_not_be(paper_copy: Path, tmp_path: Pat
         reproduce(paper_copy, tmp_path)
     with pytest.raises(SurveyError, match="not a survey"):
         reproduce(tmp_path, tmp_path / "out")
+
+
+@pytest.fixture
+def quick_model(known_models: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.pipeline.paper.reproduce.published_choices", lambda: [ModelChoice("test-drawn")])
+    monkeypatch.setattr("vislam2tag.pipeline.positioning.benchmark.benchmark_figures", lambda *_: iter(()))
+
+
+@pytest.fixture
+def folder(quick_model: None, tmp_path: Path) -> Iterator[OutputFolder]:
+    with claim(tmp_path / "out", {}, "test") as opened:
+        yield opened
+
+
+def test_table_4_is_made_of_the_paper_splits(folder: OutputFolder, tmp_path: Path) -> None:
+    benchmark_dataset(tmp_path / "ds")
+    part = paper_positioning(folder, tmp_path / "ds", 2, silent)
+    assert part.table is not None
+    assert [row.test for row in part.table.rows] == ["random 30 %", "Galaxy", "Pixel"]
+    table = pl.read_csv(folder.root / "table_4.csv")
+    assert table["model"].unique().to_list() == ["test-drawn"]
+    assert (folder.root / "positioning" / "benchmark.json").is_file()
+
+
+def test_without_being_asked_it_trains_nothing(folder: OutputFolder, tmp_path: Path) -> None:
+    assert "Made with --models" in paper_positioning(folder, None, None, silent).missing
+    assert "No walk that collects" in paper_positioning(folder, tmp_path / "none", 2, silent).missing
+
+
+def test_the_walks_that_collect_become_a_data_set(folder: OutputFolder, tmp_path: Path) -> None:
+    make_survey(tmp_path / "survey", devices=("LG",))
+    paper_collection(open_paper_data(tmp_path / "survey"), Settings(), keep=tmp_path / "ds")
+    part = paper_positioning(folder, tmp_path / "ds", 1, silent)
+    assert part.table is not None
+    assert [row.test for row in part.table.rows] == ["random 30 %"], "one phone cannot be held out"
+
+
+def test_networks_that_cannot_run_are_told_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.pipeline.paper.reproduce.published_choices", lambda: [ModelChoice("psychic")])
+    refuse_without_networks(None)
+    with pytest.raises(UsageError, match="psychic"):
+        refuse_without_networks(1)

@@ -14,7 +14,7 @@ from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
 from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
 from vislam2tag.smoother.contradictions import contradictions
-from vislam2tag.smoother.exposure import ExposureInterpolation
+from vislam2tag.smoother.frame_states import ExposureInterpolation
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.smoother.slips import slips

@@ -1,5 +1,5 @@
 """The paper's tables and figures from its data.
 
 ``data`` finds its surveys; ``walks`` evaluates (Tables I and II), ``collection`` labels and counts (Table III),
-``positioning`` trains (Table IV), ``figures`` draws; ``reproduce`` takes all these steps.
+``figures`` draws; ``reproduce`` takes all these steps, and trains (Table IV).
 """

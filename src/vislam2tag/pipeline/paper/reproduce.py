@@ -10,6 +10,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.progress import Progress, Stage, silent
+from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.statistics import table_3
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS, Table3
@@ -21,14 +22,18 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.paper.collection import paper_collection
 from vislam2tag.pipeline.paper.data import open_paper_data
 from vislam2tag.pipeline.paper.figures import FIGURES, NO_COLLECTION, PaperFigure, PaperResults
-from vislam2tag.pipeline.paper.positioning import paper_positioning, refuse_without_networks
 from vislam2tag.pipeline.paper.walks import PaperWalks, paper_walks
+from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark, write_table_4
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.positioning.benchmark.protocol import published_choices
+from vislam2tag.positioning.benchmark.table_4 import SPLITS, table_4
 from vislam2tag.report.pages.paper_page import CollectionPart, FigurePart, PositioningPart, TablePart, write_paper_page
 
 PROGRAM = "vislam2tag paper"
-PAGE_FILE, WALKS_FILE, TABLE_3 = "index.html", "walks.csv", "table_3"
+PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"
+POSITIONING_FOLDER = "positioning"
+"""Where in the output folder the benchmark lies; its runs are not repeated."""
 NAMES = {name: name_of(name) for name in STRATEGIES}
 
 
@@ -155,3 +160,30 @@ def _write(folder: OutputFolder, name: str, content: bytes) -> None:
         path.write_bytes(content)
 
     folder.write(name, fill)
+
+
+def refuse_without_networks(seeds: int | None) -> None:
+    """Raise UsageError where networks are asked for and PyTorch is not installed: before the work, not after it."""
+    if seeds is not None:
+        for choice in published_choices():
+            choice.made(None)
+
+
+def paper_positioning(
+    folder: OutputFolder, fingerprints: Path | None, seeds: int | None, progress: Progress[Stage]
+) -> PositioningPart:
+    """Train and test on the data set in ``fingerprints``, and write Table IV; without ``seeds`` say how to have it."""
+    if fingerprints is None or seeds is None:
+        return PositioningPart(TABLE_4, None, "Made with --models, which trains the paper's networks.")
+    if not is_dataset(fingerprints):
+        return PositioningPart(TABLE_4, None, "No walk that collects fingerprints is in this data.")
+    dataset = open_dataset(fingerprints)
+    splits = [name for name in SPLITS if name in dataset.splits]
+    if not splits:
+        return PositioningPart(TABLE_4, None, "There are too few fingerprints to hold some out.")
+    plan = BenchmarkPlan(list(published_choices()), splits, seeds, beside_paper=True)
+    found = benchmark(dataset, folder.root / POSITIONING_FOLDER, plan, progress)
+    table = table_4(found.rows)
+    write_table_4(folder, table)
+    failed = tuple(f"{one.run}: {one.error}" for one in found.failed)
+    return PositioningPart(TABLE_4, table, failed=failed)
