@@ -7,8 +7,6 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-import pytest
-
 import vislam2tag
 from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
@@ -29,18 +27,19 @@ def existing_modules() -> set[str]:
     return {"/".join(parts[start:]) for parts in paths for start in range(len(parts))}
 
 
-@pytest.mark.parametrize("document", DOCS, ids=lambda path: path.name)
-def test_modules_and_folders_that_docs_name_exist(document: Path) -> None:
+def test_modules_and_folders_that_docs_name_exist() -> None:
     """NAME stands for what a reader is to add."""
-    text = document.read_text(encoding="utf-8")
     there = existing_modules()
-    missing = {name for name in MODULE.findall(text) if name not in there and "NAME" not in name}
     packages = {path.name for path in ROOT.iterdir() if path.is_dir()}
-    missing |= {
-        folder
-        for folder in FOLDER.findall(text)
-        if folder.split("/")[0] in packages and not ((ROOT / folder).is_dir() or (PROJECT / folder).is_dir())
-    }
+    missing = set()
+    for document in DOCS:
+        text = document.read_text(encoding="utf-8")
+        missing |= {(document.name, name) for name in MODULE.findall(text) if name not in there and "NAME" not in name}
+        missing |= {
+            (document.name, folder)
+            for folder in FOLDER.findall(text)
+            if folder.split("/")[0] in packages and not ((ROOT / folder).is_dir() or (PROJECT / folder).is_dir())
+        }
     assert not missing
 
 
@@ -72,26 +71,28 @@ def settings_names() -> set[str]:
     return set(re.findall(r"`([a-z_]+(?:\.[a-z_]\w*)+)`", text))
 
 
-@pytest.mark.parametrize("document", DOCS, ids=lambda path: path.name)
-def test_dotted_names_that_docs_mention_exist(document: Path) -> None:
+def test_dotted_names_that_docs_mention_exist() -> None:
     modules = {layer_of(path) for path in ROOT.rglob("*.py")}
+    settings = settings_names()
     mentioned = {
-        name
+        (document.name, name)
+        for document in DOCS
         for name in DOTTED.findall(document.read_text(encoding="utf-8"))
-        if name.split(".")[0] in modules and name.rpartition(".")[2] not in FILE_TYPES
+        if name.split(".")[0] in modules and name.rpartition(".")[2] not in FILE_TYPES and name not in settings
     }
-    assert not {name for name in mentioned - settings_names() if not names_in(name)}
+    assert not {(document, name) for document, name in mentioned if not names_in(name)}
 
 
-@pytest.mark.parametrize("document", DOCS, ids=lambda path: path.name)
-def test_relative_links_of_docs_resolve(document: Path) -> None:
-    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
-    broken = {
-        f"{target}#{anchor}"
-        for target, anchor in LINK.findall(text)
-        if not (document.parent / target).exists()
-        or (anchor and anchor not in anchors(document.parent / target if target else document))
-    }
+def test_relative_links_of_docs_resolve() -> None:
+    broken = set()
+    for document in DOCS:
+        text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+        broken |= {
+            (document.name, f"{target}#{anchor}")
+            for target, anchor in LINK.findall(text)
+            if not (document.parent / target).exists()
+            or (anchor and anchor not in anchors(document.parent / target if target else document))
+        }
     assert not broken
 
 

@@ -49,10 +49,11 @@ def fresh_scans() -> RadioScans:
 def test_onnxruntime_agrees(name: str, widths: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     onnxruntime = pytest.importorskip("onnxruntime", reason="is not installed")
     if name == "cell-density-networks":
-        density_network = pytest.importorskip("vislam2tag.positioning.cell_density.network_training")
-        monkeypatch.setattr(
-            density_network, "NetworkSchedule", partial(density_network.NetworkSchedule, steps=20, widths=(16, 8))
-        )
+        pytest.importorskip("torch", reason="networks need the extra 'models'")
+        from vislam2tag.positioning.cell_density import network_training
+
+        schedule = partial(network_training.NetworkSchedule, steps=20, widths=(16, 8))
+        monkeypatch.setattr(network_training, "NetworkSchedule", schedule)
     model = fitted(name, **widths)
     write_onnx(model, tmp_path / "model.onnx", {"frame": "here"})
     session = onnxruntime.InferenceSession(tmp_path / "model.onnx")

@@ -64,7 +64,7 @@ def points_drawn(page: Page, floor: int) -> dict[str, int]:
 
 
 def test_opens_offline_without_complaint(page: Page, problems: list[str]) -> None:
-    page.wait_for_timeout(300)
+    page.wait_for_load_state("networkidle")
     assert problems == []
 
 
@@ -169,8 +169,10 @@ def test_view_holds_what_is_mapped_beside_the_plan(
     page.goto((tmp_path / "report.html").as_uri())
     page.wait_for_selector("#times .barlayer")
     first = axis_ranges(page)
+    page.evaluate("Plotly.relayout('map-1', {'xaxis.range': [1, 2]})")
+    assert axis_ranges(page) != first
     page.mouse.dblclick(*centre(page))
-    page.wait_for_timeout(300)
+    page.wait_for_function("(low) => document.getElementById('map-1').layout.xaxis.range[0] === low", arg=first[0][0])
     again = axis_ranges(page)
     page.close()
     assert again == pytest.approx(np.array(first))
@@ -182,7 +184,9 @@ def test_view_holds_what_is_mapped_beside_the_plan(
 
 
 def centre(page: Page) -> tuple[float, float]:
-    box = page.locator("#map-1 .nsewdrag").bounding_box()
+    map_area = page.locator("#map-1 .nsewdrag")
+    map_area.scroll_into_view_if_needed()
+    box = map_area.bounding_box()
     assert box is not None
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 

@@ -65,6 +65,16 @@ def test_with_two_landmarks_nobody_can_tell_which_is_wrong() -> None:
     assert named(walk, survey) == ()
 
 
+def test_what_is_less_than_anybody_cares_for_is_not_named() -> None:
+    noise = NoiseLevels(position_m=0.001, heading_rad=0.0003, scale=0.0002, sighting_m=0.005, sheet_rad=0.01)
+    walk = loops(9, noise, marks=8, laps=3)
+    for off_m, names in ((0.1, []), (0.3, ["L3"])):
+        survey = walk.landmarks()
+        survey.covariance_bcs[:] = np.eye(2) * 0.005**2
+        survey.position_bcs[3] += (off_m, 0.0)
+        assert [one.landmark for one in named(walk, survey)] == names
+
+
 def test_a_stated_survey_error_is_no_contradiction() -> None:
     walk = loops(8, TYPICAL, marks=8, laps=2)
     survey = walk.landmarks()

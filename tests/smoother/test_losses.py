@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.drifting import camera_track
 from vislam2tag.smoother.losses import (
+    FOUND_SIGMA_M,
     FOUND_TURN_RAD,
     FROZEN_WALK_M,
     FROZEN_WALK_M_S,
     NEW_MAP_TURN_RAD,
+    frozen_frames,
     loss_turn_rad,
     steps_over_loss,
     walkable_m,
@@ -45,3 +48,20 @@ def test_the_longer_frozen_the_farther_somebody_may_have_walked() -> None:
     assert way_m[10:40] == pytest.approx(FROZEN_WALK_M + FROZEN_WALK_M_S)
     assert way_m[50:80] == pytest.approx(FROZEN_WALK_M + 3 * FROZEN_WALK_M_S)
     assert not way_m[~mask].any()
+
+
+def test_a_position_that_stays_to_the_last_bit_is_none_where_it_stays_long() -> None:
+    time_s = 100 + np.arange(90) / 30
+    path = (np.arange(90) * 0.03).astype(np.complex128)
+    path[10:15] = path[10]
+    path[40:60] = path[40]
+    frozen_at = np.flatnonzero(frozen_frames(camera_track(path, time_s), np.arange(90), time_s))
+    assert frozen_at.tolist() == list(range(40, 60))
+
+
+def test_a_tracker_that_goes_on_is_believed_but_for_its_jumps() -> None:
+    walking = np.full(90, 0.03 + 0j)
+    walking[40] = 20j
+    step, variance = steps_over_loss(walking, DT)
+    np.testing.assert_array_equal(step, np.where(np.arange(90) == 40, 0, walking))
+    assert variance.sum() == pytest.approx(FOUND_SIGMA_M**2)

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.walks import camera_on, log_of, to_acs
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import AnchorLog, TrackerState
 from vislam2tag.core.faults import EventKind
+from vislam2tag.core.similarity import as_points
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import frames_without_landmark
 from vislam2tag.smoother.losses import lost_frames
@@ -50,6 +52,39 @@ def updated() -> tuple[CameraTrack, BoolArray, LandmarkLog]:
     camera = camera_on(straight() + later[:, None] * SHIFT_M)
     place = np.where(later[:, None], np.array([0.5, 1.0]) + SHIFT_M, np.array([0.5, 1.0]))
     return camera, later, log_of(camera, {"1": to_acs(place, 1.4)})
+
+
+def test_the_motion_of_the_map_is_the_best_fit_to_what_moved() -> None:
+    camera = camera_on(straight())
+    later = np.arange(FRAMES) >= UPDATE
+    places = np.array([-9.0 + 8.0j, -12.0 + 2.0j, -10.0 + 14.0j])
+    ends = (3 - 1j) + np.exp(0.3j) * places
+    ends[2] += 0.6 * np.exp(0.3j)  # not quite rigid
+    tracks = [np.where(later, end, place) for place, end in zip(places, ends, strict=True)]
+    log = log_of(camera, {str(i): to_acs(as_points(track), 1.4) for i, track in enumerate(tracks)})
+    moves = map_moves(camera, log, np.zeros(FRAMES - 1, dtype=bool))
+    assert np.flatnonzero(moves.moved).tolist() == [UPDATE - 1]
+    assert not moves.sighted.any()
+    assert moves.points[UPDATE - 1] == 3
+    to, by = (np.column_stack((as_points(part - part.mean()), np.zeros(3))) for part in (ends, places))
+    rotation, _ = Rotation.align_vectors(to, by)
+    turn_rad = rotation.as_rotvec()[2]
+    assert np.angle(moves.turn[UPDATE - 1]) == pytest.approx(turn_rad, abs=1e-9)
+    carried = moves.carry(np.full(FRAMES - 1, 1 + 1j))[UPDATE - 1]
+    assert carried == pytest.approx(ends.mean() + np.exp(1j * turn_rad) * (1 + 1j - places.mean()))
+    miss = ends - ends.mean() - np.exp(1j * turn_rad) * (places - places.mean())
+    assert moves.misfit_m[UPDATE - 1] == pytest.approx(np.sqrt(np.mean(np.abs(miss) ** 2)))
+    assert moves.turn[0] == 1
+
+
+@pytest.mark.parametrize(("out_of_view", "in_view", "moved"), [(2, 2, True), (2, 3, False), (1, 0, False)])
+def test_the_map_moved_where_half_of_what_it_holds_did_out_of_view(out_of_view: int, in_view: int, moved: bool) -> None:
+    camera = camera_on(straight())
+    later = np.arange(FRAMES) >= UPDATE
+    far = {f"far{i}": np.where(later, 2.0, 0.0) - 9 + 6j * i for i in range(out_of_view)}
+    near = {f"near{i}": np.full(FRAMES, 5.0 + 0.4j * i) for i in range(in_view)}
+    log = log_of(camera, {name: to_acs(as_points(track), 1.4) for name, track in (far | near).items()})
+    assert map_moves(camera, log, np.zeros(FRAMES - 1, dtype=bool)).moved[UPDATE - 1] == moved
 
 
 def test_anchors_tell_a_map_update_that_no_landmark_tells() -> None:

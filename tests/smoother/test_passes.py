@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.drifting import loops, nothing_logged, sheet_orientation
 from tests.walks import corridor_walk
@@ -32,6 +33,33 @@ def test_each_pass_is_one_observation_at_its_nearest_approach() -> None:
     np.testing.assert_allclose(walk.truth[passes.at] + passes.offset, walk.place[passes.landmark], atol=1e-4)
     np.testing.assert_allclose(passes.heading, np.exp(1j * walk.heading_rad)[passes.landmark], atol=1e-6)
     assert passes.spread_m.max() < 1e-4
+
+
+def test_near_sightings_count_most_and_scatter_is_stated() -> None:
+    walk = loops(1, marks=1, laps=1, drifted=False)
+    camera, log = walk.logged()
+    odometry = continuous_odometry(camera, log)
+    away = log.plane_acs - camera.plane_acs[log.frame]
+    seen = np.flatnonzero(np.linalg.norm(away, axis=1) < 2.5)
+    off = np.where(np.arange(len(seen)) % 3 == 0, 0.3, 0.0) * np.linspace(0, 1, len(seen))
+    log.position_acs[seen, 0] += off
+    weight = 1 / (0.5**2 + np.linalg.norm(log.plane_acs[seen] - camera.plane_acs[log.frame[seen]], axis=1) ** 2)
+    mean = np.average(log.plane_acs[seen], axis=0, weights=weight)
+    passes = find_passes(camera, log, odometry, 2.5)
+    (at,), (offset,) = passes.at, passes.offset
+    np.testing.assert_allclose((offset.real, offset.imag), mean - camera.plane_acs[at], atol=1e-3)
+    spread = np.sqrt(np.average(np.sum((log.plane_acs[seen] - mean) ** 2, axis=1), weights=weight) / 2)
+    assert passes.spread_m == pytest.approx([spread], rel=0.01)
+
+
+@pytest.mark.parametrize("steep_rad", [0.7, 1.3])
+def test_a_sheet_that_hangs_askew_has_a_heading_unless_it_is_steep(steep_rad: float) -> None:
+    walk = loops(7, marks=3, laps=1, drifted=False)
+    camera, log = walk.logged()
+    sheet = Rotation.from_quat(log.orientation_acs)
+    log.orientation_acs[:] = (sheet * Rotation.from_rotvec([0, steep_rad, 0])).as_quat()
+    expected = np.exp(1j * walk.heading_rad) if steep_rad < 1 else np.zeros(3)
+    np.testing.assert_allclose(passes_of(camera, log).heading, expected, atol=1e-6)
 
 
 def test_rows_that_repeat_the_last_sighting_do_not_count() -> None:

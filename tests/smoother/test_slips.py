@@ -37,7 +37,7 @@ def test_usual_drift_is_no_slip() -> None:
         assert found(walk, walk.observations()) == ()
 
 
-@pytest.mark.parametrize("by", [1.5 + 0j, -2.0 + 2.0j])
+@pytest.mark.parametrize("by", [0.6j, 2.0j, -2.0 + 2.0j])
 def test_a_slip_is_found_in_its_stretch_with_its_size(by: complex) -> None:
     walk = loops(6, TYPICAL, marks=8, laps=2, survey_m=0.02)
     observations = walk.observations()
@@ -46,6 +46,13 @@ def test_a_slip_is_found_in_its_stretch_with_its_size(by: complex) -> None:
     assert event.kind is EventKind.SLIP
     assert observations.nodes[6] <= event.frame <= observations.nodes[7]
     assert event.size_m == pytest.approx(abs(by), abs=0.4)
+    assert event.turn_rad == pytest.approx(0.0, abs=0.1)
+
+
+def test_what_usual_drift_explains_is_no_slip() -> None:
+    walk = loops(6, TYPICAL, marks=8, laps=2, survey_m=0.02)
+    observations = walk.observations()
+    assert found(walk, slipped(observations, int(observations.nodes[6:8].mean()), 0.25)) == ()
 
 
 def test_a_doubtful_step_says_when_it_happened_and_a_known_jump_is_not_told_twice() -> None:
