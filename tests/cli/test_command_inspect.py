@@ -7,6 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from tests.cli.command import vislam2tag
 from tests.survey.site import write_survey
 from vislam2tag.cli.command_inspect import register
 from vislam2tag.common.errors import SurveyError
@@ -53,3 +54,14 @@ def test_a_folder_that_is_no_survey_raises_our_error(tmp_path: Path) -> None:
 def test_help_has_examples() -> None:
     result = CliRunner().invoke(APP, ["inspect", "--help"])
     assert "vislam2tag inspect survey --json > survey.json" in result.output
+
+
+def test_a_header_that_cannot_be_understood_is_told_and_its_walks_lack_landmarks(tmp_path: Path) -> None:
+    root = write_survey(tmp_path / "survey", {"floor_1/marker_dict.csv": "\nmarke,links,oben\n10,1,2\n7,3,4\n"})
+    done = vislam2tag("inspect", root)
+    assert done.returncode == 1
+    assert "floor_1/marker_dict.csv" in done.stdout
+    assert "the first line must be: id,x,y (then optional columns" in done.stdout
+    assert "it lacks x and y and is: id,links,oben" in done.stdout
+    done = vislam2tag("process", root, "--out", tmp_path / "out", "--jobs", "1")
+    assert "warning: floor_1/marker_dict.csv:2: the first line must be: id,x,y" in done.stderr

@@ -96,7 +96,7 @@ DAMAGE: dict[str, tuple[dict[str, str | bytes | None], dict[tuple[str, str], tup
     "wrong header": (
         {"floor_dimensions.csv": "a,b\n1,2\n"},
         {
-            ("malformed_header", "floor_dimensions.csv"): (),
+            ("malformed_header", "floor_dimensions.csv"): (1,),
             ("floor_without_size", "floor_dimensions.csv"): (),
         },
     ),

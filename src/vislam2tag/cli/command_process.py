@@ -20,6 +20,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.tables import print_warnings
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
@@ -101,6 +102,7 @@ def _process(
                 jobs=jobs,
                 replace=replace,
                 progress=lambda outcome, total: bar.advance(total, outcome.error, outcome.rows),
+                tell=print_warnings,
             )
     except KeyboardInterrupt:
         typer.echo(

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+import typer
+
+from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -72,10 +77,20 @@ def print_site(summary: SiteSummary) -> None:
     print_findings(summary.findings)
 
 
-def print_findings(findings: tuple[Finding, ...]) -> None:
+def print_findings(findings: Iterable[Finding]) -> None:
     """Print each finding with its file on standard output."""
-    from rich.markup import escape
-
     console = table_console()
     for finding in findings:
-        console.print(f"{finding.severity}: {escape(finding.file)}: {escape(finding.message)}", soft_wrap=True)
+        console.print(_finding_line(finding), soft_wrap=True, markup=False)
+
+
+def print_warnings(findings: Iterable[Finding]) -> None:
+    """Print those findings on standard error that want something done."""
+    for finding in findings:
+        if finding.severity != Severity.INFO:
+            typer.echo(_finding_line(finding), err=True)
+
+
+def _finding_line(finding: Finding) -> str:
+    place = ":".join((finding.file, *map(str, finding.lines[:1])))
+    return f"{finding.severity}: {place}: {finding.message}"

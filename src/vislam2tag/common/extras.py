@@ -8,6 +8,7 @@ from types import ModuleType
 from vislam2tag.common.errors import UsageError
 
 _EXTRAS = {
+    "tables": ("openpyxl",),
     "plans": ("ezdxf", "pypdfium2", "resvg_py"),
     "prepare": ("cv2", "reportlab", "skimage"),
     "receive": ("segno", "starlette", "uvicorn"),

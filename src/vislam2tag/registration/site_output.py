@@ -9,9 +9,10 @@ from pathlib import Path
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.registration.record import RegisteredPoint
-from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import SiteTable, read_site_table
+from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS
 
 SAME_M = 5e-5
 """Positions that differ less are written alike."""
@@ -24,10 +25,10 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
     Raises OutputError where a landmark has another position there and ``replace`` is not given, SurveyError where the
     file there is no landmark file.
     """
-    table = _table(root, folder / LANDMARK_FILE)
+    table = _table(root, table_path(folder / LANDMARK_FILE))
     header = list(table.header) if table.rows or table.header else ["id", "x", "y"]
-    if not {"x", "y"} <= set(header[1:]):
-        raise SurveyError(f"{folder / LANDMARK_FILE}: the first line must be: id,x,y (then optional columns)")
+    if table.header and (problem := table.missing_columns(LANDMARKS)) is not None:
+        raise SurveyError(f"{folder / LANDMARK_FILE}: {problem}")
     wanted = {one.point: one for one in landmarks}
     header += [name for name in _OPTIONAL if name not in header and any(_cells(one)[name] for one in landmarks)]
     rows: list[list[str]] = []
@@ -60,9 +61,11 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
 
     Raises OutputError where one has another position there and ``replace`` is not given, or the numbers leave a gap.
     """
-    path = folder / CONTROL_POINT_FILE
+    path = table_path(folder / CONTROL_POINT_FILE)
     try:
-        rows = [list(fields) for _, fields in read_site_table(root, path, has_header=False).rows]
+        rows = [
+            list(fields) for _, fields in read_site_table(root, path, has_header=False, columns=CONTROL_POINTS).rows
+        ]
     except FileNotFoundError:
         rows = []
     except OSError as error:
@@ -85,7 +88,7 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
 
 def _table(root: Path, path: Path) -> SiteTable:
     try:
-        return read_site_table(root, path)
+        return read_site_table(root, path, columns=LANDMARKS)
     except FileNotFoundError:
         return SiteTable(path.relative_to(root).as_posix(), (), ())
     except OSError as error:

@@ -11,6 +11,7 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.survey.site_table import NOT_UTF8, XLSX, decoded, sheet_lines
 
 SEPARATORS = (";", "\t", ",", " ")
 """In the order in which ties are decided."""
@@ -52,10 +53,15 @@ def read_text_table(path: Path) -> TextTable:
     Raises SurveyError where the file cannot be opened or has no line.
     """
     try:
+        if path.suffix.lower() == XLSX:
+            return _sheet(path)
         raw = read_bytes(path)
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
-    text, findings = _decoded(path.name, raw)
+    text, other_line = decoded(raw)
+    findings = []
+    if other_line is not None:
+        findings = [Finding.at_lines("encoding", path.name, [other_line], NOT_UTF8, Severity.INFO)]
     lines = [
         (number, line.strip("\r\n"))
         for number, line in enumerate(text.split("\n"), start=1)
@@ -68,17 +74,15 @@ def read_text_table(path: Path) -> TextTable:
     return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
 
 
-def _decoded(file: str, raw: bytes) -> tuple[str, list[Finding]]:
-    """Text of a file in UTF-8 or UTF-16 (by its byte order mark), else in Windows' Western code page."""
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", errors="replace"), []
-    try:
-        return raw.decode("utf-8-sig"), []
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        message = "is not UTF-8 and was read as Windows-1252: check names with special letters"
-        finding = Finding.at_lines("encoding", file, [line], message, Severity.INFO)
-        return raw.decode("cp1252", errors="replace"), [finding]
+def _sheet(path: Path) -> TextTable:
+    lines, guesses = sheet_lines(path)
+    if not lines:
+        raise SurveyError(f"{path}: is empty; expected a table of points")
+    findings = [
+        Finding(kind="assumed_sheet", file=path.name, count=1, message=each, severity=Severity.INFO) for each in guesses
+    ]
+    rows = tuple(lines)
+    return TextTable(path.name, rows, ";", _decimal(rows, ";"), tuple(findings))
 
 
 def _fields(line: str, separator: str) -> tuple[str, ...]:

@@ -66,8 +66,11 @@ class SessionOverview(Record):
 
     @property
     def usable(self) -> bool:
-        """Whether the session can be read and nothing needed for mapping is missing."""
-        return self.error is None and all(finding.severity != Severity.ERROR for finding in self.findings)
+        """Whether the session can be read and has what mapping needs, or is left out."""
+        if self.excluded:
+            return True
+        lacking = not self.landmarks_surveyed or any(finding.severity == Severity.ERROR for finding in self.findings)
+        return self.error is None and not lacking
 
 
 class Inspection(Record):

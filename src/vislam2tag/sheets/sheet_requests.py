@@ -17,6 +17,7 @@ from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.sheet_size import SheetSize, sheet_size
 from vislam2tag.survey.site_file import has_site_file, read_site_file
 from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
+from vislam2tag.survey.table_columns import LANDMARKS
 
 MOST_SHEETS = 1000
 """Images that ARCore's database holds."""
@@ -111,7 +112,7 @@ def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
     building = read_site_file(root).name if has_site_file(root) else ""
     sizes: dict[str, tuple[SheetSize | None, float | None]] = {}
     for path in sorted({root / source.rpartition(":")[0] for source in site.landmarks.source}):
-        table = read_site_table(root, path)
+        table = read_site_table(root, path, columns=LANDMARKS)
         sizes |= {table.place(line): _size(table, line, fields) for line, fields in table.rows}
     landmarks = site.landmarks
     names = {floor.number: floor.name for floor in site.floors}
@@ -129,7 +130,7 @@ def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
         )
         for i, name in enumerate(landmarks.ids)
     ]
-    return requests, tuple(finding for finding in findings if finding.file.endswith(LANDMARK_FILE))
+    return requests, tuple(finding for finding in findings if Path(finding.file).stem == Path(LANDMARK_FILE).stem)
 
 
 def _finite(value: float) -> float | None:
@@ -145,7 +146,7 @@ def _pair(x_m: float | None, y_m: float | None) -> tuple[float, float] | None:
 def _of_file(path: Path) -> list[SheetRequest]:
     """Read a file of landmarks: its first column is the id; floor, x, y, z, sheet and width_m may follow."""
     try:
-        table = read_site_table(path.parent, path)
+        table = read_site_table(path.parent, path, columns=LANDMARKS)
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror}); expected a site or a landmark file") from error
     if not table.header or _is_number(table.header[0]):

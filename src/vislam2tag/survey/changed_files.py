@@ -13,6 +13,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.survey.frame_change import FrameChange
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import SiteTable, finite_or_none, read_site_table
+from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS, TableColumns
 
 
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
@@ -21,9 +22,9 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
     ``folder`` is the floor that the file lies under; None: its column ``floor`` tells. Raises SurveyError where a row
     cannot be read, or lies on a floor without a change.
     """
-    table = _table(root, path, has_header=True)
-    if not {"x", "y"} <= set(table.header[1:]):
-        raise SurveyError(f"{path}: the first line must be: id,x,y (then optional columns)")
+    table = _table(root, path, LANDMARKS)
+    if (problem := table.missing_columns(LANDMARKS)) is not None:
+        raise SurveyError(f"{path}: {problem}")
     rows: list[Sequence[str]] = [table.header]
     for line, fields in table.rows:
         said = table.cell(fields, "floor")
@@ -38,7 +39,7 @@ def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameCh
 def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
     """A control point file in the new frame; raises SurveyError where a row cannot be read."""
     rows = []
-    for line, fields in _table(root, path, has_header=False).rows:
+    for line, fields in _table(root, path, CONTROL_POINTS).rows:
         x, y = _numbers(fields[:2], f"{path}:{line}")
         if x is None or y is None:
             raise SurveyError(f"{path}:{line}: expected x,y in metres; correct it")
@@ -46,9 +47,9 @@ def changed_points_text(root: Path, path: Path, change: FrameChange) -> str:
     return csv_rows(rows)
 
 
-def _table(root: Path, path: Path, *, has_header: bool) -> SiteTable:
+def _table(root: Path, path: Path, columns: TableColumns) -> SiteTable:
     try:
-        return read_site_table(root, path, has_header=has_header)
+        return read_site_table(root, path, has_header=columns is LANDMARKS, columns=columns)
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror})") from error
 

@@ -29,7 +29,7 @@ _SITE_FILES = (
     SITE_FILE,
     FLOOR_FILE,
     CORRECTIONS_FILE,
-    *(f"floor_*/{name}" for name in ("*.csv", "floorplan.*")),
+    *(f"floor_*/{name}" for name in ("*.csv", "*.xlsx", "floorplan.*")),
 )
 _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 

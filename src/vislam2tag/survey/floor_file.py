@@ -9,6 +9,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.plans.source import GREATEST_M
 from vislam2tag.survey.site_table import LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
+from vislam2tag.survey.table_columns import FLOORS
 
 FLOOR_FILE = "floor_dimensions.csv"
 
@@ -38,13 +39,13 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
     Columns: ``id``, ``width``, ``height`` (metres) and the optional ``elevation`` (metres) and ``name``.
     """
     try:
-        table = read_site_table(root, root / FLOOR_FILE)
+        table = read_site_table(root, root / FLOOR_FILE, columns=FLOORS)
     except FileNotFoundError:
         return {}, [_unusable("missing_file", "no such file")]
     except OSError as error:
         return {}, [unreadable_file(FLOOR_FILE, error, _CONSEQUENCE)]
-    if not {"id", "width", "height"} <= set(table.header):
-        return {}, [_unusable("malformed_header", "the first line must be: id,width,height")]
+    if (problem := table.missing_columns(FLOORS)) is not None:
+        return {}, [_unusable("malformed_header", problem, table.header_lines)]
     counts = LineCounts.of(FLOOR_FILE)
     floors: dict[int, FloorRow] = {}
     for line, fields in table.rows:
@@ -57,11 +58,11 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
             counts.add("duplicate_floor", line)
         else:
             floors[number] = row
-    return floors, counts.findings(_MESSAGES)
+    return floors, [*table.findings, *counts.findings(_MESSAGES)]
 
 
-def _unusable(kind: str, problem: str) -> Finding:
-    return Finding(kind=kind, file=FLOOR_FILE, count=1, message=f"{problem}; {_CONSEQUENCE}")
+def _unusable(kind: str, problem: str, lines: tuple[int, ...] = ()) -> Finding:
+    return Finding(kind=kind, file=FLOOR_FILE, count=1, message=f"{problem}; {_CONSEQUENCE}", lines=lines)
 
 
 def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:

@@ -15,13 +15,16 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.model import ControlPoints
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import (
+    XLSX,
     LineCounts,
     SiteTable,
     finite_or_none,
+    is_file,
     number_or_none,
     read_site_table,
     unreadable_file,
 )
+from vislam2tag.survey.table_columns import CONTROL_POINTS, LANDMARKS
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
@@ -70,16 +73,16 @@ def read_landmark_file(
     Columns: the first is the id whatever its name, then ``x``, ``y`` (metres, BCS) and the optional ``z``,
     ``floor``, ``sigma_m`` (per axis), ``heading_rad``, ``heading_sigma_rad``, in any order.
     """
-    path = folder / LANDMARK_FILE
+    path = table_path(folder / LANDMARK_FILE)
     name = path.relative_to(root).as_posix()
     try:
-        table = read_site_table(root, path)
+        table = read_site_table(root, path, columns=LANDMARKS)
     except FileNotFoundError:
         return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
     except OSError as error:
         return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
-    if not {"x", "y"} <= set(table.header[1:]):
-        return [], [_no_landmarks("malformed_header", name, "the first line must be: id,x,y (then optional columns)")]
+    if (problem := table.missing_columns(LANDMARKS)) is not None:
+        return [], [_no_landmarks("malformed_header", name, problem, table.header_lines)]
     return _landmarks_of(table, floor, default_sigma_m, taken)
 
 
@@ -107,11 +110,11 @@ def read_completed_file(
     SurveyError where the file cannot be opened, lacks a column, or has no usable row of any of these floors.
     """
     try:
-        table = read_site_table(path.parent, path)
+        table = read_site_table(path.parent, path, columns=LANDMARKS)
     except OSError as error:
         raise SurveyError(f"{path}: cannot be opened ({error.strerror}); expected a landmark file") from error
-    if not {"x", "y"} <= set(table.header[1:]):
-        raise SurveyError(f"{path}: the first line must be: id,x,y,floor (then optional columns)")
+    if (problem := table.missing_columns(LANDMARKS)) is not None:
+        raise SurveyError(f"{':'.join(map(str, (path, *table.header_lines)))}: {problem}")
     if len(floors) > 1 and "floor" not in table.header[1:]:
         raise SurveyError(f"{path}: there is no column floor, which a landmark file for several floors needs")
     found, findings = _landmarks_of(table, next(iter(floors)) if len(floors) == 1 else None, default_sigma_m, set())
@@ -121,8 +124,17 @@ def read_completed_file(
     return found, findings
 
 
-def _no_landmarks(kind: str, file: str, message: str) -> Finding:
-    return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped")
+def table_path(path: Path) -> Path:
+    """The file of this name, or the XLSX that is there in its place."""
+    other = path.with_suffix(XLSX)
+    try:
+        return other if is_file(other) and not is_file(path) else path
+    except OSError:  # told where the file itself is read
+        return path
+
+
+def _no_landmarks(kind: str, file: str, message: str, lines: tuple[int, ...] = ()) -> Finding:
+    return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped", lines=lines)
 
 
 def _landmarks_of(
@@ -143,7 +155,7 @@ def _landmarks_of(
         else:
             taken.add((landmark.floor, landmark.landmark))
             found.append(landmark)
-    return found, counts.findings(_MESSAGES)
+    return found, [*table.findings, *counts.findings(_MESSAGES)]
 
 
 def _landmark_of(
@@ -220,10 +232,10 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
 
     Only evaluation surveys have the file, so its absence is nothing to report.
     """
-    path = folder / CONTROL_POINT_FILE
+    path = table_path(folder / CONTROL_POINT_FILE)
     none = ControlPoints((), np.empty((0, 2)))
     try:
-        table = read_site_table(root, path, has_header=False)
+        table = read_site_table(root, path, has_header=False, columns=CONTROL_POINTS)
     except FileNotFoundError:
         return none, []
     except OSError as error:
@@ -249,11 +261,8 @@ def _control_points_of(table: SiteTable) -> tuple[ControlPoints, list[Finding]]:
             source.append(table.place(line))
     positions = np.array(points, dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
-    return ControlPoints(ids, positions, tuple(source)), counts.findings(
-        {
-            "malformed_lines": (
-                f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: "
-                "correct them"
-            ),
-        }
+    message = (
+        f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: correct them"
     )
+    findings = [*table.findings, *counts.findings({"malformed_lines": message})]
+    return ControlPoints(ids, positions, tuple(source)), findings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,12 +43,14 @@ def process(
     jobs: int = 1,
     replace: bool = False,
     progress: Progress[Outcome] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``). ``replace`` allows ``out`` to hold
-    labels of another strategy, or labels that were rebased. Raises SurveyError where
+    labels of another strategy, or labels that were rebased. ``tell`` is called with what is odd about the site's own
+    files before sessions are mapped. Raises SurveyError where
     ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``Summary.failed``.
@@ -65,6 +67,7 @@ def process(
         _refuse_other_labels(out, settings.strategy)
     with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
         (out / CHANGE_FILE).unlink(missing_ok=True)  # it says that the labels were rebased
+        tell(survey.findings)
         folder.keep_only({ref.slug for ref in refs})
         code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
         todo = [

@@ -12,6 +12,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
@@ -23,9 +24,11 @@ from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.site_files import marker_text, read_forbidden
 from vislam2tag.report.pages.plan_page import write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
-from vislam2tag.survey.landmark_file import LANDMARK_FILE
+from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.survey.site_table import read_site_table
+from vislam2tag.survey.table_columns import LANDMARKS
 from vislam2tag.walkable.correction import read_mask
 from vislam2tag.walkable.graph import corridor_graph
 from vislam2tag.walkable.settings import WalkableSettings
@@ -164,12 +167,23 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
         try:
             path.parent.mkdir(exist_ok=True)
-            before = read_bytes(path).decode("utf-8", errors="surrogateescape") if path.is_file() else ""
+            before = _landmark_text(site_folder, path)
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
         with whole_file(path) as partial:
             text = marker_text(before, floor.landmarks)
             partial.write_bytes(text.encode("utf-8", errors="surrogateescape"))
+
+
+def _landmark_text(root: Path, path: Path) -> str:
+    """What a floor's landmark file says: to the letter where it is as we write it, else in our columns."""
+    there = table_path(path)
+    if not there.is_file():
+        return ""
+    table = read_site_table(root, there, columns=LANDMARKS)
+    if table.findings or there != path:
+        return csv_rows([table.header, *(fields for _, fields in table.rows)])
+    return read_bytes(path).decode("utf-8", errors="surrogateescape")
 
 
 def _floor_folders(site_folder: Path) -> dict[int, Path]:

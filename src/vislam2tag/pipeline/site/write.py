@@ -16,7 +16,7 @@ from vislam2tag.survey.changed_files import changed_landmarks_text, changed_poin
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges, changes_text
-from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE
+from vislam2tag.survey.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.images import GREATEST_PX
 from vislam2tag.survey.plans.load import plan_file, plan_picture
@@ -95,15 +95,19 @@ def _write_plan(floor: Floor, own: Path) -> list[Finding]:
 
 def _write_surveyed(root: Path, out: Path, changes: Mapping[int, FrameChange]) -> None:
     """Write every floor's landmark and control point file that there is."""
-    for path in sorted((*root.glob(f"floor_*/{LANDMARK_FILE}"), *root.glob(f"floor_*/{CONTROL_POINT_FILE}"))):
+    names = [(folder, name) for folder in sorted(root.glob("floor_*")) for name in (LANDMARK_FILE, CONTROL_POINT_FILE)]
+    for folder, name in names:
+        path = table_path(folder / name)
+        if not path.is_file():
+            continue
         number = _number(path)
         if number not in changes:
             raise SurveyError(f"{path}: there is no change for floor {number}; add it to {CHANGE_FILE}")
-        if path.name == LANDMARK_FILE:
+        if name == LANDMARK_FILE:
             text = changed_landmarks_text(root, path, changes, number)
         else:
             text = changed_points_text(root, path, changes[number])
-        target = out / f"floor_{number}" / path.name
+        target = out / f"floor_{number}" / name
         target.parent.mkdir(exist_ok=True)
         target.write_text(text, encoding="utf-8")
 
