@@ -21,6 +21,10 @@ from vislam2tag.simulation.walking.sampling import position_at
 
 SURVEY_SIGMA_M = 0.02
 FAULTY = ("mild", "default", "severe")
+WANTED = ((0.60, 0.76), (0.90, 0.985))
+"""Shares of a walk's errors that regions of 68 % and of 95 % shall hold, averaged over walks."""
+SPREAD = (0.18, 0.085)
+"""Standard deviations of these shares between walks: 360 walks made as here, but of seeds 500 to 509."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +38,8 @@ class Compared:
 
 @cache
 def compared(severity: str, seed: int = 31) -> tuple[Compared, ...]:
-    """Sixteen walks of two minutes, 20 frames a second, their survey a little off."""
-    scenario = regular_survey(seed, severity, (0, 1), ("LG", "OnePlus"), 4, 120.0)
+    """Twelve walks of three minutes, 20 frames a second, their survey a little off."""
+    scenario = regular_survey(seed, severity, (0, 1), ("LG", "OnePlus"), 3, 180.0)
     rng = np.random.default_rng(seed)
     walks = []
     for planned in scenario.sessions:
@@ -85,17 +89,18 @@ def mean_errors(walks: Sequence[Compared], other: str) -> tuple[float, float]:
 
 @pytest.mark.parametrize("severity", FAULTY)
 def test_where_both_label_the_smoother_is_better_than_the_papers_best(severity: str) -> None:
-    walks = compared(severity)
-    ours, theirs = mean_errors(walks, "local-corrected")
+    ours, theirs = mean_errors(compared(severity), "local-corrected")
     assert ours < 0.85 * theirs
-    ours, theirs = mean_errors(walks, "local")
-    assert ours < 0.3 * theirs
 
 
-def test_stated_regions_are_not_too_small_and_hardly_too_great() -> None:
-    of_68, of_95 = shares_inside([walk for severity in FAULTY for walk in compared(severity)])
-    assert 0.68 < of_68 < 0.88
-    assert 0.92 < of_95 < 0.99
+def test_where_both_label_the_smoother_is_far_better_than_local() -> None:
+    """By docs/evaluation.md, which has other seeds, the smoother has 0.09 of its error over all severities."""
+    ours, theirs = mean_errors([walk for severity in FAULTY for walk in compared(severity)], "local")
+    assert ours < 0.18 * theirs
+
+
+def test_stated_regions_hold_what_they_say() -> None:
+    assert_calibrated([walk for severity in FAULTY for walk in compared(severity)])
 
 
 @pytest.mark.campaign
@@ -103,22 +108,28 @@ def test_stated_regions_are_not_too_small_and_hardly_too_great() -> None:
 def test_many_walks(severity: str, record_property: Callable[[str, object], None]) -> None:
     walks = [walk for seed in range(100, 130) for walk in compared.__wrapped__(severity, seed)]
     ours, theirs = mean_errors(walks, "local-corrected")
-    of_68, of_95 = shares_inside(walks)
+    of_68, of_95 = shares_inside(walks).mean(axis=0).tolist()
     record_property("walks", len(walks))
     record_property("mean error, m", round(ours, 4))
     record_property("of local-corrected, m", round(theirs, 4))
     record_property("inside regions of 68 %", round(of_68, 4))
     record_property("inside regions of 95 %", round(of_95, 4))
     assert ours < 0.85 * theirs
-    assert 0.68 < of_68 < 0.88
-    assert 0.91 < of_95 < 0.99
+    assert_calibrated(walks)
 
 
-def shares_inside(walks: Sequence[Compared]) -> tuple[float, float]:
-    """Shares of the smoother's errors inside their regions of 68 % and of 95 %."""
-    probability = np.concatenate([region_probability(one.errors_m["smoother"], one.covariance_m2) for one in walks])
-    assert np.isfinite(probability).all()
-    return float(np.mean(probability < 0.68)), float(np.mean(probability < 0.95))
+def assert_calibrated(walks: Sequence[Compared]) -> None:
+    """Shares inside are as wanted, but for two standard errors of a mean over so many walks."""
+    for share, (least, most), spread in zip(shares_inside(walks).mean(axis=0), WANTED, SPREAD, strict=True):
+        chance = 2 * spread / np.sqrt(len(walks))
+        assert least - chance < share < most + chance
+
+
+def shares_inside(walks: Sequence[Compared]) -> FloatArray:
+    """Shares (n, 2) of the smoother's errors on each walk inside their regions of 68 % and of 95 %."""
+    probability = [region_probability(one.errors_m["smoother"], one.covariance_m2) for one in walks]
+    assert all(np.isfinite(one).all() for one in probability)
+    return np.array([[np.mean(one < stated) for stated in (0.68, 0.95)] for one in probability])
 
 
 def test_what_is_less_sure_is_less_accurate() -> None:
