@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.extras import what_lacks
 
@@ -95,7 +96,7 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        typer.echo(vislam2tag.__version__)
+        say(vislam2tag.__version__)
         raise typer.Exit
 
 
@@ -110,7 +111,11 @@ def _options(
     if verbose:
         import logging
 
-        logging.basicConfig(level=logging.INFO, format="%(levelname)s %(message)s", force=True)
+        from vislam2tag.common.visible_text import VisibleFormatter
+
+        shown = logging.StreamHandler()
+        shown.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
+        logging.basicConfig(level=logging.INFO, handlers=[shown], force=True)
 
 
 def main() -> None:
@@ -118,26 +123,26 @@ def main() -> None:
     try:
         app()
     except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
+        say("interrupted", err=True)
         sys.exit(130)
     except ModuleNotFoundError as error:
         if (lacks := what_lacks(error)) is None:
             raise
-        typer.echo(f"error: this {lacks}", err=True)
+        say(f"error: this {lacks}", err=True)
         sys.exit(2)
     except Vislam2tagError as error:
-        typer.echo(f"error: {error}", err=True)
+        say(f"error: {error}", err=True)
         sys.exit(2)
     except Exception as error:  # its traceback is logged, or shown here
         if said := _about_a_file(error):
-            typer.echo(f"error: {said}", err=True)
+            say(f"error: {said}", err=True)
             sys.exit(2)
         _tell_unexpected(error)
         sys.exit(1)
     except BaseException as error:
         if type(error).__name__ != "PanicException":  # Polars', over damage that its own checks miss
             raise
-        typer.echo("error: a table that this reads is damaged; make it again, or copy it again", err=True)
+        say("error: a table that this reads is damaged; make it again, or copy it again", err=True)
         sys.exit(2)
 
 
@@ -158,6 +163,6 @@ def _tell_unexpected(error: Exception) -> None:
 
     file = log_of(error)
     if file is None:
-        traceback.print_exception(error)
+        say("".join(traceback.format_exception(error)), err=True)
     kept = "the traceback above" if file is None else file
-    typer.echo(f"error: unexpected {type(error).__name__}: {error}; please report this with {kept}", err=True)
+    say(f"error: unexpected {type(error).__name__}: {error}; please report this with {kept}", err=True)

@@ -12,6 +12,7 @@ import typer
 
 from vislam2tag.cli.options import INTERRUPTED, value_of
 from vislam2tag.cli.tables import print_table_4, table, table_console
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
@@ -95,7 +96,7 @@ def _benchmark(
         with _opened(folder, dataset, data) as opened, _bar() as progress:
             found = benchmark(opened, out, plan, progress)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: {out} keeps the runs that are done; the same command goes on", err=True)
+        say(f"interrupted: {out} keeps the runs that are done; the same command goes on", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(found, out, beside_paper=table_wanted)
     raise typer.Exit(1 if found.failed else 0)
@@ -145,11 +146,10 @@ def _opened(folder: Path | None, dataset: str | None, data: Path | None) -> Iter
 @contextmanager
 def _bar() -> Iterator[Any]:
     """Show what is run, and the share of all runs that is done."""
-    from rich.console import Console
     from rich.markup import escape
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("reading", total=None)

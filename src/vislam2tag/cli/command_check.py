@@ -20,6 +20,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -70,11 +71,11 @@ def _check(
     try:
         found = _with_progress(survey, settings, out, landmarks, selection, jobs)
     except KeyboardInterrupt:
-        typer.echo("interrupted: nothing was written", err=True)
+        say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(found)
     if out is not None:
-        typer.echo(f"page: {out / PAGE_FILE}")
+        say(f"page: {out / PAGE_FILE}")
     raise typer.Exit(1 if found.failed else 0)
 
 

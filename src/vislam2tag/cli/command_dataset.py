@@ -21,6 +21,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -159,7 +160,7 @@ def _dataset(
     try:
         dataset = _built(sources, out, settings.dataset, options, jobs)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: no data set was written to {out}", err=True)
+        say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(dataset, out)
     raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
@@ -198,7 +199,7 @@ def _print(dataset: Dataset, out: Path) -> None:
 
     info = dataset.info
     rows = ", ".join(f"{account.rows} {table.replace('_', ' ')}" for table, account in info.tables.items())
-    typer.echo(f"{out}: {rows}")
+    say(f"{out}: {rows}")
     for finding in info.findings:
-        typer.echo(f"{finding.kind} {finding.count}: {finding.message}")
-    typer.echo(f"page: {out / PAGE_FILE}")
+        say(f"{finding.kind} {finding.count}: {finding.message}")
+    say(f"page: {out / PAGE_FILE}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
@@ -40,14 +41,13 @@ def _demo(
     seed: Annotated[int, typer.Option(help="Another seed, another building and other walks.")] = 1,
     jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
 ) -> None:
-    from rich.console import Console
 
     from vislam2tag.pipeline.demo import SURVEY, run_demo
 
-    scores = run_demo(out, jobs=jobs, seed=seed, say=typer.echo)
-    Console().print(_table(scores))
-    typer.echo(f"the survey as a phone writes it: {out / SURVEY}")
-    typer.echo(f"now open {out / Settings().strategy / 'report.html'}")
+    scores = run_demo(out, jobs=jobs, seed=seed, say=say)
+    visible_console().print(_table(scores))
+    say(f"the survey as a phone writes it: {out / SURVEY}")
+    say(f"now open {out / Settings().strategy / 'report.html'}")
 
 
 def _table(scores: dict[str, ErrorSummary]) -> Table:

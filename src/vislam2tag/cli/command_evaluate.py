@@ -20,6 +20,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.plugins import STRATEGIES
 
 if TYPE_CHECKING:
@@ -97,12 +98,12 @@ def _evaluate(
                 progress=lambda session, total: _advance(bar, session, total),
             )
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: {out} holds no evaluation", err=True)
+        say(f"interrupted: {out} holds no evaluation", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(found)
-    typer.echo(f"page: {out / PAGE_FILE}")
+    say(f"page: {out / PAGE_FILE}")
     if not found.rows:
-        typer.echo("no session could be compared with any truth", err=True)
+        say("no session could be compared with any truth", err=True)
     raise typer.Exit(1 if found.failed or not found.rows else 0)
 
 
@@ -113,14 +114,13 @@ def _advance(bar: SessionBar, session: SessionEvaluation, total: int) -> None:
 
 
 def _print(found: SurveyEvaluation) -> None:
-    from rich.console import Console
 
     from vislam2tag.evaluation.pooling import ALL, OVER_WALKS
     from vislam2tag.evaluation.text import truth_name
 
-    console = Console(highlight=False)
+    console = visible_console(highlight=False)
     if not console.is_terminal:
-        console = Console(highlight=False, width=_PIPE_WIDTH)
+        console = visible_console(highlight=False, width=_PIPE_WIDTH)
     shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
     for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
         console.print(_error_table(truth_name(truth, method), list(rows)))

@@ -19,6 +19,7 @@ from vislam2tag.cli.options import (
     privacy_of,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.terminal import say
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord
@@ -86,7 +87,7 @@ def _export(
     try:
         record = _exported(source, out, format_name, options, jobs)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: nothing was written to {out}", err=True)
+        say(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(record, out)
 
@@ -107,6 +108,6 @@ def _exported(source: Path, out: Path, format_name: str, options: ExportOptions,
 
 
 def _print(record: ExportRecord, out: Path) -> None:
-    typer.echo(f"{out}: {record.format}, {len(record.files)} files")
+    say(f"{out}: {record.format}, {len(record.files)} files")
     for finding in record.findings:
-        typer.echo(f"{finding.kind} {finding.count}: {finding.message}")
+        say(f"{finding.kind} {finding.count}: {finding.message}")

@@ -10,6 +10,7 @@ import typer
 
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -63,13 +64,12 @@ def _figures(
         ),
     ] = None,
 ) -> None:
-    from rich.console import Console
 
     from vislam2tag.pipeline.datasets.figures import make_dataset_figures
 
     starts = dict(start_of(text) for text in start or ())
     settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     with console.status("counting") as status:
         made = make_dataset_figures(
             dataset, out, settings, starts, lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}")

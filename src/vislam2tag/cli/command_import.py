@@ -10,6 +10,7 @@ import typer
 
 from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, format_help, privacy_of
 from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
@@ -108,9 +109,9 @@ def _import(
         with session_bar("files") as bar:
             dataset = import_format(path, out, options, progress=lambda _done, total: bar.advance(total, None))
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: no data set was written to {out}", err=True)
+        say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    typer.echo(dataset.info.model_dump_json(indent=1) if json else "\n".join(_summary(dataset, out)))
+    say(dataset.info.model_dump_json(indent=1) if json else "\n".join(_summary(dataset, out)))
     raise typer.Exit(1 if any(finding.severity is Severity.ERROR for finding in dataset.info.findings) else 0)
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.findings import Finding
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def _inspect(
 ) -> None:
     inspection = _read_with_progress(survey)
     if json:
-        typer.echo(inspection.model_dump_json(indent=1))
+        say(inspection.model_dump_json(indent=1))
     else:
         _print(inspection)
     usable = all(session.usable for session in inspection.sessions)
@@ -52,12 +53,11 @@ def _inspect(
 
 
 def _read_with_progress(survey: Path) -> Inspection:
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.sessions.inspection import inspect_survey
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)

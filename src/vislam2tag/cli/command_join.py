@@ -9,6 +9,7 @@ import typer
 
 from vislam2tag.cli.options import INTERRUPTED, Replace
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.dataset.settings import CHANGE_CELL_M
 
 if TYPE_CHECKING:
@@ -46,18 +47,17 @@ def _join(
     ] = CHANGE_CELL_M,
     replace: Replace = False,
 ) -> None:
-    from rich.console import Console
 
     from vislam2tag.pipeline.datasets.join import CHANGES, join
 
     try:
-        with Console(stderr=True).status("joining"):
+        with visible_console(stderr=True).status("joining"):
             record = join(base, later, out, cell_m, replace=replace)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: no data set was written to {out}", err=True)
+        say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(record)
-    typer.echo(f"joined: {out}, what changed: {out / CHANGES}")
+    say(f"joined: {out}, what changed: {out / CHANGES}")
 
 
 def _print(record: SurveyChanges) -> None:

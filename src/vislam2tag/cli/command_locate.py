@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.visible_text import visible
 from vislam2tag.positioning.settings import SequenceMethod
 
 if TYPE_CHECKING:
@@ -70,7 +72,6 @@ def _locate(
         Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
     ] = None,
 ) -> None:
-    from rich.console import Console
 
     from vislam2tag.dataset.transmitters.privacy import read_key
     from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
@@ -85,10 +86,10 @@ def _locate(
         walks = WalkPlan(sequence or SequenceMethod.SMOOTHER, None if track is None else Tracks(track))
     as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
     try:
-        with _written(out) as write, Console(stderr=True).status("locating"):
+        with _written(out) as write, visible_console(stderr=True).status("locating"):
             found = locate(model, scans, write, as_json=as_json, key=key, walks=walks)
     except KeyboardInterrupt:
-        typer.echo("interrupted: not all scans are located", err=True)
+        say("interrupted: not all scans are located", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(found, out)
 
@@ -99,7 +100,8 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     from vislam2tag.common.whole_file import whole_file
 
     if out is None:
-        yield sys.stdout.write
+        write = sys.stdout.write
+        yield (lambda text: write(visible(text))) if sys.stdout.isatty() else write
         return
     with whole_file(out) as place, place.open("w", encoding="utf-8", newline="") as stream:
         yield stream.write
@@ -108,19 +110,17 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
 def _print(found: LocatedScans, out: Path | None) -> None:
     """Sum up: on standard error where standard output holds the positions."""
     err = out is None
-    typer.echo(
+    say(
         f"{found.scans} scans: {found.scans - found.unknown} located, {found.unknown} unknown "
         f"(they hear none of the model's {found.access_points} access points)",
         err=err,
     )
     if found.in_walks:
-        typer.echo(
-            f"scans of walks that helped each other: {found.in_walks}, {found.tracked} of them on a track", err=err
-        )
+        say(f"scans of walks that helped each other: {found.in_walks}, {found.tracked} of them on a track", err=err)
     for finding in found.findings:
         lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
-        typer.echo(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)
+        say(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)
     if found.advice is not None:
-        typer.echo(found.advice, err=err)
+        say(found.advice, err=err)
     if out is not None:
-        typer.echo(f"positions: {out}")
+        say(f"positions: {out}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.tables import print_table_4, table, table_console
+from vislam2tag.cli.terminal import visible_console
 
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
@@ -45,13 +46,12 @@ def _paper(
     models: Annotated[bool, typer.Option("--models", help="Train the paper's networks, too, for Table IV.")] = False,
     seeds: Annotated[int, typer.Option(min=1, help="With --models: how often each network is trained.")] = 5,
 ) -> None:
-    from rich.console import Console
     from rich.markup import escape
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.pipeline.paper.reproduce import reproduce
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("walks", total=None)

@@ -12,6 +12,7 @@ from vislam2tag.cli.options import INTERRUPTED, Floors
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.sheet_size import sheet_size
 
@@ -112,7 +113,7 @@ def _plan(
                 lambda _step, floors: bar.advance(floors * (len(STEPS) + 1), error=None),
             )
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: {out} holds no new plans", err=True)
+        say(f"interrupted: {out} holds no new plans", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(result, out, write)
     raise typer.Exit(1 if any(one.unmet for one in result.floors) else 0)

@@ -21,6 +21,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
@@ -105,7 +106,7 @@ def _process(
                 tell=print_warnings,
             )
     except KeyboardInterrupt:
-        typer.echo(
+        say(
             f"interrupted: {bar.done} sessions are done and kept in {out}; run the same command again to go on",
             err=True,
         )
@@ -115,16 +116,16 @@ def _process(
 
 
 def _print_summary(summary: Summary, out: Path) -> None:
-    typer.echo(
+    say(
         f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
         f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames)}"
     )
     for table, counts in summary.readings.items():
-        typer.echo(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts)}")
+        say(f"{table}: {sum(counts.values())} rows, labelled: {_share(counts)}")
     for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
         if counts:
-            typer.echo(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
-    typer.echo(f"report: {out / 'report.html'}")
+            say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
+    say(f"report: {out / 'report.html'}")
 
 
 def _share(counts: dict[str, int]) -> str:

@@ -12,6 +12,7 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -85,12 +86,12 @@ def _radio_maps(
                 dataset, out, settings, tuple(ap or ()), lambda _done, total: bar.advance(total, error=None)
             )
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: {out} holds no new radio maps", err=True)
+        say(f"interrupted: {out} holds no new radio maps", err=True)
         raise typer.Exit(INTERRUPTED) from None
     table_console().print(_table(found))
     if not ap and any(len(floor.access_points) == settings.most for floor in found.floors):
-        typer.echo(f"only the {settings.most} most heard access points of a floor are mapped; --most takes more")
-    typer.echo(f"page: {out / PAGE_FILE}")
+        say(f"only the {settings.most} most heard access points of a floor are mapped; --most takes more")
+    say(f"page: {out / PAGE_FILE}")
 
 
 def _table(found: RadioMapIndex) -> Table:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
 
@@ -76,11 +77,11 @@ def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
             raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size-mb if that is right")
         filed = file_zip(survey, path, UNPACKED * max_bytes)
     except RefusedZipError as error:
-        typer.echo(f"refused {path}: {error}", err=True)
+        say(f"refused {path}: {error}", err=True)
         return False
     except OSError as error:
         raise OutputError(f"{error.filename or path}: {error.strerror}") from error
-    typer.echo(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
+    say(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
     return True
 
 
@@ -123,7 +124,6 @@ class _Screen:
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
-    from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
     from vislam2tag.receiving.connections import serve
@@ -131,7 +131,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     from vislam2tag.receiving.token import Guard, new_token
     from vislam2tag.receiving.uploads import Uploads
 
-    console = Console()
+    console = visible_console()
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with (
         listen(host, port) as opened,

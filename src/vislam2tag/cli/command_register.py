@@ -9,6 +9,7 @@ import typer
 
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def _register(
     written = registering.write_into_site(site, chosen, found, replace=replace) if write else []
     written += [] if out is None else registering.write_folder(out, site, chosen, found)
     for path in written:
-        typer.echo(f"written: {path}")
+        say(f"written: {path}")
     raise typer.Exit(0 if found.complete else 1)
 
 
@@ -136,7 +137,7 @@ def _write_page(page: Path, site: Site, floor: Floor) -> None:
     placed = np.flatnonzero(here.surveyed).tolist()
     expected = {here.ids[i]: (float(here.position_bcs[i, 0]), float(here.position_bcs[i, 1])) for i in placed}
     write_click_page(page, floor, expected, here.ids)
-    typer.echo(f"page: {page}: open it, click the landmarks, save, then: --clicks clicks_floor_{floor.number}.csv")
+    say(f"page: {page}: open it, click the landmarks, save, then: --clicks clicks_floor_{floor.number}.csv")
 
 
 def _print(found: Registration, shot_sigma_m: float) -> None:

@@ -12,6 +12,7 @@ from vislam2tag.cli.options import INTERRUPTED
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -72,7 +73,7 @@ def _sheets(
         with session_bar("images and pages") as bar:
             found = make_sheets(options, out, lambda _done, total: bar.advance(total, error=None))
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: {out} holds no new sheets", err=True)
+        say(f"interrupted: {out} holds no new sheets", err=True)
         raise typer.Exit(INTERRUPTED) from None
     console = table_console()
     console.print(_table(found))
@@ -82,8 +83,8 @@ def _sheets(
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         console.print(f"{finding.severity}: {escape(where + finding.message)}", soft_wrap=True)
-    typer.echo(f"print at 100 %: {out / PDF_FILE}")
-    typer.echo(f"for the phone: {out / IMAGE_FOLDER}")
+    say(f"print at 100 %: {out / PDF_FILE}")
+    say(f"for the phone: {out / IMAGE_FOLDER}")
 
 
 def _table(found: SheetsRecord) -> Table:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.simulation.choices import (
     TRAP_FINDINGS,
@@ -150,14 +151,13 @@ def _simulate(
 
 def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     """Simulate with a progress bar on standard error and one line at the end."""
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.simulation.survey import simulate
 
     columns = (TextColumn("simulate"), BarColumn(), MofNCompleteColumn(), TextColumn("sessions"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    with Progress(*columns, console=visible_console(stderr=True), transient=True) as progress:
         bar = progress.add_task("simulate", total=len(scenario.sessions))
         simulate(scenario, out, options, lambda _session, _total: progress.advance(bar))
     floors = len(scenario.building.floors)
-    typer.echo(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")
+    say(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")

@@ -11,6 +11,7 @@ from vislam2tag.cli.options import Replace
 from vislam2tag.cli.site_init import INIT_HELP, SITE_CODES, site_init
 from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
 from vislam2tag.cli.tables import print_findings, print_site, table, table_console
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def _show(
     print_site(summary)
     if out is not None:
         draw_site(summary, title_of(site), out)
-        typer.echo(f"drawn: {out}")
+        say(f"drawn: {out}")
 
 
 def _write(
@@ -99,9 +100,9 @@ def _write(
     changes, findings = write_published(site, out)
     for change in changes.floors:
         if change.x_m or change.y_m:
-            typer.echo(f"floor {change.number}: positions moved by ({change.x_m:g}, {change.y_m:g}) m")
+            say(f"floor {change.number}: positions moved by ({change.x_m:g}, {change.y_m:g}) m")
     print_findings(findings)
-    typer.echo(f"written: {out}")
+    say(f"written: {out}")
 
 
 def _rebase(
@@ -120,7 +121,6 @@ def _rebase(
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
     replace: Replace = False,
 ) -> None:
-    from rich.console import Console
 
     from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
@@ -128,12 +128,12 @@ def _rebase(
     changes = changes.inverse if back else changes
     _print_changes(changes)
     try:
-        with Console(stderr=True).status("rebasing"):
+        with visible_console(stderr=True).status("rebasing"):
             kind = rebase(source, out, changes, to, building, replace=replace)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: nothing was written to {out}", err=True)
+        say(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(130) from None
-    typer.echo(f"rebased {kind}: {out}")
+    say(f"rebased {kind}: {out}")
 
 
 def _changes(

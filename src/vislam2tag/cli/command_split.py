@@ -12,6 +12,7 @@ import typer
 
 from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 
@@ -79,7 +80,7 @@ def _split(
         shown = {split.info.name: split}
     found = leakage(opened, shown)
     if as_json:
-        typer.echo(json.dumps([split.model_dump() for split in found], indent=1))
+        say(json.dumps([split.model_dump() for split in found], indent=1))
     else:
         _print(found, opened if by is None else None)
 
@@ -118,12 +119,12 @@ def _print(found: tuple[SplitLeakage, ...], listed: Dataset | None) -> None:
     if found:
         table_console().print(rows)
     else:
-        typer.echo("no splits; --by makes one")
+        say("no splits; --by makes one")
     for split in found:
-        typer.echo(f"{split.name}: {split.verdict}")
+        say(f"{split.name}: {split.verdict}")
     for finding in listed.info.findings if listed is not None else ():
         if finding.kind in ("no_split", "not_in_split"):
-            typer.echo(f"{finding.kind} {finding.count}: {finding.message}")
+            say(f"{finding.kind} {finding.count}: {finding.message}")
 
 
 def _cells(fold: FoldLeakage) -> tuple[str, ...]:

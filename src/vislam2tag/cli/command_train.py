@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.options import INTERRUPTED, parameters_of
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
@@ -70,18 +71,17 @@ def _train(
         with _bar() as progress:
             trained = train(dataset, plan, out, progress)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted: no model was written to {out}", err=True)
+        say(f"interrupted: no model was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(trained, time.monotonic() - begun)
-    typer.echo(f"model: {out}")
+    say(f"model: {out}")
 
 
 @contextmanager
 def _bar() -> Iterator[Progress[float]]:
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     columns = (TextColumn("training"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)
@@ -91,15 +91,15 @@ def _bar() -> Iterator[Progress[float]]:
 def _print(trained: TrainedModel, seconds: float) -> None:
     model, origin = trained.saved.model, trained.saved.origin
     floors = len(model.storeys_)
-    typer.echo(
+    say(
         f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
         f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
     )
     for remark in model.remarks():
-        typer.echo(remark)
-    typer.echo("not tested: give --split" if trained.tested is None else _tested(trained.tested))
+        say(remark)
+    say("not tested: give --split" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
-        typer.echo(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
+        say(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
 
 
 def _tested(tested: HeldOutResult) -> str:

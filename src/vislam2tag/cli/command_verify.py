@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say, visible_console
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -56,19 +57,18 @@ def _verify(
 ) -> None:
     found = _compare_with_progress(a, b, tolerance)
     if json:
-        typer.echo(found.model_dump_json(indent=1))
+        say(found.model_dump_json(indent=1))
     else:
         _print(found)
     raise typer.Exit(0 if found.same else 1)
 
 
 def _compare_with_progress(a: Path, b: Path, tolerance: float) -> Comparison:
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.dataset.comparing.comparison import compare
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     columns = (TextColumn("tables"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None)

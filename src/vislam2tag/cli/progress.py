@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from vislam2tag.cli.terminal import visible_console
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
@@ -41,7 +43,6 @@ class SessionBar:
 @contextmanager
 def session_bar(name: str) -> Iterator[SessionBar]:
     """Show a bar on standard error while sessions are worked at; ``name`` is what is counted."""
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -51,7 +52,7 @@ def session_bar(name: str) -> Iterator[SessionBar]:
         TimeRemainingColumn,
     )
 
-    console = Console(stderr=True)
+    console = visible_console(stderr=True)
     rate = TextColumn("{task.fields[rate]}")
     columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), rate, TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:

@@ -9,6 +9,7 @@ import typer
 
 from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
 from vislam2tag.cli.tables import print_site
+from vislam2tag.cli.terminal import say
 
 if TYPE_CHECKING:
     from vislam2tag.survey.plans.source import PlanSource
@@ -117,7 +118,7 @@ def site_init(
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
         describe_published(site, building, earth)
-        typer.echo(f"written: {site / SITE_FILE}")
+        say(f"written: {site / SITE_FILE}")
         print_site(look_at_site(site))
         return
     notes: list[str] = []
@@ -146,9 +147,9 @@ def site_init(
         part = floor_part(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
         new = NewFloor(plan, part)
     add_floor(site, new, building, earth)
-    typer.echo(f"floor {new.part.number} added: {site / SITE_FILE}")
+    say(f"floor {new.part.number} added: {site / SITE_FILE}")
     for note in notes:
-        typer.echo(f"note: {note}")
+        say(f"note: {note}")
     print_site(look_at_site(site))
 
 
@@ -163,6 +164,6 @@ def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: Plan
     words += [] if floor is None else ["--floor", str(floor)]
     words += [] if source.page == 1 else ["--page", str(source.page)]
     write_measure_page(page, plan, source, shlex.join(words))
-    typer.echo(f"page: {page}: click two points, type their distance, run what it then shows")
+    say(f"page: {page}: click two points, type their distance, run what it then shows")
     if sys.stdout.isatty():
         webbrowser.open(page.resolve().as_uri())

@@ -10,6 +10,7 @@ import typer
 from vislam2tag.cli.options import Floors
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.terminal import say
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
     from vislam2tag.pipeline.site.walkable import WalkableFloor
@@ -49,7 +50,7 @@ def site_walkable(
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
     found = write_walkable(site, out, floor or (), settings, mask)
     _print(found)
-    typer.echo(f"written: {out}")
+    say(f"written: {out}")
 
 
 def _print(found: tuple[WalkableFloor, ...]) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-import typer
-
+from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.findings import Severity
 
 if TYPE_CHECKING:
@@ -23,10 +22,9 @@ _PIPE_WIDTH = 140
 
 def table_console() -> Console:
     """Return a console for tables: as wide as the terminal, or wide enough for a pipe."""
-    from rich.console import Console
 
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=_PIPE_WIDTH)
+    console = visible_console(highlight=False)
+    return console if console.is_terminal else visible_console(highlight=False, width=_PIPE_WIDTH)
 
 
 def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
@@ -88,7 +86,7 @@ def print_warnings(findings: Iterable[Finding]) -> None:
     """Print those findings on standard error that want something done."""
     for finding in findings:
         if finding.severity != Severity.INFO:
-            typer.echo(_finding_line(finding), err=True)
+            say(_finding_line(finding), err=True)
 
 
 def _finding_line(finding: Finding) -> str:

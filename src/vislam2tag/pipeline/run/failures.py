@@ -16,6 +16,7 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.visible_text import VisibleFormatter
 
 LOG_FILE = "log.txt"
 LOG = logging.getLogger("vislam2tag")
@@ -37,7 +38,7 @@ def unexpected(what: object, error: Exception) -> str:
 def logged_to(file: Path) -> Iterator[None]:
     """Log to ``file``, which is made when there is something to log; an unexpected exception is logged and names it."""
     handler = logging.FileHandler(file, mode="w", encoding="utf-8", delay=True)
-    handler.setFormatter(logging.Formatter("%(levelname)s %(message)s"))
+    handler.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
     LOG.addHandler(handler)
     try:
         yield

@@ -1,0 +1,31 @@
+"""All that commands print goes through here: what files hold reaches the terminal as text that it does not obey."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from vislam2tag.common.visible_text import visible
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.segment import Segment
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print a line on standard output, or on standard error."""
+    typer.echo(visible(text), err=err)
+
+
+def visible_console(**options: Any) -> Console:
+    """Return Rich's console with its own options; only what Rich itself adds is obeyed by the terminal."""
+    from rich.console import Console
+
+    class Visible(Console):
+        def render(self, *arguments: Any, **options: Any) -> Iterable[Segment]:
+            for segment in super().render(*arguments, **options):
+                yield segment if segment.control else segment._replace(text=visible(segment.text))
+
+    return Visible(**options)
