@@ -50,7 +50,7 @@ def test_the_stated_sigma_of_the_clock_is_its_scatter(draws: int) -> None:
         found = align_device([with_labels_of(walk, labels) for walk, labels in pairs])
         errors.append((found.adjustment.clock_ns - CLOCK_NS) * 1e-9)
         sigmas.append(found.clock_sigma_s)
-    least, most = f.ppf([0.005, 0.995], draws, 3 * draws)
+    least, most = f.interval(0.99, draws, 3 * draws)
     assert least < np.mean(np.square(errors)) / np.mean(np.square(sigmas)) < most
 
 
