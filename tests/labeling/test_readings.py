@@ -45,6 +45,13 @@ def test_rows_order_and_nulls(walk: Trajectory) -> None:
     assert labelled["sigma"].null_count() == 5
 
 
+def test_readings_within_excluded_spans_are_invalid_their_ends_excepted(walk: Trajectory) -> None:
+    raw = table([99, 100, 299, 300, 300], [False, False, False, False, True])
+    labelled = label_readings(raw, walk, LabelSettings(), [(100, 300), (5000, 6000)])
+    assert labelled["status"].to_list() == ["ok", "invalid", "invalid", "ok", "duplicate"]
+    assert labelled["x"].to_list() == [0.99, None, None, 3.0, None]
+
+
 def test_next_frame_rule(walk: Trajectory) -> None:
     labelled = label_readings(table([350], [False]), walk, LabelSettings(rule=LabelRule.NEXT_FRAME))
     assert labelled["x"].to_list() == [4.0]
