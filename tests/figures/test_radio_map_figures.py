@@ -13,7 +13,17 @@ from tests.dataset.factory import small_dataset
 from vislam2tag.dataset.model import Storey
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, radio_maps
 from vislam2tag.dataset.settings import RadioMapSettings
-from vislam2tag.figures.radio_map_figures import SCALES, SHEET, Scale, access_point_map, contact_sheet, thumbnail
+from vislam2tag.figures.radio_map_figures import (
+    SCALES,
+    SHEET,
+    THRESHOLDS_DBM,
+    Scale,
+    access_point_map,
+    contact_sheet,
+    heard_access_points,
+    strongest_signal,
+    thumbnail,
+)
 from vislam2tag.figures.style import rendered
 from vislam2tag.survey.model import Floor
 
@@ -73,3 +83,20 @@ def test_a_thumbnail_has_north_up_and_is_clear_where_nothing_is_known() -> None:
 def test_values_beyond_the_scale_have_its_last_colour() -> None:
     ends, beyond = (np.array([[low, high]], dtype=np.float32) for low, high in ((0, 10), (-99, 99)))
     assert thumbnail(ends, SCALE) == thumbnail(beyond, SCALE)
+
+
+def test_the_strongest_signal_is_in_classes_whose_shares_add_up(maps: FloorMaps) -> None:
+    image, classes = strongest_signal(maps)
+    loudest = np.nanmax(np.where(np.isfinite(maps.mean_dbm), maps.mean_dbm, -np.inf), axis=0)
+    known = loudest[np.isfinite(loudest)]
+    assert sum(one.share for one in classes) == pytest.approx(1.0)
+    assert classes[0].share == pytest.approx((known >= THRESHOLDS_DBM[0]).mean())
+    assert sum(one.share for one in classes[:-1]) == pytest.approx((known >= THRESHOLDS_DBM[-1]).mean())
+    assert Image.open(io.BytesIO(image)).size == maps.mean_dbm.shape[:0:-1]
+
+
+def test_access_points_that_a_scan_hears_are_summed_over_their_shares(maps: FloorMaps) -> None:
+    _, scale, median = heard_access_points(maps)
+    number = np.nansum(maps.heard, axis=0)[np.isfinite(maps.heard).any(axis=0)]
+    assert scale.high == pytest.approx(max(1.0, number.max()))
+    assert median == pytest.approx(np.median(number))

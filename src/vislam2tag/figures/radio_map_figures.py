@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
@@ -96,12 +97,54 @@ def _draw(axes: Axes, maps: FloorMaps, floor: Floor, layer: str, number: int) ->
     return image
 
 
+THRESHOLDS_DBM = (-55.0, -67.0, -75.0, -85.0)
+"""Lower ends of the classes that a map of the strongest signal shows; the last class has none."""
+_CLASS_COLOURS = ("#fde725", "#5ec962", "#21918c", "#3b528b", "#440154")
+
+
+@dataclass(frozen=True)
+class SignalClass:
+    """One class of the strongest signal on a floor: its name, colour, and the share of the known cells, 0 to 1."""
+
+    name: str
+    colour: str
+    share: float
+
+
+def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
+    """Image (PNG, one pixel a cell) and classes of the loudest mean of any access point in each cell."""
+    strongest = np.fmax.reduce(maps.mean_dbm, axis=0)
+    known = np.isfinite(strongest)
+    of_cell = (strongest[..., None] < THRESHOLDS_DBM).sum(axis=-1)
+    names = [*(f"at least {low:g} dBm" for low in THRESHOLDS_DBM), f"below {THRESHOLDS_DBM[-1]:g} dBm"]
+    pixels = np.array([to_rgba(colour) for colour in _CLASS_COLOURS])[of_cell]
+    pixels[~known] = 0
+    shares = [float((of_cell[known] == number).mean()) if known.any() else 0.0 for number in range(len(names))]
+    classes = [SignalClass(*each) for each in zip(names, _CLASS_COLOURS, shares, strict=True)]
+    return _png((255 * pixels).astype(np.uint8)), classes
+
+
+def heard_access_points(maps: FloorMaps) -> tuple[bytes, Scale, float]:
+    """Image (PNG, one pixel a cell) of how many access points a scan hears, its scale, and the median over cells."""
+    known = np.isfinite(maps.heard).any(axis=0)
+    number = np.where(known, np.nansum(maps.heard, axis=0), np.nan)
+    scale = Scale(
+        "Access points that a scan hears", "", 0.0, max(1.0, float(np.nanmax(number, initial=0.0))), "cividis"
+    )
+    return thumbnail(number, scale), scale, float(np.median(number[known])) if known.any() else 0.0
+
+
 def thumbnail(values: NDArray[np.float32], scale: Scale) -> bytes:
     """PNG with one pixel a cell of values (rows, columns), row 0 at the lower edge; cells without one are clear."""
     known = np.isfinite(values)
     share = np.clip((np.where(known, values, scale.low) - scale.low) / (scale.high - scale.low), 0, 1)
     pixels = colormaps[scale.colours](share, bytes=True)
     pixels[~known] = 0
+    return _png(pixels)
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    """PNG of pixels (rows, columns, 4), row 0 at the lower edge."""
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(pixels[::-1])).quantize(64).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.planning.prediction import PassedLandmarks, expected_along, passes_near, smoothed_walk
 from vislam2tag.planning.sheet_places import SheetPlaces, Stations
 from vislam2tag.self_check.accuracy import expected_error_m
-from vislam2tag.self_check.gain_map import APART_M, GainMap, session_gains
+from vislam2tag.self_check.gain_map import APART_M, BESIDE_M, GainMap, session_gains
 from vislam2tag.self_check.landmark_gain import CELL_M, gains, positions_each_metre
 
 MOST_WALKS = 12
@@ -41,7 +42,8 @@ def further_landmarks(
     promised = _first_order_gains(paths, sheets, survey_sigma_m)
     feet = stations.point[places.station]
     value = np.array([promised.get(cell, 0.0) for cell in map(tuple, np.floor(feet / CELL_M).astype(int).tolist())])
-    value = np.where(free, value, 0.0)
+    beside = cdist(places.position, sheets.position).min(axis=1, initial=np.inf) < BESIDE_M
+    value = np.where(free & ~beside, value, 0.0)
     for _ in range(count):
         if not len(value) or value.max() <= 0:
             break

@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.place_names import near_landmarks
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.self_check.landmark_gain import CELL_M, Gains
 from vislam2tag.self_check.record import FloorCheck, ProposedPlace
 
 BEST = 3
 """So many places are named on each floor ..."""
 APART_M = 10.0
-"""... at least this far from each other: what is nearer helps the same walks."""
+"""... at least this far from each other: what is nearer helps the same walks ..."""
+BESIDE_M = 3.0
+"""... and from landmarks that hang there: who passes one passes the other."""
 
 Cell = tuple[int, int]
 
@@ -46,14 +52,14 @@ class GainMap:
         for floor, cell, gain in zip(found.floor.tolist(), found.cell.tolist(), found.gain_m.tolist(), strict=True):
             self.gain_m[floor][cell[0], cell[1]] += gain
 
-    def floors(self) -> list[FloorCheck]:
-        """What was found of each floor, by its number."""
+    def floors(self, landmarks: Landmarks) -> list[FloorCheck]:
+        """What was found of each floor, by its number; ``landmarks`` are those that hang there."""
         return [
             FloorCheck(
                 number=number,
                 frames=self.frames[number],
                 expected_m=round(self.expected_m[number] / self.frames[number], 4),
-                places=self._best(number),
+                places=self._best(number, landmarks),
             )
             for number in sorted(self.frames)
         ]
@@ -62,13 +68,18 @@ class GainMap:
         """By how much the mean expected error of a floor falls with a landmark in each of its cells."""
         return {cell: gain / self.frames[number] for cell, gain in sorted(self.gain_m[number].items())}
 
-    def _best(self, number: int) -> list[ProposedPlace]:
+    def _best(self, number: int, landmarks: Landmarks) -> list[ProposedPlace]:
         chosen: list[ProposedPlace] = []
         gains = self.mean_gain_m(number)
+        here = landmarks.on_floor(number)
+        hanging_m = here.position_bcs[here.surveyed]
         for cell in sorted(gains, key=lambda cell: (-gains[cell], cell)):
             x_m, y_m = ((index + 0.5) * CELL_M for index in cell)
+            if (np.linalg.norm(hanging_m - (x_m, y_m), axis=1) < BESIDE_M).any():
+                continue
             if all((x_m - other.x_m) ** 2 + (y_m - other.y_m) ** 2 >= APART_M**2 for other in chosen):
-                chosen.append(ProposedPlace(x_m=x_m, y_m=y_m, gain_m=round(gains[cell], 4)))
+                near = near_landmarks(landmarks, number, (x_m, y_m))
+                chosen.append(ProposedPlace(x_m=x_m, y_m=y_m, near=near, gain_m=round(gains[cell], 4)))
             if len(chosen) == BEST:
                 break
         return chosen

@@ -81,6 +81,8 @@ class ProposedPlace(Record):
 
     x_m: float
     y_m: float
+    near: str
+    """The place as people find it: how far it is from which landmarks; empty where the floor has none."""
     gain_m: float
     """By how much the mean error to expect on the floor would fall."""
 

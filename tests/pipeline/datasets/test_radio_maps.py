@@ -88,9 +88,10 @@ def test_geotiffs_hold_the_same_where_the_index_says(written: Path, index: Radio
 def test_the_page_shows_every_map_and_the_plan_once(written: Path, index: RadioMapIndex) -> None:
     page = (written / PAGE_FILE).read_text("utf-8")
     maps = sum(len(floor.access_points) for floor in index.floors)
-    assert page.count("data:image/png;base64,") == 3 * maps
+    assert page.count("data:image/png;base64,") == 3 * maps + 2 * len(index.floors)
+    assert "Wi-Fi: a scan hears" in page
     assert page.count("data:image/jpeg;base64,") == 1
-    assert page.count('class="plan plan-1"') == len(index.floors[0].access_points)
+    assert page.count('class="plan plan-1"') == len(index.floors[0].access_points) + 2
     for floor in index.floors:
         for one in floor.access_points:
             assert f'href="{one.geotiff}"' in page

@@ -112,7 +112,7 @@ def test_points_without_walks_sigma_and_dates_have_a_page() -> None:
     assert "Sigma of" not in page
     assert "a minute of walking" not in page
     assert '<option value="0">' not in page
-    assert "Table III" not in page
+    assert "Walks by device" not in page
     assert "</b> sessions</li>" in page
 
 

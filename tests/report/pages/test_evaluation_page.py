@@ -14,7 +14,7 @@ from tests.evaluation.test_pooling import session, walk
 from vislam2tag.common.findings import Finding
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import DenseRow, SurveyEvaluation
-from vislam2tag.report.pages.evaluation_page import write_evaluation_page
+from vislam2tag.report.pages.evaluation_page import ranking, write_evaluation_page
 
 
 def evaluation() -> SurveyEvaluation:
@@ -61,7 +61,8 @@ def test_the_page_says_what_was_found(page: str) -> None:
     for text in (
         "A &lt;survey&gt;",
         "7 sessions (1 failed)",
-        "At dense truth",
+        "Against the whole true path",
+        "Best here: <b>smoother</b>",
         "97\u00a0%",
         "1.23\u00a0cm (smoother)",
         "– (local)",
@@ -94,3 +95,12 @@ def test_curves_have_bands_and_end_at_the_share_labelled(page: str) -> None:
 def test_equal_input_gives_equal_bytes(page: str, tmp_path: Path) -> None:
     write_evaluation_page(tmp_path / "again.html", "A <survey>", evaluation())
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_the_best_labels_most_of_what_any_does_and_has_the_smallest_error() -> None:
+    half = np.where(np.arange(30) < 15, 0.01, np.nan)
+    sessions = [
+        session(str(n), walk(np.full(30, 0.3)), walk(np.full(30, 0.2), "smoother"), walk(half, "few")) for n in (1, 2)
+    ]
+    assert [row.strategy for row in ranking(table_rows(sessions))] == ["smoother", "local", "few"]
+    assert ranking([]) == []

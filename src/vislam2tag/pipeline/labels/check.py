@@ -82,7 +82,7 @@ def check(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
         sessions=collected.sessions,
-        floors=collected.gains.floors(),
+        floors=collected.gains.floors(survey.site.landmarks),
         bad_landmarks=bad_landmarks(collected.sessions),
     )
     if out is not None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
+from vislam2tag.positioning.benchmark.best import best_models
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.table_4 import TITLE, Table4
 from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
@@ -24,13 +25,15 @@ def write_benchmark_page(
     context = {
         "title": found.dataset,
         "found": found,
+        "best": best_models(found.rows),
+        "maps": [part for part in figures if part.stem.startswith("map.")],
         "splits": [(split, list(rows)) for split, rows in groupby(found.rows, key=lambda row: row.split)],
         "heads": HEADS,
         "figure_text": figure_text,
         "fold_name": fold_name,
         "models": _models(found),
         "versions": found.runs[0].versions if found.runs else {"vislam2tag": found.version},
-        "figures": figures,
+        "figures": [part for part in figures if not part.stem.startswith("map.")],
         "table_4": table_4,
         "table_4_title": TITLE,
     }

@@ -46,11 +46,18 @@ def write_check_page(out_file: Path, survey: Survey, check: SurveyCheck, gains: 
     context = {
         "title": survey.root.resolve().name,
         "check": check,
+        "expected_m": _expected_m(check),
         "median_m": median_left_out_m,
         "faults": FAULTS,
         "floors": (_checked_floor(survey, check, floor, gains.mean_gain_m(floor.number)) for floor in check.floors),
     }
     write_page(out_file, "check.html.j2", context)
+
+
+def _expected_m(check: SurveyCheck) -> float | None:
+    """Mean error to expect over all frames of all floors, metres; None without any."""
+    frames = sum(floor.frames for floor in check.floors)
+    return sum(floor.frames * floor.expected_m for floor in check.floors) / frames if frames else None
 
 
 def median_left_out_m(session: SessionCheck) -> float | None:

@@ -15,7 +15,7 @@ from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
 from vislam2tag.dataset.statistics.record import DatasetStatistics
-from vislam2tag.dataset.statistics.table_3 import TITLE, Table3
+from vislam2tag.dataset.statistics.table_3 import Table3
 from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.page import page_text
 from vislam2tag.report.pages.dataset_charts import charts
@@ -60,7 +60,6 @@ def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "technology": technology,
         "names": {"wifi": "Wi-Fi", "ble": "BLE"},
         "table": Table3.of(statistics.by_device, statistics.walks),
-        "table_title": TITLE,
         "floors": [floor_map(dataset, name, covered, colours) for covered in coverage(dataset, name)],
         "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
         "transmitters": _transmitters(dataset),

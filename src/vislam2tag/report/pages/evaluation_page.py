@@ -7,11 +7,23 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-from vislam2tag.evaluation.pooling import ALL, OVER_POINTS, OVER_WALKS
+from vislam2tag.evaluation.point_errors import TruthKind
+from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS
 from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
 from vislam2tag.evaluation.text import HEADS, figure_text, truth_name
 from vislam2tag.report.page import write_page
 from vislam2tag.report.pages.evaluation_figures import cdf_figure, drift_figure, movement_figure
+
+MEANINGS = {
+    TruthKind.DENSE: "The position at every frame, from truth.csv: the simulator's, or another tracking system's.",
+    TruthKind.TOTAL_STATION: "A total station followed a prism on the walker, at its own rate, where it saw it.",
+    TruthKind.CONTROL_POINTS: "The walker pressed a button at surveyed points, a few to a walk; what the hand is off "
+    "counts as the label's error.",
+}
+"""Where each kind of truth comes from, for those who did not set it up."""
+_BEST_FIRST = tuple(MEANINGS)
+_COMPLETE = 0.9
+"""A strategy that labels less than this share of what the most complete one labels is not called the best."""
 
 
 @dataclass(frozen=True)
@@ -21,6 +33,7 @@ class TruthView:
     """
 
     name: str
+    meaning: str
     walks: Sequence[ErrorRow]
     points: Sequence[ErrorRow]
     groups: Sequence[ErrorRow]
@@ -34,23 +47,46 @@ def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluati
 
     It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
     """
+    ranked = ranking(evaluation.rows)
     context = {
         "title": title,
         "evaluation": evaluation,
         "truths": list(_truths(evaluation)),
         "heads": HEADS,
         "figure_text": figure_text,
+        "best": ranked[0] if ranked else None,
+        "second": ranked[1] if len(ranked) > 1 else None,
         "lines": lambda session: list(_lines(session, evaluation.strategies)),
         "drift_figure": drift_figure(evaluation),
     }
     write_page(out_file, "evaluation.html.j2", context)
 
 
+def ranking(rows: Sequence[ErrorRow]) -> list[ErrorRow]:
+    """Strategies over all walks, the best first, against the most telling truth; see :data:`_COMPLETE`."""
+    whole = [row for row in rows if (row.group, row.selection, row.over) == (ALL, ALL_WALKS, OVER_WALKS)]
+    if not whole:
+        return []
+    telling = min((row.truth for row in whole), key=_BEST_FIRST.index)
+    first = next(row for row in whole if row.truth == telling)
+    here = [row for row in whole if (row.truth, row.method) == (first.truth, first.method)]
+    errors = {row.strategy: row.mean_m.value for row in here if row.mean_m.value is not None}
+    shares = {row.strategy: row.labelled.value or 0.0 for row in here}
+    least = _COMPLETE * max(shares.values())
+    known = [row for row in here if row.strategy in errors]
+    return sorted(known, key=lambda row: (shares[row.strategy] < least, errors[row.strategy]))
+
+
+def _name(truth: TruthKind, method: str) -> str:
+    return "the whole true path" if truth is TruthKind.DENSE else truth_name(truth, method)
+
+
 def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
     for (truth, method), group in groupby(evaluation.rows, key=lambda row: (row.truth, row.method)):
         rows = list(group)
         yield TruthView(
-            name=truth_name(truth, method),
+            name=_name(truth, method),
+            meaning=MEANINGS[truth],
             walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
             points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
             groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
@@ -63,4 +99,4 @@ def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tu
     """Yield a session's truths by name, and what each strategy shows against it."""
     for truth, method in dict.fromkeys((one.truth, one.method) for one in session.measured):
         here = {one.strategy: one for one in session.measured if (one.truth, one.method) == (truth, method)}
-        yield truth_name(truth, method), [here.get(strategy) for strategy in strategies]
+        yield _name(truth, method), [here.get(strategy) for strategy in strategies]

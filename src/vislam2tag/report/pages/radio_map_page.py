@@ -13,7 +13,15 @@ from matplotlib.colors import to_hex
 from vislam2tag import __version__
 from vislam2tag.dataset.radio_mapping.map_process import MapKernel
 from vislam2tag.dataset.radio_mapping.radio_maps import FloorMaps, RadioMap
-from vislam2tag.figures.radio_map_figures import SCALES, Scale, thumbnail
+from vislam2tag.figures.radio_map_figures import (
+    SCALES,
+    THRESHOLDS_DBM,
+    Scale,
+    SignalClass,
+    heard_access_points,
+    strongest_signal,
+    thumbnail,
+)
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
 from vislam2tag.survey.model import Floor
@@ -50,6 +58,17 @@ class MapFloor:
     heard_width_m: float
     offsets_db: dict[str, float]
     tiles: tuple[MapTile, ...]
+    strongest: str
+    """How loud the loudest access point is, as an image."""
+    classes: tuple[SignalClass, ...]
+    heard: str
+    """How many access points a scan hears, as an image."""
+    heard_scale: Scale
+    heard_median: float
+
+    def louder_share(self, threshold_dbm: float) -> float:
+        """Share of the mapped area where some access point has at least a threshold of :data:`THRESHOLDS_DBM`."""
+        return sum(one.share for one in self.classes[: 1 + THRESHOLDS_DBM.index(threshold_dbm)])
 
     @classmethod
     def of(cls, maps: FloorMaps, floor: Floor, stem: str, files: Sequence[str]) -> MapFloor:
@@ -57,6 +76,8 @@ class MapFloor:
         left, right, low, high = maps.grid.extent_m
         plan, _ = drawn_plan(floor)
         across, up = 100 / (right - left), 100 / (high - low)
+        strongest, classes = strongest_signal(maps)
+        heard, heard_scale, heard_median = heard_access_points(maps)
         style = ""
         if plan is not None and floor.extent_m is not None:
             x0, x1, y0, y1 = floor.extent_m
@@ -76,24 +97,34 @@ class MapFloor:
             heard_width_m=maps.heard_width_m,
             offsets_db=maps.offsets_db,
             tiles=tuple(_tile(maps, number, file) for number, file in enumerate(files)),
+            strongest=_data_uri(strongest),
+            classes=tuple(classes),
+            heard=_data_uri(heard),
+            heard_scale=heard_scale,
+            heard_median=heard_median,
         )
 
 
 def _tile(maps: FloorMaps, number: int, file: str) -> MapTile:
-    images = {
-        layer: "data:image/png;base64,"
-        + base64.b64encode(thumbnail(getattr(maps, layer)[number], scale)).decode("ascii")
-        for layer, scale in SCALES.items()
-    }
+    images = {layer: _data_uri(thumbnail(getattr(maps, layer)[number], scale)) for layer, scale in SCALES.items()}
     return MapTile(maps.maps[number], images, file)
 
 
+def _data_uri(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+
+
 def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor]) -> None:
-    """Write the page; equal input gives equal bytes. Raises OutputError where it cannot be written."""
+    """Write the page, Wi-Fi before other technologies; equal input gives equal bytes.
+
+    Raises OutputError where it cannot be written.
+    """
     context = {
         "title": title,
         "version": __version__,
-        "floors": floors,
+        "floors": sorted(floors, key=lambda floor: floor.technology != "wifi"),
+        "technologies": {"wifi": "Wi-Fi", "ble": "BLE"},
+        "gradient": _gradient,
         "scales": {layer: (scale, _gradient(scale)) for layer, scale in SCALES.items()},
     }
     write_page(out_file, "radio_maps.html.j2", context)

@@ -1,0 +1,42 @@
+"""The model that a benchmark recommends."""
+
+from __future__ import annotations
+
+import pytest
+
+from vislam2tag.evaluation.record import FigureWithInterval
+from vislam2tag.positioning.benchmark.best import best_models
+from vislam2tag.positioning.benchmark.record import BenchmarkRow
+from vislam2tag.positioning.benchmark.rows import ALL
+
+
+def row(
+    model: str, mean_m: float | None, floor_hit: float = 1.0, answered: float = 1.0, fold: str = ALL
+) -> BenchmarkRow:
+    figures = {"mean_m": mean_m, "floor_hit": floor_hit, "answered": answered}
+    return BenchmarkRow(
+        split="device",
+        fold=fold,
+        model=model,
+        runs=1,
+        test_scans=10,
+        figures={name: FigureWithInterval(value=value) for name, value in figures.items()},
+    )
+
+
+def test_the_smallest_mean_over_all_folds_wins_and_the_next_is_named() -> None:
+    rows = [row("knn", 3.0), row("trees", 2.0), row("net", None), row("knn", 0.5, fold="LG")]
+    [best] = best_models(rows)
+    assert (best.split, best.model, best.runner_up) == ("device", "trees", "knn")
+    assert best.behind_m == pytest.approx(1.0)
+    assert not best.alike
+
+
+def test_who_answers_little_or_misses_floors_does_not_win() -> None:
+    rows = [row("shy", 1.0, answered=0.5), row("flat", 1.5, floor_hit=0.8), row("sound", 2.0), row("near", 2.05)]
+    [best] = best_models(rows)
+    assert (best.model, best.runner_up, best.alike) == ("sound", "near", True)
+
+
+def test_nothing_is_recommended_without_errors() -> None:
+    assert best_models([]) == best_models([row("net", None)]) == []
