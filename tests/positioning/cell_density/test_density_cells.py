@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.cell_density.density_cells import DensityCells, cells_near
-from vislam2tag.positioning.scans.places import ScanPlaces, Storey
+from vislam2tag.positioning.scans.places import ScanPlaces
 
 STOREYS = (Storey(building="A", floor=0), Storey(building="A", floor=1))
 
