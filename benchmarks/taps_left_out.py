@@ -3,7 +3,7 @@
 Corners lie at taps, so that the straight line past a tap left out is not where anybody walked; only the error along the
 way counts: the way walked up to the tap against the share of the time. Walks of the Indoor Location Competition 2.0.
 
-    python benchmarks/taps_left_out.py ../shared/data/ilc20
+    python benchmarks/taps_left_out.py ../shared/data/ilc20/site2-F4.tar.xz
 """
 
 from __future__ import annotations
