@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import polars as pl
@@ -64,13 +65,28 @@ def test_another_command_replaces_only_when_told(tmp_path: Path) -> None:
     write_dataset(small_dataset(), target)
     write_as(target, "import")
     write_as(target, "import")
-    with pytest.raises(OutputError, match=r"set: holds a data set that `vislam2tag import` made; give --replace"):
+    with pytest.raises(OutputError, match="set: holds what `vislam2tag import` wrote; give --replace"):
         write_as(target, "join")
     assert open_dataset(target).info.made_by == "import"
     write_as(target, "join", replace=True)
     assert open_dataset(target).info.made_by == "join"
     write_dataset(open_dataset(target), tmp_path / "copy")
     assert open_dataset(tmp_path / "copy").info.made_by == "join"
+
+
+def test_labels_are_replaced_only_when_told_and_a_survey_never(tmp_path: Path) -> None:
+    target = tmp_path / "labels"
+    target.mkdir()
+    (target / "run.json").write_text('{"program": "vislam2tag"}')
+    with pytest.raises(OutputError, match="holds what `vislam2tag process` wrote; give --replace"):
+        write_as(target, "dataset")
+    (target / "floor_1" / "LG" / "first").mkdir(parents=True)
+    with pytest.raises(OutputError, match="holds folders of a survey"):
+        write_as(target, "dataset", replace=True)
+    shutil.rmtree(target / "floor_1")
+    write_as(target, "dataset", replace=True)
+    assert open_dataset(target).info.made_by == "dataset"
+    assert not (target / "run.json").exists()
 
 
 def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ Floors: TypeAlias = Annotated[list[int] | None, typer.Option(help="Only this flo
 Devices: TypeAlias = Annotated[list[str] | None, typer.Option(help="Only this device; repeatable.")]
 Replace: TypeAlias = Annotated[
     bool,
-    typer.Option("--replace", help="Replace labels of another strategy, or data sets of another command, in OUT."),
+    typer.Option("--replace", help="Replace what another strategy or command wrote in OUT, the whole folder."),
 ]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
 

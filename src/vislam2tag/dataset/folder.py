@@ -20,6 +20,7 @@ from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parq
 from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
+from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
@@ -68,26 +69,40 @@ def write_dataset(dataset: Dataset, target: Path) -> Dataset:
 def dataset_folder(target: Path, command: str = "", replace: bool = False) -> Iterator[FolderWriter]:
     """Open a new data set folder for writing; it appears at ``target`` when the block ends well.
 
-    ``command`` is what the manifest then says made it. Raises OutputError where ``target`` holds something else, or a
-    data set that another command made and ``replace`` is not said, and where nothing can be written.
+    ``command`` is what the manifest then says made it. Raises OutputError where ``target`` holds something else, or
+    what another command wrote and ``replace`` is not said, and where nothing can be written.
     """
     restore(target)
-    maker = _maker(target)
-    if command and maker not in ("", command) and not replace:
+    maker = written_by(target)
+    if command and maker not in (None, f"{PROGRAM} {command}"):
+        refuse_unless_replaced(target, maker, replace)
+    with whole_folder(target, lambda folder: is_dataset(folder) or (replace and written_by(folder) is not None)) as new:
+        yield FolderWriter(new, command)
+
+
+def written_by(folder: Path) -> str | None:
+    """Return the command of ours that wrote a folder, ``vislam2tag import``, by its record; None where none did."""
+    for file, key in ((RUN_FILE, "program"), (MANIFEST, "made_by")):
+        try:
+            command = str(read_json(folder / file)[key])
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        if file == MANIFEST:
+            command = f"{PROGRAM} {command}" if command else ""
+        elif command == PROGRAM:
+            command = f"{PROGRAM} process"
+        return command if command.startswith(f"{PROGRAM} ") else None
+    return None
+
+
+def refuse_unless_replaced(folder: Path, maker: str | None, replace: bool) -> None:
+    """Raise OutputError for a folder that another command wrote, without ``--replace`` or with a survey in it."""
+    if not replace:
         raise OutputError(
-            f"{target}: holds a data set that `vislam2tag {maker}` made; give --replace to replace it, or choose "
-            "another --out"
+            f"{folder}: holds what `{maker}` wrote; give --replace to replace the whole folder, or choose another --out"
         )
-    with whole_folder(target, is_dataset) as partial:
-        yield FolderWriter(partial, command)
-
-
-def _maker(folder: Path) -> str:
-    """The command that made a data set; empty where that is not known or there is none."""
-    try:
-        return str(read_json(folder / MANIFEST)["made_by"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return ""
+    if any(folder.glob("floor_*/")):
+        raise OutputError(f"{folder}: holds folders of a survey's floors, which stay as they are; choose another --out")
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,39 @@ def test_what_another_command_wrote_is_refused_by_its_name(
     assert names(tmp_path / "out") == {"run.json"}
 
 
+@pytest.mark.parametrize(
+    ("file", "record"),
+    [("run.json", '{"program": "vislam2tag evaluate"}'), ("dataset.json", '{"made_by": "import"}')],
+)
+def test_what_another_command_wrote_goes_when_told(tmp_path: Path, file: str, record: str) -> None:
+    (tmp_path / "figures").mkdir()
+    for name, text in ((file, record), ("figures/errors.svg", "<svg/>")):
+        (tmp_path / name).write_text(text)
+    with pytest.raises(OutputError, match="wrote; give --replace"), claim(tmp_path, {}, replace=False):
+        pass
+    assert names(tmp_path) == {file, "figures", "figures/errors.svg"}
+    with claim(tmp_path, {}, replace=True):
+        pass
+    assert names(tmp_path) == {"run.json"}
+
+
+@pytest.mark.parametrize("record", ["", '{"program": "another"}', '{"program": "vislam2tagger"}', "[]"])
+def test_what_is_not_ours_stays_whatever_is_told(tmp_path: Path, record: str) -> None:
+    (tmp_path / "run.json").write_text(record)
+    (tmp_path / "dataset.json").write_text(record)
+    with pytest.raises(OutputError, match="was not made by vislam2tag"), claim(tmp_path, {}, replace=True):
+        pass
+    assert names(tmp_path) == {"run.json", "dataset.json"}
+
+
+def test_a_survey_stays_whatever_is_told(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text('{"program": "vislam2tag evaluate"}')
+    (tmp_path / "floor_1" / "LG" / "first").mkdir(parents=True)
+    with pytest.raises(OutputError, match="holds folders of a survey"), claim(tmp_path, {}, replace=True):
+        pass
+    assert (tmp_path / "floor_1" / "LG" / "first").is_dir()
+
+
 def test_a_file_or_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "out"):

@@ -49,8 +49,8 @@ def process(
 
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``). ``replace`` allows ``out`` to hold
-    labels of another strategy, or labels that were rebased. ``tell`` is called with what is odd about the site's own
-    files before sessions are mapped. Raises SurveyError where
+    labels of another strategy, labels that were rebased, or what another command wrote, which is removed. ``tell`` is
+    called with what is odd about the site's own files before sessions are mapped. Raises SurveyError where
     ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``Summary.failed``.
@@ -65,7 +65,8 @@ def process(
     refuse_among_sessions(survey, out)
     if not replace:
         _refuse_other_labels(out, settings.strategy)
-    with claim(out, run_record(survey.root, landmarks, settings, selection) | site_record(survey)) as folder:
+    record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
+    with claim(out, record, replace=replace) as folder:
         (out / CHANGE_FILE).unlink(missing_ok=True)  # it says that the labels were rebased
         tell(survey.findings)
         folder.keep_only({ref.slug for ref in refs})

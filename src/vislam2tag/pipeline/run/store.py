@@ -16,7 +16,8 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
-from vislam2tag.common.plain_files import read_bytes, read_json
+from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
@@ -86,17 +87,23 @@ class OutputFolder:
 
 
 @contextmanager
-def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterator[OutputFolder]:
-    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise."""
+def claim(
+    root: Path, run: dict[str, object], program: str = PROGRAM, *, replace: bool | None = None
+) -> Iterator[OutputFolder]:
+    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
+
+    With ``replace`` what another command of ours wrote is removed first, the whole folder; None: it is never replaced.
+    """
     folder = OutputFolder(root)
     try:
         root.mkdir(parents=True, exist_ok=True)
-        _refuse_foreign(root, program)
+        _refuse_foreign(root, program, replace)
     except OSError as error:
         reason = "a file, not a folder" if root.is_file() else error.strerror
         raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
     with only_one(root / LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
-        _refuse_foreign(root, program)
+        if _refuse_foreign(root, program, replace):
+            _empty(root)
         try:
             _prepare(folder, {"program": program} | run)
             with logged_to(root / LOG_FILE):
@@ -105,25 +112,36 @@ def claim(root: Path, run: dict[str, object], program: str = PROGRAM) -> Iterato
             shutil.rmtree(root / PARTIAL, ignore_errors=True)
 
 
-def _refuse_foreign(root: Path, program: str) -> None:
-    """Refuse a non-empty folder that no run of this program made."""
+def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
+    """Refuse a non-empty folder that none of our commands wrote; tell whether another command did."""
     if {path.name for path in root.iterdir()} <= {PARTIAL, LOCK}:
-        return
-    try:
-        made_by = read_json(root / RUN_FILE)["program"]
-    except (OSError, ValueError, KeyError, TypeError):
-        made_by = None
-    if made_by == program:
-        return
-    if made_by == PROGRAM or str(made_by).startswith(f"{PROGRAM} "):
-        command = f"{PROGRAM} process" if made_by == PROGRAM else made_by
+        return False
+    maker = written_by(root)
+    if maker is None:
         raise OutputError(
-            f"{root}: holds what `{command}` wrote; other commands never replace it: choose another --out"
+            f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
+            "choose an empty or new folder for --out"
         )
-    raise OutputError(
-        f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
-        "choose an empty or new folder for --out"
-    )
+    if maker == (f"{PROGRAM} process" if program == PROGRAM else program):
+        return False
+    if replace is None:
+        raise OutputError(f"{root}: holds what `{maker}` wrote; other commands never replace it: choose another --out")
+    refuse_unless_replaced(root, maker, replace)
+    return True
+
+
+def _empty(root: Path) -> None:
+    """Remove all but the lock; the record last, so that what a killed command left is still known to be ours."""
+    for path in sorted(root.iterdir(), key=lambda path: path.name in (RUN_FILE, MANIFEST)):
+        if path.name == LOCK:
+            continue
+        try:
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be removed ({error.strerror}); choose another --out") from error
 
 
 def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
