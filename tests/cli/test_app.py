@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import io
 import logging
 import pkgutil
 import subprocess
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import make_survey
 from vislam2tag import cli
+from vislam2tag.cli import terminal
 from vislam2tag.cli.app import COMMANDS, app
 
 NAMES = [name for group in COMMANDS.values() for name in group]
@@ -60,6 +62,8 @@ def test_help_fits_80_columns(words: tuple[str, ...]) -> None:
     shown = CliRunner().invoke(app, words, terminal_width=80, max_content_width=80)
     assert shown.exit_code == 0
     assert [line for line in shown.stdout.splitlines() if len(line) > 80] == []
+    assert "..." not in shown.stdout.partition("\nCommands:")[2], "no sentence is cut"
+    assert ("--out" in shown.stdout) == ("-o, --out" in shown.stdout) or words[0] == "--help"
 
 
 def test_a_misspelt_command_is_told_what_it_may_mean() -> None:
@@ -117,6 +121,26 @@ def test_verbose_shows_the_traceback_of_a_session(tmp_path: Path, monkeypatch: p
     root = logging.getLogger()
     monkeypatch.setattr(root, "handlers", list(root.handlers))
     assert "Traceback" not in vislam2tag("check", survey, "--jobs", "1").stderr
-    assert (
-        'in boom\n    raise ZeroDivisionError("by nothing")' in vislam2tag("-v", "check", survey, "--jobs", "1").stderr
-    )
+    for words in (("-v", "check"), ("check", "--verbose")):
+        monkeypatch.setattr(root, "handlers", [])
+        said = vislam2tag(*words, survey, "--jobs", "1").stderr
+        assert 'in boom\n    raise ZeroDivisionError("by nothing")' in said
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is one."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("words", [("-q", "inspect"), ("inspect", "--quiet")])
+def test_quiet_shows_no_progress(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(terminal._shown, "progress", True)
+    assert terminal.visible_console(stderr=True, file=Terminal()).is_terminal
+    vislam2tag(*words, tmp_path)
+    assert not terminal.visible_console(stderr=True, file=Terminal()).is_terminal
+
+
+def test_the_version_has_a_short_name() -> None:
+    assert vislam2tag("-V").stdout == vislam2tag("--version").stdout

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import importlib
 import sys
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import hide_progress, say
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.extras import what_lacks
 
@@ -72,13 +72,57 @@ class _Commands(TyperGroup):
         single = typer.Typer(rich_markup_mode=None)
         single.callback()(lambda: None)  # a group, so that the command keeps its name
         importlib.import_module(f"vislam2tag.cli.command_{cmd_name.replace('-', '_')}").register(single)
-        return typer.main.get_group(single).commands[cmd_name]
+        return _with_switches(typer.main.get_group(single).commands[cmd_name])
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         del ctx
         for title, commands in COMMANDS.items():
             with formatter.section(title):
                 formatter.write_dl(list(commands.items()))
+
+
+def _with_switches(command: Any) -> Any:
+    """Give a command, or all of a group, the switches of all commands, and ``--out`` its short name."""
+    for each in getattr(command, "commands", {}).values():
+        _with_switches(each)
+    probe = typer.Typer(add_completion=False)
+    probe.command()(_switches)
+    command.params += typer.main.get_command(probe).params
+    for option in command.params:
+        if "--out" in option.opts:
+            option.opts = ["-o", *option.opts]
+    return command
+
+
+def _show_log(wanted: bool) -> None:
+    if wanted:
+        import logging
+
+        from vislam2tag.common.visible_text import VisibleFormatter
+
+        shown = logging.StreamHandler()
+        shown.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
+        logging.basicConfig(level=logging.INFO, handlers=[shown], force=True)
+
+
+def _hide_progress(wanted: bool) -> None:
+    if wanted:
+        hide_progress()
+
+
+Verbose: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--verbose", "-v", callback=_show_log, expose_value=False, help="Show what is logged, such as tracebacks."
+    ),
+]
+Quiet: TypeAlias = Annotated[
+    bool, typer.Option("--quiet", "-q", callback=_hide_progress, expose_value=False, help="Show no progress.")
+]
+
+
+def _switches(verbose: Verbose = False, quiet: Quiet = False) -> None:
+    """Hold the options that each command takes, too."""
 
 
 app = typer.Typer(
@@ -102,20 +146,13 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: bool = typer.Option(False, "--version", callback=_print_version, is_eager=True, help="Print the version."),
-    verbose: bool = typer.Option(
-        False, "--verbose", "-v", help="Show what is logged: tracebacks of what nobody expected."
+    version: bool = typer.Option(
+        False, "--version", "-V", callback=_print_version, is_eager=True, help="Print the version."
     ),
+    verbose: Verbose = False,
+    quiet: Quiet = False,
 ) -> None:
-    del version
-    if verbose:
-        import logging
-
-        from vislam2tag.common.visible_text import VisibleFormatter
-
-        shown = logging.StreamHandler()
-        shown.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
-        logging.basicConfig(level=logging.INFO, handlers=[shown], force=True)
+    """Take what may stand before a command."""
 
 
 def main() -> None:

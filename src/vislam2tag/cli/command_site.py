@@ -67,11 +67,11 @@ SiteFolder = Annotated[Path, typer.Argument(metavar="SITE", help="Survey folder.
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
     site = typer.Typer(help=HELP, no_args_is_help=True, rich_markup_mode=None)
-    site.command("init", help=INIT_HELP)(site_init)
-    site.command("show", help=SHOW_HELP)(_show)
-    site.command("write", help=WRITE_HELP)(_write)
-    site.command("rebase", help=REBASE_HELP)(_rebase)
-    site.command("walkable", help=WALKABLE_HELP)(site_walkable)
+    site.command("init", help=INIT_HELP, short_help="Begin a site, or add a floor to it.")(site_init)
+    site.command("show", help=SHOW_HELP, short_help="A table of its floors, or a drawing.")(_show)
+    site.command("write", help=WRITE_HELP, short_help="Write it in the published layout.")(_write)
+    site.command("rebase", help=REBASE_HELP, short_help="Carry labels over to a new plan or origin.")(_rebase)
+    site.command("walkable", help=WALKABLE_HELP, short_help="Show where its floors can be walked.")(site_walkable)
     app.add_typer(site, name="site")
 
 

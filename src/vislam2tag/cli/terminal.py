@@ -14,6 +14,15 @@ if TYPE_CHECKING:
     from rich.segment import Segment
 
 
+_shown = {"progress": True}
+"""What the options of this command line ask for."""
+
+
+def hide_progress() -> None:
+    """Let consoles on standard error show no bars from now on, as where it is no terminal."""
+    _shown["progress"] = False
+
+
 def say(text: str, *, err: bool = False) -> None:
     """Print a line on standard output, or on standard error."""
     typer.echo(visible(text), err=err)
@@ -28,4 +37,6 @@ def visible_console(**options: Any) -> Console:
             for segment in super().render(*arguments, **options):
                 yield segment if segment.control else segment._replace(text=visible(segment.text))
 
+    if options.get("stderr") and not _shown["progress"]:
+        options["force_terminal"] = False
     return Visible(**options)
