@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from vislam2tag.common.errors import SurveyError as SurveyError
     from vislam2tag.common.errors import UsageError as UsageError
     from vislam2tag.common.errors import Vislam2tagError as Vislam2tagError
+    from vislam2tag.common.findings import Finding as Finding
+    from vislam2tag.common.progress import Stage as Stage
     from vislam2tag.core.status import Status as Status
     from vislam2tag.core.tracks import CameraTrack as CameraTrack
     from vislam2tag.core.tracks import LandmarkLog as LandmarkLog
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from vislam2tag.mapping.registry import strategy_names as strategy_names
     from vislam2tag.mapping.settings import MappingSettings as MappingSettings
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
+    from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
     from vislam2tag.pipeline.datasets.build import build_dataset as build_dataset
     from vislam2tag.pipeline.datasets.export import ExportOptions as ExportOptions
     from vislam2tag.pipeline.datasets.export import ExportRecord as ExportRecord
@@ -71,6 +74,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.benchmark import benchmark as benchmark
     from vislam2tag.pipeline.positioning.benchmark import public_dataset as public_dataset
     from vislam2tag.pipeline.run.selection import Selection as Selection
+    from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
+    from vislam2tag.pipeline.survey_run import run_survey as run_survey
     from vislam2tag.planning.settings import CameraSettings as CameraSettings
     from vislam2tag.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.positioning.benchmark.protocol import ModelChoice as ModelChoice
@@ -112,6 +117,8 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
+    "common.findings": "Finding",
+    "common.progress": "Stage",
     "core.status": "Status",
     "core.tracks": "CameraTrack LandmarkLog Landmarks Trajectory",
     "dataset.description": "Description",
@@ -127,12 +134,13 @@ _NAMES = {
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "mapping.registry": "MappingStrategy strategy_named strategy_names",
     "mapping.settings": "MappingSettings",
-    "pipeline.datasets.build": "BuildOptions build_dataset",
+    "pipeline.datasets.build": "SessionStep BuildOptions build_dataset",
     "pipeline.datasets.export": "ExportOptions ExportRecord export",
     "pipeline.datasets.import_format": "ImportOptions import_format",
     "pipeline.labels.check": "check",
     "pipeline.labels.evaluate": "evaluate",
     "pipeline.labels.process": "process",
+    "pipeline.survey_run": "SurveyRun run_survey",
     "pipeline.labels.session": "Outcome",
     "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
     "pipeline.run.selection": "Selection",

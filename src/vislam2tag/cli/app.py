@@ -27,6 +27,7 @@ COMMANDS = {
         "simulate": "Simulate a raw survey with its truth.",
     },
     "Map and label": {
+        "run": "All of it: label, check, collect into a data set.",
         "process": "Map every session of a survey, label every reading.",
         "survey-landmarks": "Give landmarks that nobody surveyed a position.",
         "check": "How good are the labels, without truth?",

@@ -20,7 +20,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import next_step, say
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -76,6 +76,7 @@ def _check(
     _print(found)
     if out is not None:
         say(f"page: {out / PAGE_FILE}")
+    next_step("dataset", survey, "--out", "fingerprints")
     raise typer.Exit(1 if found.failed else 0)
 
 

@@ -21,7 +21,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import next_step, say
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -203,3 +203,4 @@ def _print(dataset: Dataset, out: Path) -> None:
     for finding in info.findings:
         say(f"{finding.kind} {finding.count}: {finding.message}")
     say(f"page: {out / PAGE_FILE}")
+    next_step("train", out, "--model", "weighted-knn", "--out", "building.v2t")

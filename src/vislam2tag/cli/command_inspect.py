@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import next_step, say, visible_console
 from vislam2tag.common.findings import Finding
 
 if TYPE_CHECKING:
@@ -49,6 +49,8 @@ def _inspect(
     else:
         _print(inspection)
     usable = all(session.usable for session in inspection.sessions)
+    if usable and not json:
+        next_step("run", survey, "--out", "out")
     raise typer.Exit(0 if usable else 1)
 
 

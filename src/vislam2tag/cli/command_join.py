@@ -9,7 +9,7 @@ import typer
 
 from vislam2tag.cli.options import INTERRUPTED, Replace
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import next_step, say, visible_console
 from vislam2tag.dataset.settings import CHANGE_CELL_M
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def _join(
         raise typer.Exit(INTERRUPTED) from None
     _print(record)
     say(f"joined: {out}, what changed: {out / CHANGES}")
+    next_step("split", out)
 
 
 def _print(record: SurveyChanges) -> None:

@@ -12,7 +12,7 @@ from vislam2tag.cli.options import INTERRUPTED, Floors
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import next_step, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.sheet_size import sheet_size
 
@@ -116,6 +116,7 @@ def _plan(
         say(f"interrupted: {out} holds no new plans", err=True)
         raise typer.Exit(INTERRUPTED) from None
     _print(result, out, write)
+    next_step("sheets", out / "landmarks.csv", "--out", "sheets")
     raise typer.Exit(1 if any(one.unmet for one in result.floors) else 0)
 
 

@@ -21,7 +21,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import next_step, say
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
@@ -112,6 +112,7 @@ def _process(
         )
         raise typer.Exit(INTERRUPTED) from None
     _print_summary(summary, out)
+    next_step("check", survey)
     raise typer.Exit(1 if summary.failed else 0)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import next_step, say, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.simulation.choices import (
     TRAP_FINDINGS,
@@ -161,3 +161,4 @@ def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -
         simulate(scenario, out, options, lambda _session, _total: progress.advance(bar))
     floors = len(scenario.building.floors)
     say(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")
+    next_step("run", out, "--out", "out")

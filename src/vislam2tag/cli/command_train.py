@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vislam2tag.cli.options import INTERRUPTED, parameters_of
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import next_step, say, visible_console
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ def _train(
         raise typer.Exit(INTERRUPTED) from None
     _print(trained, time.monotonic() - begun)
     say(f"model: {out}")
+    next_step("locate", out, "scans.csv")
 
 
 @contextmanager

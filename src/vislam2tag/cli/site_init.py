@@ -9,7 +9,7 @@ import typer
 
 from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
 from vislam2tag.cli.tables import print_site
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import next_step, say
 
 if TYPE_CHECKING:
     from vislam2tag.survey.plans.source import PlanSource
@@ -120,6 +120,7 @@ def site_init(
         describe_published(site, building, earth)
         say(f"written: {site / SITE_FILE}")
         print_site(look_at_site(site))
+        next_step("plan", site, "--out", "plan", "--write")
         return
     notes: list[str] = []
     if is_competition_floor(plan):
@@ -151,6 +152,7 @@ def site_init(
     for note in notes:
         say(f"note: {note}")
     print_site(look_at_site(site))
+    next_step("plan", site, "--out", "plan", "--write")
 
 
 def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: PlanSource) -> None:

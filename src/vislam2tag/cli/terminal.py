@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -26,6 +28,11 @@ def hide_progress() -> None:
 def say(text: str, *, err: bool = False) -> None:
     """Print a line on standard output, or on standard error."""
     typer.echo(visible(text), err=err)
+
+
+def next_step(*words: str | Path) -> None:
+    """End a command with the one of ours to go on with, ready to copy."""
+    say(f"next: {shlex.join(['vislam2tag', *map(str, words)])}")
 
 
 def visible_console(**options: Any) -> Console:

@@ -1,0 +1,87 @@
+"""``vislam2tag run``."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, LandmarkFile, SurveyFolder
+from vislam2tag.cli.progress import SessionBar, session_bar
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.tables import print_warnings
+from vislam2tag.cli.terminal import next_step, say
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.survey_run import SurveyRun
+    from vislam2tag.settings import Settings
+
+HELP = """
+From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
+
+Makes OUT/labels (as process), OUT/check (as check), OUT/dataset (as dataset) and OUT/index.html. Run it again after
+correcting or adding anything: what is done and unchanged is kept. Each step has a command of its own with more options.
+
+Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
+not a survey, or OUT cannot be written, 130 interrupted.
+
+\b
+Examples:
+  vislam2tag run survey --out out
+  vislam2tag run survey --out out --config settings.toml
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("run", help=HELP)(_run)
+
+
+def _run(
+    survey: SurveyFolder,
+    out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    landmarks: LandmarkFile = None,
+    jobs: Jobs = ALL_CORES,
+    config: ConfigFile = None,
+) -> None:
+    settings = settings_of(config, {})
+    try:
+        made = _with_progress(survey, out, settings, landmarks, jobs)
+    except KeyboardInterrupt:
+        say(f"interrupted: what is done is kept in {out}; run the same command again to go on", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    _print(made, out)
+    raise typer.Exit(1 if made.labels.failed else 0)
+
+
+def _with_progress(survey: Path, out: Path, settings: Settings, landmarks: Path | None, jobs: int) -> SurveyRun:
+    from vislam2tag.pipeline.survey_run import run_survey
+
+    with ExitStack() as stack:
+        bars: dict[str, SessionBar] = {}
+
+        def advance(step: tuple[str, str | None], total: int) -> None:
+            if step[0] not in bars:
+                stack.close()  # one bar at a time
+                bars[step[0]] = stack.enter_context(session_bar(f"sessions: {step[0]}"))
+            bars[step[0]].advance(total, step[1])
+
+        return run_survey(survey, out, settings, landmarks=landmarks, jobs=jobs, progress=advance, tell=print_warnings)
+
+
+def _print(made: SurveyRun, out: Path) -> None:
+    from vislam2tag.report.run_page.summary import labelled_share
+
+    share = labelled_share(made.labels.frames)
+    labelled = "no frame has a position" if share is None else f"{100 * share:.1f} % of frames have a position"
+    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed): {labelled}")
+    for floor in made.check.floors:
+        say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
+    for bad in made.check.bad_landmarks:
+        say(f"floor {bad.floor}: landmark {bad.landmark} is off by {bad.size_m:.2f} m")
+    if made.kept:
+        say(f"unchanged and kept: {', '.join(made.kept)}")
+    say(f"page: {out / 'index.html'}")
+    next_step("train", out / "dataset", "--model", "weighted-knn", "--out", "building.v2t")

@@ -1,0 +1,137 @@
+"""A survey from its raw files to a data set: labelled, checked, collected; what is done and unchanged is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.findings import Finding
+from vislam2tag.common.plain_files import read_bytes, read_json
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.dataset.folder import is_dataset
+from vislam2tag.labeling.results import RESULTS, RUN_FILE, Summary
+from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
+from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
+from vislam2tag.pipeline.labels.check import CHECK_FILE, check
+from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.run.keys import code_key, key_of
+from vislam2tag.pipeline.run.selection import refuse_among_sessions
+from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.report.pages.index_page import IndexLink, write_index_page
+from vislam2tag.self_check.record import SurveyCheck
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.settings import Settings
+
+LABELS, CHECK, DATASET, INDEX = "labels", "check", "dataset", "index.html"
+PROGRAM = "vislam2tag run"
+_STEPS_FILE = "steps.json"
+
+
+@dataclass(frozen=True)
+class SurveyRun:
+    """What came out."""
+
+    labels: Summary
+    check: SurveyCheck
+    kept: tuple[str, ...]
+    """Steps that were done already and whose inputs had not changed."""
+
+
+def run_survey(
+    survey_root: Path,
+    out: Path,
+    settings: Settings | None = None,
+    *,
+    landmarks: Path | None = None,
+    jobs: int = 1,
+    progress: Progress[tuple[str, str | None]] = silent,
+    tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+) -> SurveyRun:
+    """Make ``out/labels``, ``out/check``, ``out/dataset`` and the page ``out/index.html`` that links them.
+
+    ``progress`` hears of each session the step and why it failed, if it did; ``tell`` what is odd about the site's
+    files. ``landmarks`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
+    the steps raise; what was done before is kept.
+    """
+    settings = settings or Settings()
+    refuse_among_sessions(open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks), out)
+    with claim(out, {"survey": survey_root.resolve().name}, PROGRAM) as folder:
+        done = _Steps(folder)
+        summary = process(
+            survey_root,
+            out / LABELS,
+            settings,
+            landmarks=landmarks,
+            jobs=jobs,
+            replace=True,
+            progress=lambda outcome, total: progress(("label", outcome.error), total),
+            tell=tell,
+        )
+        labels = _labels_key(out / LABELS)
+        checked = key_of(labels, code_key(check.__module__))
+        if not done.has(CHECK, checked) or not (out / CHECK / CHECK_PAGE).is_file():
+            check(
+                survey_root,
+                settings,
+                out=out / CHECK,
+                landmarks=landmarks,
+                jobs=jobs,
+                progress=lambda session, total: progress(("check", session.error), total),
+            )
+            done.add(CHECK, checked)
+        collected = key_of(labels, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__))
+        if not done.has(DATASET, collected) or not is_dataset(out / DATASET):
+            options = BuildOptions(name=survey_root.resolve().name, surveys=(survey_root,), replace=True)
+            build_dataset(
+                out / LABELS,
+                out / DATASET,
+                settings.dataset,
+                options,
+                jobs=jobs,
+                progress=lambda step, total: progress((step.stage, step.error), total),
+            )
+            done.add(DATASET, collected)
+        found = SurveyCheck.model_validate_json(read_bytes(out / CHECK / CHECK_FILE))
+        folder.write(INDEX, lambda path: write_index_page(path, survey_root.resolve().name, summary, found, _LINKS))
+        return SurveyRun(summary, found, tuple(done.kept))
+
+
+_LINKS = (
+    IndexLink(f"{LABELS}/report.html", "Report", "every walk on the plan, what has no position and why, all findings"),
+    IndexLink(f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
+    IndexLink(f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
+)
+
+
+class _Steps:
+    """Keys of the steps that are done, in a file of the output folder."""
+
+    def __init__(self, folder: OutputFolder) -> None:
+        self._folder = folder
+        try:
+            self._keys = {str(name): str(key) for name, key in read_json(folder.root / _STEPS_FILE).items()}
+        except (OSError, ValueError, AttributeError):
+            self._keys = {}
+        self.kept: list[str] = []
+
+    def has(self, step: str, key: str) -> bool:
+        """Whether the step was done with this key."""
+        if self._keys.get(step) != key:
+            return False
+        self.kept.append(step)
+        return True
+
+    def add(self, step: str, key: str) -> None:
+        """Note a step that is done."""
+        self._keys[step] = key
+        self._folder.write_text(_STEPS_FILE, json.dumps(self._keys, indent=1, sort_keys=True) + "\n")
+
+
+def _labels_key(labels: Path) -> str:
+    """SHA-256 of what labels follow from, by session, and of their outcome."""
+    files = [labels / RUN_FILE, *sorted((labels / RESULTS).glob("*.json"))]
+    return key_of({path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in files})

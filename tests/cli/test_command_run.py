@@ -1,0 +1,54 @@
+"""``vislam2tag run`` as its users run it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.dataset.folder import open_dataset
+
+
+def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Path) -> None:
+    survey, out = make_survey(tmp_path / "campus"), tmp_path / "out"
+    done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "2 sessions (0 failed): " in done.stdout
+    assert "floor 0: mean error to expect 0." in done.stdout
+    assert "kept" not in done.stdout
+    assert done.stdout.splitlines()[-2:] == [
+        f"page: {out / 'index.html'}",
+        f"next: vislam2tag train {out / 'dataset'} --model weighted-knn --out building.v2t",
+    ]
+    assert open_dataset(out / "dataset").info.name == "campus"
+    links = re.findall(r'href="([^"]+\.html)"', (out / "index.html").read_text())
+    assert links == ["labels/report.html", "check/check.html", "dataset/report.html"]
+    assert all((out / link).is_file() for link in links)
+    before = bytes_of(out)
+    (out / "dataset" / "README.md").stat()
+    made = (out / "dataset" / "dataset.json").stat().st_mtime_ns, (out / "check" / "check.json").stat().st_mtime_ns
+    done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
+    assert "unchanged and kept: check, dataset" in done.stdout
+    assert bytes_of(out) == before
+    assert made == (
+        (out / "dataset" / "dataset.json").stat().st_mtime_ns,
+        (out / "check" / "check.json").stat().st_mtime_ns,
+    )
+    (survey / "corrections.toml").write_text('[[exclude_session]]\ndevice = "LG"\nreason = "dropped"\n')
+    done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
+    assert done.returncode == 0
+    assert "kept" not in done.stdout
+    assert len(open_dataset(out / "dataset").info.sources) == 1
+    assert "1 sessions (0 failed): " in done.stdout
+
+
+def test_folders_that_cannot_be_are_refused(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path / "campus", devices=("LG",))
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thesis.txt").write_text("mine")
+    assert "is not empty and was not made by vislam2tag run" in the_error(
+        vislam2tag("run", survey, "--out", tmp_path / "full")
+    )
+    assert "not a survey" in the_error(vislam2tag("run", tmp_path / "full", "--out", tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
