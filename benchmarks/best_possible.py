@@ -32,7 +32,7 @@ from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_sur
 from vislam2tag.simulation.settings import SEVERITIES, TrackerSettings, stream
 from vislam2tag.simulation.survey import simulate, simulated_floor
 from vislam2tag.simulation.tracking.dead_reckoning import RUNNING_M_S, CameraFrames, dead_reckon, expose
-from vislam2tag.simulation.tracking.faults import badness_of, plan_faults
+from vislam2tag.simulation.tracking.faults import fault_level, plan_faults
 from vislam2tag.simulation.tracking.sightings import Sightings, sight
 from vislam2tag.simulation.tracking.tracker import of_rank
 from vislam2tag.simulation.walking.walk import make_walk
@@ -181,7 +181,7 @@ def errors_of(scenario: Scenario) -> Iterator[tuple[bool, tuple[float, ...]]]:
             both = np.isfinite(theirs) & np.isfinite(ours)
             if both.any():
                 errors = (theirs, ours, floor_m(told, law=False), floor_m(told, law=True))
-                faulty = badness_of(planned[walk.name].fault_quantile, scenario.severity) > 0
+                faulty = fault_level(planned[walk.name].fault_quantile, scenario.severity) > 0
                 yield faulty, tuple(float(one[both].mean()) for one in errors)
 
 

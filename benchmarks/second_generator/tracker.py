@@ -16,7 +16,7 @@ from second_generator.habits import Habits
 from second_generator.odometry import Odometry
 from second_generator.random_numbers import direction
 from second_generator.sightings import Errors, Pass, seen_at
-from second_generator.tracker_map import Rigid, TrackerMap, uneven_scatter
+from second_generator.tracker_map import Rigid, TrackerMap, scatter_unevenly
 from vislam2tag.core.arrays import BoolArray, ComplexArray
 
 UNSEEN_S = 8.0
@@ -135,7 +135,7 @@ class Tracker:
         motion = Rigid.about(camera, habits.turn_rad * rng.standard_t(3), size_m * direction(rng))
         uneven = rng.random() < habits.uneven
         spread_m = min(size_m * rng.uniform(0.05, 0.5), 1.0) if uneven else 0.0
-        scatter = uneven_scatter(len(self._map.landmarks), spread_m, rng)
+        scatter = scatter_unevenly(len(self._map.landmarks), spread_m, rng)
         self._map.express_anew(motion, camera, 1 + habits.scale * rng.standard_normal(), scatter)
         if self._kidnapped is not None:
             self._kidnapped = Kidnapped(motion.after(self._kidnapped.from_odometry), self._kidnapped.frame)

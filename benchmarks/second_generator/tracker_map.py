@@ -82,7 +82,7 @@ class TrackerMap:
         return np.where(self.last_seen >= 0, share, 0.0)
 
 
-def uneven_scatter(landmarks: int, spread_m: float, rng: np.random.Generator) -> ComplexArray:
+def scatter_unevenly(landmarks: int, spread_m: float, rng: np.random.Generator) -> ComplexArray:
     """Draw by how much (m,) an uneven update moves landmarks unlike the camera: together, apart, or both."""
     together = spread_m * normal_plane(rng, 1) * (rng.random() < 0.5)
     return np.asarray(together + 0.5 * spread_m * rng.uniform(0, 1) * normal_plane(rng, landmarks))

@@ -104,13 +104,20 @@ def test_what_is_discarded_is_counted_by_speed_between_the_landmarks() -> None:
     assert usual.sum_m / usual.labelled == pytest.approx(0.5)
 
 
-def test_one_way_gives_no_slope() -> None:
+def sums(distance_m: list[float], error_m: list[float]) -> DriftSums:
+    d, e = np.array(distance_m), np.array(error_m)
+    return DriftSums(
+        points=len(d), distance_m=d.sum(), error_m=e.sum(), distance_m2=(d**2).sum(), distance_error_m2=(d * e).sum()
+    )
+
+
+def test_one_distance_gives_no_slope() -> None:
     assert drift_per_metre([]) is None
-    assert drift_per_metre([DriftSums(), DriftSums(points=3, d=6.0, e=1.0, dd=12.0, de=2.0)]) is None
+    assert drift_per_metre([DriftSums(), sums([2.0, 2.0, 2.0], [0.1, 0.3, 0.6])]) is None
 
 
 def test_a_walk_that_is_wrong_as_a_whole_is_no_drift() -> None:
-    good = DriftSums(points=3, d=6.0, e=0.6, dd=14.0, de=1.4)  # ways 1, 2, 3 m; errors 0.1, 0.2, 0.3 m
-    bad = DriftSums(points=2, d=1.0, e=20.2, dd=1.0, de=10.2)  # ways 0, 1 m; errors 10, 10.2 m
+    good = sums([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])
+    bad = sums([0.0, 1.0], [10.0, 10.2])
     assert drift_per_metre([good]) == pytest.approx(0.1)
     assert drift_per_metre([good, bad]) == pytest.approx((0.2 + 0.1) / (2 + 0.5))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vislam2tag.common.bootstrap import FEWEST_WALKS, ROUNDS, draws, interval, multiplicities
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.evaluation.metrics import FIGURES, retention, strategy_errors, summarise, sure_points
+from vislam2tag.evaluation.metrics import FIGURES, points_within_sigma, retention, strategy_errors, summarise
 from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
 from vislam2tag.evaluation.pooling import error_curve, table_rows
 from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors
@@ -53,8 +53,8 @@ def test_labels_that_are_not_sure_enough_are_none() -> None:
         np.array([0.2, 0.6, np.nan]),
         np.zeros(3),
     )
-    assert sure_points(one, 0.5).labelled.tolist() == [True, False, True]
-    assert sure_points(one, float("inf")).labelled.all()
+    assert points_within_sigma(one, 0.5).labelled.tolist() == [True, False, True]
+    assert points_within_sigma(one, float("inf")).labelled.all()
 
 
 def test_retention_is_counted_where_local_labels() -> None:

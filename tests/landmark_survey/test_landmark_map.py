@@ -14,7 +14,7 @@ from tests.landmark_survey.local_maps import building, seen_from, surveyed
 from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.evaluation.reliability import region_probability
-from vislam2tag.landmark_survey.landmark_map import Doubts, LandmarkMap, join, predicted, rough, solved
+from vislam2tag.landmark_survey.landmark_map import Doubts, LandmarkMap, initial_map, join, predicted, solved
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 
@@ -45,7 +45,7 @@ def test_without_noise_all_is_recovered_whatever_the_frames(seed: int, a: float,
 
 
 def joined_with_usual_doubts(maps: list[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
-    joined, marks = rough(tuple(maps), priors), len(priors.position)
+    joined, marks = initial_map(tuple(maps), priors), len(priors.position)
     even = Doubts(1e-9, tuple(np.ones(len(one.landmark)) for one in maps), np.ones(len(maps)), np.ones(marks))
     for _ in range(5):
         joined = solved(replace(joined, doubts=even))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.planning.floors import graph_of, stations_each_metre, ways_with
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.planning.corridors import Corridors, corridors_of
-from vislam2tag.planning.demands import broken_spacing, demands_of, hall_rows, walking_distances, without_supersets
+from vislam2tag.planning.demands import broken_spacing, demands_of, open_area_rows, walking_distances, without_supersets
 from vislam2tag.planning.set_cover import cover
 from vislam2tag.walkable.graph import NodeKind
 
@@ -123,12 +123,12 @@ def test_open_areas_have_a_landmark_within_half_the_spacing_of_each_place() -> N
     nodes = [(0.0, 0.0), (6.0, 0.0), (12.0, 0.0), (18.0, 0.0)]
     ways = corridors_of(graph_of(nodes, [(0, 1), (1, 2), (2, 3)], [NodeKind.OPEN] * 4), 0.6)
     stations = stations_each_metre(ways)
-    rows, gaps = hall_rows(ways, stations, np.ones(18, dtype=np.bool_), 7.5)
+    rows, gaps = open_area_rows(ways, stations, np.ones(18, dtype=np.bool_), 7.5)
     assert gaps == []
     for end, row in zip(ways.ends, rows, strict=True):
         away = np.abs(stations.point[:, 0] - end[0])
         assert set(row) == set(np.flatnonzero(away <= 7.5).tolist())
-    _, far = hall_rows(ways, stations, np.arange(18) < 2, 7.5)
+    _, far = open_area_rows(ways, stations, np.arange(18) < 2, 7.5)
     assert [gap.length_m for gap in far] == [10.5, 16.5]
 
 

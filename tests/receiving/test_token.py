@@ -13,9 +13,9 @@ from vislam2tag.receiving.token import (
     Guard,
     SignedRequest,
     answer_mac,
+    authorization_mac,
     grouped,
     new_token,
-    shown_mac,
 )
 
 TOKEN, NONCE = "ABCDEFGHIJKLMNOP", "00112233445566778899aabbccddeeff"
@@ -43,12 +43,12 @@ def test_an_answer_is_signed_with_its_request_status_and_body() -> None:
 
 @pytest.mark.parametrize("header", ["", "Bearer ABC", "Vislam2tag", f"Vislam2tag {NONCE}", f"Vislam2tag {NONCE} 12 34"])
 def test_another_header_shows_no_mac(header: str) -> None:
-    assert shown_mac(header) is None
+    assert authorization_mac(header) is None
 
 
 def test_the_header_holds_nonce_and_mac() -> None:
     mac = REQUEST.mac(TOKEN)
-    assert shown_mac(f"vislam2tag {NONCE.upper()} {mac}") == (NONCE, mac)
+    assert authorization_mac(f"vislam2tag {NONCE.upper()} {mac}") == (NONCE, mac)
 
 
 class Clock:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.survey.site import write_survey
 from vislam2tag.common.errors import SurveyError, UsageError
-from vislam2tag.sheets.sheet_requests import SheetRequest, requested_sheets, typed_ids
+from vislam2tag.sheets.sheet_requests import SheetRequest, parse_ids, requested_sheets
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.sheet_size import SHEET_SIZES
 
@@ -22,19 +22,19 @@ def landmark_file(folder: Path, text: str) -> Path:
 
 
 def test_ids_and_ranges_between_commas() -> None:
-    assert typed_ids("1-4,lobby, A-12 ,007") == ("1", "2", "3", "4", "lobby", "A-12", "7")
-    assert typed_ids("5-5,") == ("5",)
-    assert len(typed_ids("1-1000")) == 1000
+    assert parse_ids("1-4,lobby, A-12 ,007") == ("1", "2", "3", "4", "lobby", "A-12", "7")
+    assert parse_ids("5-5,") == ("5",)
+    assert len(parse_ids("1-1000")) == 1000
 
 
 @given(first=st.integers(0, 10**6), count=st.integers(1, 50))
 def test_a_range_is_its_numbers(first: int, count: int) -> None:
-    assert typed_ids(f"{first}-{first + count - 1}") == tuple(map(str, range(first, first + count)))
+    assert parse_ids(f"{first}-{first + count - 1}") == tuple(map(str, range(first, first + count)))
 
 
 @given(ids=st.lists(st.from_regex(r"[a-zäA-Z_.]{1,6}", fullmatch=True), unique=True, min_size=1))
 def test_typed_ids_are_those_of_the_logs(ids: list[str]) -> None:
-    assert typed_ids(",".join(ids)) == tuple(map(landmark_id, ids))
+    assert parse_ids(",".join(ids)) == tuple(map(landmark_id, ids))
 
 
 @pytest.mark.parametrize(
@@ -52,7 +52,7 @@ def test_typed_ids_are_those_of_the_logs(ids: list[str]) -> None:
 )
 def test_ids_that_cannot_be_meant_are_told(text: str, message: str) -> None:
     with pytest.raises(UsageError) as told:
-        typed_ids(text)
+        parse_ids(text)
     assert message in str(told.value)
 
 

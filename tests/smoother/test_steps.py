@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.smoother.steps import impossible, median_of, predicted, predicted_in_plane, usual_miss_m
+from vislam2tag.smoother.steps import implausible, median_of, predicted, predicted_in_plane, prediction_sigma_m
 
 NUMBERS = st.floats(-1e6, 1e6)
 
@@ -41,7 +41,7 @@ def test_one_spike_is_impossible_and_the_others_are_not() -> None:
     for dimensions in (1, 2):
         miss = np.linalg.norm(rng.normal(0, 0.01, (400, dimensions)), axis=1)
         miss[123] = 0.4
-        spread = usual_miss_m(miss, dt, dimensions)
+        spread = prediction_sigma_m(miss, dt, dimensions)
         assert spread == pytest.approx(0.01, rel=0.2)
-        assert np.flatnonzero(impossible(miss, spread, dt, 3.0)).tolist() == [123]
-        assert not impossible(miss, spread, dt, 15.0).any()
+        assert np.flatnonzero(implausible(miss, spread, dt, 3.0)).tolist() == [123]
+        assert not implausible(miss, spread, dt, 15.0).any()

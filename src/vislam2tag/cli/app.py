@@ -12,7 +12,7 @@ from typer.core import TyperCommand, TyperGroup
 import vislam2tag
 from vislam2tag.cli.terminal import hide_progress, say
 from vislam2tag.common.errors import Vislam2tagError
-from vislam2tag.common.extras import what_lacks
+from vislam2tag.common.extras import missing_extra
 
 COMMANDS = {
     "Prepare": {
@@ -164,7 +164,7 @@ def main() -> None:
         say("interrupted", err=True)
         sys.exit(130)
     except ModuleNotFoundError as error:
-        if (lacks := what_lacks(error)) is None:
+        if (lacks := missing_extra(error)) is None:
             raise
         say(f"error: this {lacks}", err=True)
         sys.exit(2)

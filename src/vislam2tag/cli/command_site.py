@@ -82,9 +82,9 @@ def _show(
         Path | None, typer.Option(metavar="FILE", help="Draw it there: a file named .png, .pdf, .svg or .html.")
     ] = None,
 ) -> None:
-    from vislam2tag.pipeline.site.show import draw_site, look_at_site, title_of
+    from vislam2tag.pipeline.site.show import draw_site, summarise_site, title_of
 
-    summary = look_at_site(site, floor or ())
+    summary = summarise_site(site, floor or ())
     print_site(summary)
     if out is not None:
         draw_site(summary, title_of(site), out)

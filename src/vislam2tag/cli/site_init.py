@@ -112,14 +112,14 @@ def site_init(
         is_competition_floor,
     )
     from vislam2tag.pipeline.site.plan_scale import settled_source
-    from vislam2tag.pipeline.site.show import look_at_site
+    from vislam2tag.pipeline.site.show import summarise_site
     from vislam2tag.survey.site_file import SITE_FILE
 
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
         describe_published(site, building, earth)
         say(f"written: {site / SITE_FILE}")
-        print_site(look_at_site(site))
+        print_site(summarise_site(site))
         next_step("plan", site, "--out", "plan", "--write")
         return
     notes: list[str] = []
@@ -151,7 +151,7 @@ def site_init(
     say(f"floor {new.part.number} added: {site / SITE_FILE}")
     for note in notes:
         say(f"note: {note}")
-    print_site(look_at_site(site))
+    print_site(summarise_site(site))
     next_step("plan", site, "--out", "plan", "--write")
 
 

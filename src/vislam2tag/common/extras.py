@@ -23,7 +23,7 @@ class MissingExtraError(UsageError):
     """What was asked for needs a package that an extra brings."""
 
 
-def what_lacks(error: ModuleNotFoundError) -> str | None:
+def missing_extra(error: ModuleNotFoundError) -> str | None:
     """Say what to install, to end a sentence, where a package of an extra was not found; else None."""
     package = (error.name or "").partition(".")[0]
     for extra, packages in _EXTRAS.items():
@@ -38,7 +38,7 @@ def import_extra(module: str) -> ModuleType:
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        lacks = what_lacks(error)
+        lacks = missing_extra(error)
         if lacks is None:
             raise
         raise MissingExtraError(f"this {lacks}") from error

@@ -42,7 +42,7 @@ def whole_folder(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[
     command). What is written beside the yielded folder goes when the block ends. Raises OutputError otherwise, where
     another command writes there, and where nothing can be written.
     """
-    with only_writer(target) as work:
+    with exclusive_writer(target) as work:
         _refuse_foreign(target, replaceable)
         try:
             new = work / "new"
@@ -64,7 +64,7 @@ def restore(target: Path) -> None:
     Raises OutputError where that cannot be done, or another command is at it.
     """
     if not target.exists() and (work_folder_of(target) / "old").exists():
-        with only_writer(target):
+        with exclusive_writer(target):
             pass
 
 
@@ -75,7 +75,7 @@ def work_folder_of(target: Path) -> Path:
 
 
 @contextmanager
-def only_writer(target: Path) -> Iterator[Path]:
+def exclusive_writer(target: Path) -> Iterator[Path]:
     """Hold the work folder of ``target``, tidied before and after, and remove it in the end.
 
     Raises OutputError where another command writes there, and where the parent of ``target`` cannot be written.

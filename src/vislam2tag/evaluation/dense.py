@@ -141,7 +141,13 @@ def _drift(since_m: FloatArray, error_m: FloatArray) -> DriftSums:
     """Sums over the points where both distance (t,) and error (t,) are known, metres."""
     both = np.isfinite(since_m) & np.isfinite(error_m)
     d, e = since_m[both], error_m[both]
-    return DriftSums(points=len(d), d=d.sum(), e=e.sum(), dd=(d * d).sum(), de=(d * e).sum())
+    return DriftSums(
+        points=len(d),
+        distance_m=d.sum(),
+        error_m=e.sum(),
+        distance_m2=(d * d).sum(),
+        distance_error_m2=(d * e).sum(),
+    )
 
 
 def drift_per_metre(walks: Sequence[DriftSums]) -> float | None:
@@ -150,10 +156,10 @@ def drift_per_metre(walks: Sequence[DriftSums]) -> float | None:
     One slope for all walks, each with a height of its own: a walk that is wrong as a whole does not count as drift.
     """
     known = [one for one in walks if one.points]
-    spread = sum(one.dd - one.d**2 / one.points for one in known)
-    if spread <= 1e-9 * max(sum(one.dd for one in known), 1.0):
+    spread = sum(one.distance_m2 - one.distance_m**2 / one.points for one in known)
+    if spread <= 1e-9 * max(sum(one.distance_m2 for one in known), 1.0):
         return None
-    return float(sum(one.de - one.d * one.e / one.points for one in known) / spread)
+    return float(sum(one.distance_error_m2 - one.distance_m * one.error_m / one.points for one in known) / spread)
 
 
 RELATIVE, SINCE_LANDMARK, SPEED = "relative error", "since landmark", "speed"

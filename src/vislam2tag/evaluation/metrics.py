@@ -61,13 +61,13 @@ def average(walks: Sequence[ErrorSummary]) -> ErrorSummary:
     return ErrorSummary(sum(walk.count for walk in walks), share, *means)
 
 
-def sure_points(points: PointErrors, max_sigma_m: float) -> PointErrors:
+def points_within_sigma(points: PointErrors, max_sigma_m: float) -> PointErrors:
     """Take away the labels whose stated sigma exceeds ``max_sigma_m``, metres; labels without a sigma stay."""
     unsure = points.sigma_m > max_sigma_m
     return replace(points, label_bcs=np.where(unsure[:, None], np.nan, points.label_bcs))
 
 
-def sure_frames(trajectory: Trajectory, max_sigma_m: float) -> BoolArray:
+def frames_within_sigma(trajectory: Trajectory, max_sigma_m: float) -> BoolArray:
     """Mask (n,) of the frames with a position that is as sure as that."""
     return np.asarray(has_position(trajectory.status) & ~(trajectory.sigma_m > max_sigma_m))
 

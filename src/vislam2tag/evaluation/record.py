@@ -25,13 +25,13 @@ class RelativeErrorSums(Record):
 
 
 class DriftSums(Record):
-    """Sums over labelled points: of the distance ``d`` since the last landmark, the error ``e``, and their products."""
+    """Sums over labelled points: of the distance since the last landmark, the error, and their products."""
 
     points: int = 0
-    d: float = 0.0
-    e: float = 0.0
-    dd: float = 0.0
-    de: float = 0.0
+    distance_m: float = 0.0
+    error_m: float = 0.0
+    distance_m2: float = 0.0
+    distance_error_m2: float = 0.0
 
 
 class DenseFigures(Record):

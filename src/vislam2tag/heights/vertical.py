@@ -11,7 +11,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import usable_rank
 from vislam2tag.smoother.losses import runs
 from vislam2tag.smoother.odometry import Odometry
-from vislam2tag.smoother.steps import impossible, predicted, usual_miss_m
+from vislam2tag.smoother.steps import implausible, predicted, prediction_sigma_m
 
 ODD_STEP_M = 0.03
 """A step this far from the predicted one may be the tracker's; only then the landmarks are asked."""
@@ -67,7 +67,7 @@ def vertical_track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) ->
     usual = predicted(step, elapsed)
     step = step - _common_steps(camera, log, step, usual)
     odd = np.abs(step - usual)
-    jump = impossible(odd, usual_miss_m(odd, elapsed, dimensions=1), elapsed, FASTEST_M_PER_S)
+    jump = implausible(odd, prediction_sigma_m(odd, elapsed, dimensions=1), elapsed, FASTEST_M_PER_S)
     jump |= odometry.jumped & ~odometry.blind
     step[jump] = usual[jump]
     variance = DRIFT_M**2 * odometry.step_length_m + STAIRS_DRIFT_M**2 * np.abs(step) + REST_DRIFT_M**2 * elapsed

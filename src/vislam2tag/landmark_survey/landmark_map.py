@@ -99,7 +99,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
         caution = max(CAUTION * RELAXATION**number, 1.0)
         return solved(replace(before, doubts=_reweighted(before).cautious(caution)))
 
-    start = rough(tuple(maps), priors)
+    start = initial_map(tuple(maps), priors)
     done = iterate(
         "the joint landmark map",
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
@@ -124,7 +124,7 @@ def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
     return solved(solved(trial))
 
 
-def rough(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
+def initial_map(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
     """Where to begin: everything put together roughly, nothing doubted."""
     chart: Chart = tied_to_survey(maps, priors)
     marks = len(priors.position)

@@ -155,7 +155,7 @@ def demands_of(
             if window.stations:
                 rows.add(frozenset(window.stations))
     turns, turn_gaps = turn_rows(corridors, stations, usable, short_m)
-    halls, hall_gaps = hall_rows(corridors, stations, usable, spacing_m / 2)
+    halls, hall_gaps = open_area_rows(corridors, stations, usable, spacing_m / 2)
     ordered = without_supersets([*turns, *halls, *sorted(rows, key=sorted)])
     return Demands(ordered, (*_longest(gaps.values()), *turn_gaps, *hall_gaps))
 
@@ -193,7 +193,7 @@ def turn_rows(
     return rows, gaps
 
 
-def hall_rows(
+def open_area_rows(
     corridors: Corridors, stations: Stations, usable: BoolArray, reach_m: float
 ) -> tuple[list[StationSet], list[Gap]]:
     """A row for each place of an open area: the ``usable`` (s,) stations within ``reach_m`` of walking, or else the

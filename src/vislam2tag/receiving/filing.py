@@ -12,7 +12,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, sums_in, unpack
+from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.discover import floor_folders
 
@@ -30,7 +30,7 @@ class FiledSession:
     path: str
     already: bool
     sums_sha256: str
-    """SHA-256 of its list of checksums, by which :func:`lies_filed` knows it again."""
+    """SHA-256 of its list of checksums, by which :func:`is_filed` knows it again."""
 
 
 def file_zip(survey: Path, path: Path, max_bytes: int) -> FiledSession:
@@ -95,7 +95,7 @@ def _completed(folder: Path, target: Path) -> bool:
     return not missing
 
 
-def lies_filed(folder: Path, sums_sha256: str) -> bool:
+def is_filed(folder: Path, sums_sha256: str) -> bool:
     """Tell whether a session's files lie in a folder with the checksums that the phone sent.
 
     ``sums_sha256`` is the SHA-256 of its list of checksums.
@@ -103,7 +103,7 @@ def lies_filed(folder: Path, sums_sha256: str) -> bool:
     if _digest(folder / SUMS_FILE) != sums_sha256:
         return False
     try:
-        sums = sums_in(read_bytes(folder / SUMS_FILE))
+        sums = parse_checksums(read_bytes(folder / SUMS_FILE))
     except (OSError, RefusedZipError):
         return False
     return all(_digest(folder / name) == said for name, said in sums.items())

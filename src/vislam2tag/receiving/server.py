@@ -21,7 +21,7 @@ from vislam2tag.receiving.connections import network_of
 from vislam2tag.receiving.filing import FiledSession
 from vislam2tag.receiving.page import PAGE, PAGE_HEADERS
 from vislam2tag.receiving.session_zip import RefusedZipError
-from vislam2tag.receiving.token import SCHEME, Guard, SignedRequest, answer_mac, shown_mac
+from vislam2tag.receiving.token import SCHEME, Guard, SignedRequest, answer_mac, authorization_mac
 from vislam2tag.receiving.uploads import (
     UPLOAD_NAME,
     BusyError,
@@ -179,7 +179,7 @@ class Receiver:
         wait_s = self._guard.waiting_s(address)
         if wait_s:
             raise RefusalError(429, f"too many wrong tokens; wait {wait_s} s", {"Retry-After": str(wait_s)})
-        shown = shown_mac(request.headers.get("Authorization", ""))
+        shown = authorization_mac(request.headers.get("Authorization", ""))
         if shown is None:
             self._guard.refuse(address)
         if shown is None or not self._guard.admits(address, _signed(request, shown[0]), shown[1]):

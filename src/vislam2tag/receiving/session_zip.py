@@ -126,7 +126,7 @@ def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path, left
 
 def _check_sums(folder: Path, sums: dict[str, str]) -> None:
     """Compare the files unpacked with ``SHA256SUMS``: each other file is in it once, with its sum."""
-    said = sums_in(_small(folder / SUMS_FILE, _MOST_SUMS))
+    said = parse_checksums(_small(folder / SUMS_FILE, _MOST_SUMS))
     if said.keys() != sums.keys() - {SUMS_FILE}:
         raise RefusedZipError(f"{SUMS_FILE} does not list the files of the zip, each once")
     wrong = [name for name in sorted(said) if said[name] != sums[name]]
@@ -136,7 +136,7 @@ def _check_sums(folder: Path, sums: dict[str, str]) -> None:
         )
 
 
-def sums_in(data: bytes) -> dict[str, str]:
+def parse_checksums(data: bytes) -> dict[str, str]:
     """SHA-256 by file of a ``SHA256SUMS``; raises RefusedZipError where it has another form or names a file twice."""
     lines = [_SUMS_LINE.fullmatch(line) for line in data.decode("utf-8", errors="replace").splitlines()]
     said = {match.group(2): match.group(1) for match in lines if match}

@@ -38,7 +38,7 @@ class SignedRequest:
         return _mac(token, "request", *parts)
 
 
-def shown_mac(authorization: str) -> tuple[str, str] | None:
+def authorization_mac(authorization: str) -> tuple[str, str] | None:
     """Nonce and MAC of the header ``Authorization``; None where it has another form."""
     match = _SHOWN.fullmatch(authorization)
     return (match.group(1).lower(), match.group(2).lower()) if match else None

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.lock import only_one
 from vislam2tag.common.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
-from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, lies_filed
+from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, is_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
@@ -182,7 +182,7 @@ class Uploads:
             filed = _FiledRecord.model_validate_json(read_bytes(self._folder / f"{name}.filed"))
         except (OSError, ValidationError):
             return None
-        return filed.session if lies_filed(self._survey / filed.session, filed.sums_sha256) else None
+        return filed.session if is_filed(self._survey / filed.session, filed.sums_sha256) else None
 
     def _remember(self, name: str, filed: FiledSession) -> None:
         path = self._folder / f"{name}.filed"

@@ -75,7 +75,7 @@ class SessionFiles:
         self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
 
 
-def files_there(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[Path]:
+def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[Path]:
     """Paths of all files of these names that are there."""
     paths = (folder / name for each in names.values() for name in each)
     return [path for path in paths if is_file(path)]

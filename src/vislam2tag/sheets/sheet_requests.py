@@ -43,7 +43,7 @@ class SheetRequest:
     """File and line, where it comes from a file."""
 
 
-def typed_ids(text: str) -> tuple[str, ...]:
+def parse_ids(text: str) -> tuple[str, ...]:
     """Take apart ``1-40,lobby``: ids and ranges of whole numbers between commas, brought to one form.
 
     Raises UsageError where nothing is named, an id is unusable, given twice, or more than fit a database.
@@ -80,7 +80,7 @@ def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetR
     ``source`` is a site's folder, a file of landmarks or None; ``ids`` picks some of its landmarks, or names all
     where there is no source. Raises UsageError and SurveyError where none is left or what is said clashes.
     """
-    wanted = None if ids is None else typed_ids(ids)
+    wanted = None if ids is None else parse_ids(ids)
     findings: tuple[Finding, ...] = ()
     if source is None:
         if wanted is None:

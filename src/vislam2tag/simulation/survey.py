@@ -157,9 +157,9 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.seed)
     if scenario.site is not None:
-        from vislam2tag.simulation.building.site_survey import taken_over
+        from vislam2tag.simulation.building.site_survey import copied_site_files
 
-        files = taken_over(scenario.site, building, files)
+        files = copied_site_files(scenario.site, building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
         files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)

@@ -30,7 +30,15 @@ from vislam2tag.smoother.losses import (
     walkable_m,
 )
 from vislam2tag.smoother.map_moves import MapMoves, map_moves
-from vislam2tag.smoother.steps import AFTER, BEFORE, IMPOSSIBLE, impossible, predicted, predicted_in_plane, usual_miss_m
+from vislam2tag.smoother.steps import (
+    AFTER,
+    BEFORE,
+    IMPOSSIBLE,
+    implausible,
+    predicted,
+    predicted_in_plane,
+    prediction_sigma_m,
+)
 
 SUSPICIOUS = 5.0
 """A step that misses its prediction by more than this many standard deviations may have slipped by the excess."""
@@ -166,7 +174,7 @@ def _steps(raw: ComplexArray, time_s: FloatArray, twist: FloatArray) -> _Steps:
     """The steps between positions (n,), complex metres in the ACS plane, at times (n,), s; ``twist`` (n - 1,) rad."""
     moved, dt = np.diff(raw), np.diff(time_s)
     expected, before, after = (predicted_in_plane(moved, dt, those) for those in (BEFORE + AFTER, BEFORE, AFTER))
-    spread = usual_miss_m(np.abs(moved - expected), dt, dimensions=2)
+    spread = prediction_sigma_m(np.abs(moved - expected), dt, dimensions=2)
     return _Steps(moved, dt, twist, expected, before, after, spread)
 
 
@@ -187,7 +195,7 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
     miss_with_map = np.abs(with_map - np.where(frozen, 0, likely)).min(axis=0)
     limit = np.where(frozen, walkable_m(frozen, steps.dt), IMPOSSIBLE * steps.spread_m)
     update = moves.moved & (miss_with_map < np.minimum(miss, limit))
-    jump = ~update & ~frozen & impossible(miss, steps.spread_m, steps.dt, FASTEST_M_S)
+    jump = ~update & ~frozen & implausible(miss, steps.spread_m, steps.dt, FASTEST_M_S)
     turned = np.where(update | (jump & _turn_observed(moves)), np.angle(moves.turn), 0.0)
     return _Verdict(update, jump, ~update & ~jump & ~frozen, turned)
 

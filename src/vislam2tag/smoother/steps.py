@@ -39,7 +39,7 @@ def predicted_in_plane(step: ComplexArray, dt: FloatArray, neighbours: Sequence[
     return np.asarray(x + 1j * y)
 
 
-def usual_miss_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> FloatArray:
+def prediction_sigma_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> FloatArray:
     """Standard deviation (n - 1,) per axis of how far steps usually miss their predictions; more in a longer step.
 
     ``miss_m`` (n - 1,) is how far each does, in the plane or (one dimension) in height.
@@ -49,7 +49,7 @@ def usual_miss_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> FloatAr
     return np.asarray(np.maximum(usual, LEAST_SPREAD_M) * np.maximum(dt / np.median(dt), 1.0))
 
 
-def impossible(miss_m: FloatArray, spread_m: FloatArray, dt: FloatArray, fastest_m_s: float) -> BoolArray:
+def implausible(miss_m: FloatArray, spread_m: FloatArray, dt: FloatArray, fastest_m_s: float) -> BoolArray:
     """Steps (n - 1,) that miss their predictions by more than chance (``spread_m``) and anybody's motion explain."""
     return np.asarray(miss_m > np.maximum(IMPOSSIBLE * spread_m, fastest_m_s * dt))
 

@@ -21,13 +21,13 @@ from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.split_items import split_items
 from vislam2tag.dataset.splitting.splits import (
     block_of,
-    dealt,
     draw_order,
-    drawn,
     make_split,
     near_blocks,
     split_findings,
     standard_splits,
+    stratified_folds,
+    stratified_sample,
 )
 
 SMALL = small_dataset()
@@ -338,7 +338,7 @@ def test_the_order_is_sha_256_of_seed_and_name() -> None:
 @given(NAMES, st.sampled_from((0.1, 0.3, 0.5, 0.77)), st.integers(0, 5))
 def test_shares_are_exact_in_each_stratum(names: list[str], share: float, seed: int) -> None:
     table = table_of(names)
-    found = table.with_columns(drawn(table, "id", ("stratum",), share, seed))
+    found = table.with_columns(stratified_sample(table, "id", ("stratum",), share, seed))
     for _, rows in found.group_by("stratum"):
         assert rows["drawn"].sum() == int(share * rows.height + 0.5)
 
@@ -348,8 +348,11 @@ def test_the_order_of_rows_does_not_matter_to_what_is_drawn(names: list[str], se
     table = table_of(names)
     turned = table.reverse()
     for first, second in (
-        (drawn(table, "id", ("stratum",), 0.3, seed), drawn(turned, "id", ("stratum",), 0.3, seed)),
-        (dealt(table, "id", ("stratum",), 3, seed), dealt(turned, "id", ("stratum",), 3, seed)),
+        (
+            stratified_sample(table, "id", ("stratum",), 0.3, seed),
+            stratified_sample(turned, "id", ("stratum",), 0.3, seed),
+        ),
+        (stratified_folds(table, "id", ("stratum",), 3, seed), stratified_folds(turned, "id", ("stratum",), 3, seed)),
     ):
         assert first.to_list() == second.reverse().to_list()
 
@@ -358,8 +361,8 @@ def test_the_order_of_rows_does_not_matter_to_what_is_drawn(names: list[str], se
 def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], seed: int) -> None:
     *before, added = names
     table, longer = table_of(before), table_of(names)
-    old = dict(zip(table["id"], drawn(table, "id", ("stratum",), 0.3, seed), strict=True))
-    new = dict(zip(longer["id"], drawn(longer, "id", ("stratum",), 0.3, seed), strict=True))
+    old = dict(zip(table["id"], stratified_sample(table, "id", ("stratum",), 0.3, seed), strict=True))
+    new = dict(zip(longer["id"], stratified_sample(longer, "id", ("stratum",), 0.3, seed), strict=True))
     moved = [name for name in before if old[name] != new[name]]
     assert len(moved) <= 1
     assert all(len(name) % 3 == len(added) % 3 for name in moved)
@@ -368,7 +371,7 @@ def test_a_row_more_moves_at_most_one_other_of_its_stratum(names: list[str], see
 @given(NAMES, st.integers(1, 6), st.integers(0, 5))
 def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[str], hands: int, seed: int) -> None:
     table = table_of(names)
-    found = table.with_columns(hand=dealt(table, "id", ("stratum",), hands, seed))
+    found = table.with_columns(hand=stratified_folds(table, "id", ("stratum",), hands, seed))
     for rows in (found, *(rows for _, rows in found.group_by("stratum"))):
         counts = [rows.filter(pl.col("hand") == hand).height for hand in range(hands)]
         assert sum(counts) == rows.height
@@ -377,6 +380,6 @@ def test_hands_are_as_equal_as_can_be_over_all_and_in_each_stratum(names: list[s
 
 def test_another_seed_draws_others() -> None:
     table = table_of([f"scan {index:03d}" for index in range(60)])
-    first, second = (drawn(table, "id", ("stratum",), 0.3, seed) for seed in (0, 1))
+    first, second = (stratified_sample(table, "id", ("stratum",), 0.3, seed) for seed in (0, 1))
     assert first.sum() == second.sum()
     assert (first != second).any()

@@ -17,7 +17,7 @@ from vislam2tag.common.progress import silent
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.writing.labelled_samples import (
     MatrixLosses,
-    each_labelled,
+    labelled_by_session,
     labelled_fingerprints,
     matrices,
     seconds_text,
@@ -33,7 +33,7 @@ def test_sessions_in_pieces_and_progress(monkeypatch: pytest.MonkeyPatch) -> Non
     transmitters = dataset.access_points.collect()["bssid"]
     pieces = [
         (each["scan_id"].to_list(), levels)
-        for tables in each_labelled(dataset, rows, lambda session, total: steps.append((session, total)))
+        for tables in labelled_by_session(dataset, rows, lambda session, total: steps.append((session, total)))
         for each, levels in matrices(tables, transmitters, 100.0)
     ]
     assert [total for _, total in steps] == [4] * 4
@@ -58,13 +58,13 @@ def test_several_readings_of_a_transmitter_become_their_mean() -> None:
 
 
 def _matrices(dataset: Dataset, rows: pl.LazyFrame, transmitters: pl.Series) -> list[np.ndarray]:
-    pieces = (matrices(tables, transmitters, 100.0) for tables in each_labelled(dataset, rows, silent))
+    pieces = (matrices(tables, transmitters, 100.0) for tables in labelled_by_session(dataset, rows, silent))
     return [levels for piece in pieces for _, levels in piece]
 
 
 def losses(dataset: Dataset, rows: pl.LazyFrame, not_heard: float) -> tuple[Finding, ...]:
     counted = MatrixLosses(not_heard)
-    for tables in each_labelled(dataset, rows, silent):
+    for tables in labelled_by_session(dataset, rows, silent):
         counted.add(tables.readings)
     return counted.findings
 

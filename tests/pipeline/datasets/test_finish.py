@@ -14,7 +14,7 @@ import pytest
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.common.whole_folder import only_writer
+from vislam2tag.common.whole_folder import exclusive_writer
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
@@ -100,9 +100,9 @@ def _dying_at(step: int) -> Callable[..., None]:
 def test_one_command_at_a_time_changes_a_set(tmp_path: Path) -> None:
     folder = tmp_path / "set"
     write_dataset(SMALL, folder)
-    with only_writer(folder), pytest.raises(OutputError, match="another command is writing there"):
+    with exclusive_writer(folder), pytest.raises(OutputError, match="another command is writing there"):
         add_split(folder, made())
-    with only_writer(folder), pytest.raises(OutputError, match="another command is writing there"):
+    with exclusive_writer(folder), pytest.raises(OutputError, match="another command is writing there"):
         write_dataset(open_dataset(folder), folder)
 
 

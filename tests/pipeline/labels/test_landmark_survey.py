@@ -17,7 +17,7 @@ from vislam2tag.pipeline.labels.landmark_results import (
     LandmarkRow,
     LandmarkSurvey,
     check_targets,
-    completed_text,
+    landmark_file_text,
     landmark_survey,
     write_completed,
 )
@@ -192,7 +192,7 @@ def test_the_file_is_read_back_as_it_was_written(result: LandmarkSurvey, survey:
 
 def test_ids_with_commas_and_quotes_survive(tmp_path: Path, survey: Path) -> None:
     row = LandmarkRow(floor=0, landmark='a "b", c', surveyed=True, x_m=1, y_m=2, sigma_m=0.1, sessions=0, passes=0)
-    text = completed_text(LandmarkSurvey(version="", shift_m=0.1, landmarks=(row,), sessions=(), findings=()))
+    text = landmark_file_text(LandmarkSurvey(version="", shift_m=0.1, landmarks=(row,), sessions=(), findings=()))
     (tmp_path / "c.csv").write_text(text)
     assert open_survey(survey, landmark_file=tmp_path / "c.csv").site.landmarks.ids == ('a "b", c',)
 

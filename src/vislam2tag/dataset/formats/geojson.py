@@ -18,7 +18,7 @@ from vislam2tag.dataset.by_session import SessionTables
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import each_labelled, labelled_fingerprints
+from vislam2tag.dataset.writing.labelled_samples import labelled_by_session, labelled_fingerprints
 from vislam2tag.survey.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
@@ -48,7 +48,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     with (folder / FILE).open("w", encoding="utf-8", newline="\n") as file:
         file.write(_head(dataset, georeferenced=georeferenced))
         separator = ""
-        for tables in each_labelled(dataset, fingerprints, context.progress):
+        for tables in labelled_by_session(dataset, fingerprints, context.progress):
             for feature in _features(tables, known if georeferenced else {}):
                 file.write(f"{separator}{feature}")
                 separator = ",\n"

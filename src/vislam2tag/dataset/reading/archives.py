@@ -99,7 +99,7 @@ def _listed(path: Path, changed_ns: int) -> tuple[tuple[PurePosixPath, ...], str
     return tuple(names), ""
 
 
-def heads_in(path: Path, suffix: str, size: int) -> Iterator[bytes]:
+def first_bytes_of_files(path: Path, suffix: str, size: int) -> Iterator[bytes]:
     """Yield the first bytes of each file of a suffix below a folder or in an archive; of a plain file of any suffix.
 
     Ends early where one cannot be read.

@@ -72,7 +72,7 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
     placed = pl.all_horizontal(pl.col("time_ns", "session").is_not_null())
     first = pl.col("rank") == pl.col("rank").filter(placed).min().over("session")
     leads = labelled.filter(first | ~placed)
-    tests = drawn(leads, "id", (*_PLACE, "device", "kind"), settings.share, settings.seed)
+    tests = stratified_sample(leads, "id", (*_PLACE, "device", "kind"), settings.share, settings.seed)
     leads = leads.with_columns(group=pl.when(tests).then(pl.lit(TEST)).otherwise(pl.lit(TRAIN)))
     follow = labelled.join(leads, on="id", how="anti")
     groups = pl.concat([leads.select("id", "group"), _followed(follow, leads)])
@@ -112,7 +112,7 @@ def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) ->
     labelled = items.filter(_LABELLED, pl.col("session").is_not_null())
     walks = labelled.group_by("session").agg(pl.col("building", "floor").min())
     count = min(settings.folds, walks.height)
-    hands = dealt(walks, "session", _PLACE, max(count, 1), settings.seed)
+    hands = stratified_folds(walks, "session", _PLACE, max(count, 1), settings.seed)
     folds = tuple(
         Fold(name=f"{TEST}_{hand + 1}", test=tuple(walks.filter(hands == hand)["session"].sort()))
         for hand in range(count)
@@ -130,7 +130,7 @@ def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spli
     labelled = block_of(items.filter(_LABELLED), settings.block_m)
     labelled = labelled.with_columns(group=_floor_name() + pl.format(" block {} {}", "column", "line"))
     blocks = labelled.select(*_PLACE, "column", "line", "group").unique().sort("group")
-    tests = blocks.filter(drawn(blocks, "group", _PLACE, settings.share, settings.seed))
+    tests = blocks.filter(stratified_sample(blocks, "group", _PLACE, settings.share, settings.seed))
     outside = ~labelled["group"].is_in(tests["group"].implode())
     guard = outside & near_blocks(labelled, tests, settings.block_m, settings.guard_m)
     groups = labelled.select("id", group=pl.when(~guard).then(_GROUP))
@@ -206,7 +206,7 @@ def draw_order(names: pl.Series, seed: int) -> pl.Series:
     return pl.Series("draw", [hashlib.sha256(f"{seed}/{name}".encode()).hexdigest() for name in names], dtype=pl.String)
 
 
-def drawn(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float, seed: int) -> pl.Series:
+def stratified_sample(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float, seed: int) -> pl.Series:
     """Draw a share of the rows of each stratum, by the unique names in column ``name``: a mask (n,).
 
     Exactly ``round(share * rows)`` of each stratum (halves up). A row added to a stratum changes the part of at most
@@ -217,7 +217,7 @@ def drawn(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float,
     return table.with_columns(draw_order(table[name], seed)).select(drawn=place <= wanted)["drawn"]
 
 
-def dealt(table: pl.DataFrame, name: str, strata: tuple[str, ...], hands: int, seed: int) -> pl.Series:
+def stratified_folds(table: pl.DataFrame, name: str, strata: tuple[str, ...], hands: int, seed: int) -> pl.Series:
     """Deal the rows to hands 0 to ``hands - 1``, stratum after stratum, so that each gets as many as it can: (n,)."""
     ordered = table.with_row_index("row").with_columns(draw_order(table[name], seed)).sort(*strata, "draw")
     return ordered.with_columns(hand=pl.int_range(pl.len()) % hands).sort("row")["hand"]

@@ -57,7 +57,9 @@ def labelled_fingerprints(
     return dataset.fingerprints.filter(known & wanted & sure), tuple(findings)
 
 
-def each_labelled(dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]) -> Iterator[SessionTables]:
+def labelled_by_session(
+    dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]
+) -> Iterator[SessionTables]:
     """Yield the fingerprints and their readings session by session, telling ``progress`` after each."""
     total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
     for tables in each_session(fingerprints, dataset.readings):

@@ -11,7 +11,7 @@ import numpy as np
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, Trajectory
 from vislam2tag.evaluation.control_points.press_truth import is_faulty, nearest_point_errors, walk_error
-from vislam2tag.evaluation.metrics import sure_points
+from vislam2tag.evaluation.metrics import points_within_sigma
 from vislam2tag.evaluation.paper.tables import WalkErrors
 from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.evaluation.total_station.station_errors import JUMP_M, clock_offset, station_point_errors
@@ -96,7 +96,7 @@ class PaperWalk:
     @property
     def counted(self) -> dict[str, PointErrors]:
         """The points with those labels only that count."""
-        return {name: sure_points(points, self.max_sigma_m) for name, points in self.points.items()}
+        return {name: points_within_sigma(points, self.max_sigma_m) for name, points in self.points.items()}
 
     @property
     def errors(self) -> WalkErrors:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.common.whole_folder import only_writer
+from vislam2tag.common.whole_folder import exclusive_writer
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
@@ -59,7 +59,7 @@ def add_split(folder: Path, split: Split) -> Dataset:
     if not _NAME.fullmatch(split.info.name):
         raise UsageError(f"--name {split.info.name}: use letters, digits, '.', '_' and '-' only")
     open_dataset(folder)  # refuses what is none before anything is made
-    with only_writer(folder):  # opened again: another command may just have changed it
+    with exclusive_writer(folder):  # opened again: another command may just have changed it
         return _added(folder, open_dataset(folder), split)
 
 

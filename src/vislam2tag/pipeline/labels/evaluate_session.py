@@ -23,7 +23,7 @@ from vislam2tag.evaluation.control_points.press_truth import (
 )
 from vislam2tag.evaluation.control_points.route_file import read_route
 from vislam2tag.evaluation.dense import TruePath, dense_errors, dense_figures
-from vislam2tag.evaluation.metrics import retention, strategy_errors, sure_frames, sure_points
+from vislam2tag.evaluation.metrics import frames_within_sigma, points_within_sigma, retention, strategy_errors
 from vislam2tag.evaluation.paper.walks import landmark_movement_m
 from vislam2tag.evaluation.point_errors import PointErrors
 from vislam2tag.evaluation.record import SessionEvaluation, StrategyErrors
@@ -116,7 +116,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
     everything = map_with((*job.strategies, *needed), session, landmarks, job.settings.mapping)
     chosen = {name: everything[name] for name in job.strategies}
     limit = job.settings.labels.max_sigma_m
-    sure = {name: sure_frames(trajectory, limit) for name, trajectory in everything.items()}
+    sure = {name: frames_within_sigma(trajectory, limit) for name, trajectory in everything.items()}
     found = TruthComparisons()
     _at_dense_truth(job, session, landmarks, chosen, found)
     _at_control_points(job, session, chosen, everything[REFERENCE], found)
@@ -146,7 +146,7 @@ def _at_dense_truth(
     known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
     visits_ns = session.camera.time_ns[known]
     for name, trajectory in mapped.items():
-        points = sure_points(dense_errors(trajectory, path), job.settings.labels.max_sigma_m)
+        points = points_within_sigma(dense_errors(trajectory, path), job.settings.labels.max_sigma_m)
         found.measured.append(strategy_errors(points, "", name, dense_figures(points, path, visits_ns)))
     _write(job, TRUTH, tum_text_of_truth(truth))
 
@@ -190,7 +190,7 @@ def _at_control_points(
         methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
     for method, compare in methods.items():
         for name, trajectory in mapped.items():
-            points = sure_points(compare(trajectory), job.settings.labels.max_sigma_m)
+            points = points_within_sigma(compare(trajectory), job.settings.labels.max_sigma_m)
             found.measured.append(strategy_errors(points, method, name))
     found.findings += press_truth_findings(truth)
     found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}

@@ -15,7 +15,7 @@ from vislam2tag.common.errors import SessionError, SurveyError, Vislam2tagError
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import press_truth
 from vislam2tag.evaluation.control_points.route_file import read_route
-from vislam2tag.evaluation.metrics import strategy_errors, sure_points
+from vislam2tag.evaluation.metrics import points_within_sigma, strategy_errors
 from vislam2tag.evaluation.record import SessionEvaluation
 from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, align_device
 from vislam2tag.evaluation.total_station.fit import FreeParameters
@@ -161,7 +161,9 @@ def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, 
         return
     for name in walk.job.strategies:
         points = station_point_errors(walk.mapped[name], truth)
-        found.measured.append(strategy_errors(sure_points(points, walk.job.settings.labels.max_sigma_m), method, name))
+        found.measured.append(
+            strategy_errors(points_within_sigma(points, walk.job.settings.labels.max_sigma_m), method, name)
+        )
 
 
 def _estimates(frame: StationFrame, alignment: DeviceAlignment) -> dict[str, float | None]:

@@ -259,7 +259,7 @@ def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = Non
 
     Raises OutputError where one cannot be written.
     """
-    texts = {out: completed_text(survey)}
+    texts = {out: landmark_file_text(survey)}
     if report is not None:
         texts[report] = survey.model_dump_json(indent=1) + "\n"
     with ExitStack() as stack:
@@ -267,7 +267,7 @@ def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = Non
             stack.enter_context(whole_file(target)).write_text(text, encoding="utf-8", newline="")
 
 
-def completed_text(survey: LandmarkSurvey) -> str:
+def landmark_file_text(survey: LandmarkSurvey) -> str:
     """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
     return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
 

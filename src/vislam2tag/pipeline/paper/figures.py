@@ -13,7 +13,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.dataset.statistics.record import DatasetStatistics
 from vislam2tag.dataset.statistics.table_3 import PAPER_FINGERPRINTS
-from vislam2tag.evaluation.metrics import strategy_errors, sure_frames
+from vislam2tag.evaluation.metrics import frames_within_sigma, strategy_errors
 from vislam2tag.evaluation.paper.walks import STRATEGIES, PaperWalk, TrajectoryByStrategy, map_all, station_settings
 from vislam2tag.evaluation.pooling import error_curve
 from vislam2tag.evaluation.reliability import coverage_curve, reduce_errors
@@ -81,7 +81,7 @@ class ShownSession:
 
 
 def _without_doubtful(trajectory: Trajectory, max_sigma_m: float) -> Trajectory:
-    sure = sure_frames(trajectory, max_sigma_m)
+    sure = frames_within_sigma(trajectory, max_sigma_m)
     return replace(trajectory, position_bcs=np.where(sure[:, None], trajectory.position_bcs, np.nan))
 
 

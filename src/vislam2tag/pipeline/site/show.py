@@ -41,7 +41,7 @@ class SiteSummary:
     findings: tuple[Finding, ...]
 
 
-def look_at_site(root: Path, floors: Sequence[int] = ()) -> SiteSummary:
+def summarise_site(root: Path, floors: Sequence[int] = ()) -> SiteSummary:
     """Read a site and load its plans; ``floors``: only these.
 
     Raises SurveyError where it is none, UsageError where it has no such floor.

@@ -36,7 +36,7 @@ from vislam2tag.sessions.phone.schemas import (
 )
 from vislam2tag.sessions.phone.table import PhoneSchema, parse_phone_table
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ble_table import ble_findings
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
@@ -72,11 +72,11 @@ class PhoneFormat:
         """A session holds ``session.json``, or a table of a known name that begins with our header."""
         if is_file(folder / RECORD_FILE):
             return True
-        return any(_has_header(path) for path in files_there(folder, FILE_NAMES))
+        return any(_has_header(path) for path in existing_files(folder, FILE_NAMES))
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there."""
-        return files_there(folder, FILE_NAMES)
+        return existing_files(folder, FILE_NAMES)
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings. Raises SessionError for an unknown version."""

@@ -13,7 +13,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
-from vislam2tag.sessions.session_files import SessionFiles, files_there
+from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ble_table import ble_findings, parse_ble
 from vislam2tag.sessions.tables.ble_table import mark_repeated as mark_repeated_ble
@@ -44,11 +44,11 @@ class PublishedFormat:
 
     def recognises(self, folder: Path) -> bool:
         """A session has at least one file of a known name."""
-        return bool(files_there(folder, FILE_NAMES))
+        return bool(existing_files(folder, FILE_NAMES))
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there."""
-        return files_there(folder, FILE_NAMES)
+        return existing_files(folder, FILE_NAMES)
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""

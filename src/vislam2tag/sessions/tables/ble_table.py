@@ -11,8 +11,8 @@ from dataclasses import replace
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable, without_absurd_levels
-from vislam2tag.sessions.tables.raw_table import RawTable, sift
+from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings, without_absurd_levels
+from vislam2tag.sessions.tables.raw_table import RawTable, parsed_rows
 
 LEAST_DBM, GREATEST_DBM = -127.0, 20.0
 """Levels that a controller may report (Bluetooth Core, HCI); 127 says that it knows none."""
@@ -47,10 +47,10 @@ def parse_ble(data: bytes, file: str) -> RawTable:
     parsed = [pl.col(name).is_not_null() for name in ("time_ns", "address", "name", "rssi_dbm")]
     given = pl.sum_horizontal(pl.col("uuid", "major", "minor").is_not_null())
     numbers = pl.max_horizontal("major", "minor").fill_null(0) <= _GREATEST_NUMBER
-    raw = sift(data, file, table, pl.all_horizontal(*parsed, given.is_in((0, 3)), numbers))
+    raw = parsed_rows(data, file, table, pl.all_horizontal(*parsed, given.is_in((0, 3)), numbers))
     measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
     rows, absurd = without_absurd_levels(raw, measured, f"from {LEAST_DBM:g} to {GREATEST_DBM:g} dBm")
-    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable(data, raw, "name"), *absurd))
+    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable_findings(data, raw, "name"), *absurd))
 
 
 def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:

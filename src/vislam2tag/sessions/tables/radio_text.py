@@ -33,7 +33,7 @@ def without_absurd_levels(raw: RawTable, measured: pl.Expr, expected: str) -> tu
     return rows, [Finding.at_lines("non_finite_values", raw.file, lines, message)]
 
 
-def undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
+def undecodable_findings(data: bytes, raw: RawTable, column: str) -> list[Finding]:
     """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
     suspects = raw.rows.filter(pl.col(column).str.contains(_REPLACEMENT, literal=True))["row"].to_list()
     lines = data.split(b"\n") if suspects else []

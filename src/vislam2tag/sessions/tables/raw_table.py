@@ -60,7 +60,7 @@ def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[
     parts += [_is_plain(table[name]) for name in text]
     if "time_ns" in schema:
         parts.append(pl.col("time_ns") >= 0)
-    return sift(data, file, table, pl.all_horizontal(parts))
+    return parsed_rows(data, file, table, pl.all_horizontal(parts))
 
 
 def _is_plain(column: pl.Series) -> pl.Expr:
@@ -70,7 +70,7 @@ def _is_plain(column: pl.Series) -> pl.Expr:
     return pl.lit(value=True) if len(plain) == len(different) else pl.col(column.name).is_in(plain.to_list())
 
 
-def sift(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
+def parsed_rows(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
     """Separate the rows that parse from the lines that do not, and say so in findings; decimal marks are judged."""
     raw = separate(data, file, table, readable)
     return replace(raw, findings=(*raw.findings, *_mixed_marks(data, file, raw.rows)))

@@ -9,8 +9,8 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable, without_absurd_levels
-from vislam2tag.sessions.tables.raw_table import RawTable, sift
+from vislam2tag.sessions.tables.radio_text import level_dbm, text_lines, undecodable_findings, without_absurd_levels
+from vislam2tag.sessions.tables.raw_table import RawTable, parsed_rows
 
 _US_TO_NS = 1000
 _GREATEST_US = (2**63 - 1) // _US_TO_NS
@@ -43,10 +43,10 @@ def parse_wifi(data: bytes, file: str) -> RawTable:
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     parsed = ("time_ns", "scan", "bssid", "ssid", "rssi_dbm")
-    raw = sift(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
+    raw = parsed_rows(data, file, table, pl.all_horizontal(pl.col(name).is_not_null() for name in parsed))
     measured = pl.col("rssi_dbm").is_between(-GREATEST_DBM, GREATEST_DBM)
     rows, absurd = without_absurd_levels(raw, measured, f"finite and within {GREATEST_DBM:g} dBm")
-    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable(data, raw, "ssid"), *absurd))
+    return replace(raw, rows=rows, findings=(*raw.findings, *undecodable_findings(data, raw, "ssid"), *absurd))
 
 
 def _times_ns() -> pl.Expr:

@@ -94,7 +94,7 @@ def _widths(landmark_file: Path) -> dict[str, float]:
     return dict(widths.iter_rows())
 
 
-def taken_over(root: Path, building: SimulatedBuilding, files: Mapping[str, bytes]) -> dict[str, bytes]:
+def copied_site_files(root: Path, building: SimulatedBuilding, files: Mapping[str, bytes]) -> dict[str, bytes]:
     """A survey's own site files with the site's ``site.toml``, where it has one, and its plans.
 
     Raises OSError where one cannot be read.

@@ -86,7 +86,7 @@ class FaultPlan:
         )
 
 
-def badness_of(quantile: float, severity: float) -> float:
+def fault_level(quantile: float, severity: float) -> float:
     """How badly a session of this rank is tracked, 0 to 1: nothing happens to the better half at severity 1."""
     share = min(1.0, FAULTY_SHARE * severity)
     return 0.0 if share == 0 else max(0.0, 1 - (1 - quantile) / share)
@@ -96,7 +96,7 @@ def plan_faults(
     frames: CameraFrames, settings: TrackerSettings, quantile: float, rng: np.random.Generator
 ) -> FaultPlan:
     """Draw the faults of one walk; people in the view and running say where they happen."""
-    badness = badness_of(quantile, settings.severity)
+    badness = fault_level(quantile, settings.severity)
     count = len(frames.plane)
     longer = count / settings.frame_rate_hz / NOMINAL_S
     updates = _small_updates(count, settings, rng)

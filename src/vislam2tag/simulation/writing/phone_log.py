@@ -69,7 +69,7 @@ def _images_are_monotonic(device: str) -> bool:
     return device.startswith("OnePlus")
 
 
-def single(values: AnyArray | pl.Series) -> pl.Series:
+def as_float32(values: AnyArray | pl.Series) -> pl.Series:
     """Round values (n,) to float32, as the platform gives floats; not finite: null."""
     return pl.Series(values, dtype=pl.Float32, strict=False).fill_nan(None)
 
@@ -78,7 +78,7 @@ def _pose_columns(position: FloatArray, orientation: FloatArray) -> dict[str, pl
     """Columns of positions (n, 3) and quaternions (n, 4)."""
     values = np.column_stack((position, orientation))
     names = ("tx_m", "ty_m", "tz_m", "qx", "qy", "qz", "qw")
-    return {name: single(values[:, column]) for column, name in enumerate(names)}
+    return {name: as_float32(values[:, column]) for column, name in enumerate(names)}
 
 
 def _words(mask: AnyArray, yes: str, no: str) -> pl.Series:
@@ -106,7 +106,7 @@ def _landmarks(tracker: TrackerLog, motion: MapMotion) -> pl.DataFrame:
     """Frame after frame, landmarks in the order of their first sighting."""
     log = tracker.landmarks
     order = np.lexsort((log.landmark, log.frame))
-    extent = single(np.full(len(order), EXTENT_M))
+    extent = as_float32(np.full(len(order), EXTENT_M))
     frame = log.frame[order]
     return pl.DataFrame(
         {
@@ -138,7 +138,7 @@ def _anchors(tracker: TrackerLog, motion: MapMotion, rng: np.random.Generator) -
 def _sensors(imu: ImuLog) -> pl.DataFrame:
     count = np.array([VALUES_OF[name] for name in SENSOR_TYPES])[imu.sensor]
     values = {
-        f"v{column + 1}": single(np.where(column < count, imu.values[:, column], np.nan))
+        f"v{column + 1}": as_float32(np.where(column < count, imu.values[:, column], np.nan))
         for column in range(imu.values.shape[1])
     }
     sensor = pl.Series(SENSOR_TYPES, dtype=pl.String).gather(imu.sensor)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vislam2tag.common import plugins
-from vislam2tag.common.extras import what_lacks
+from vislam2tag.common.extras import missing_extra
 from vislam2tag.common.plugins import Registry
 from vislam2tag.survey.plans.drawing import PlanDrawing, refuse_too_many
 from vislam2tag.survey.plans.source import PlanSource
@@ -46,7 +46,7 @@ def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
             try:
                 drawing = known.read(path, source)
             except ModuleNotFoundError as error:
-                raise OSError(what_lacks(error) or str(error)) from error
+                raise OSError(missing_extra(error) or str(error)) from error
             refuse_too_many(drawing.point_count)
             return drawing
     if suffix == ".dwg":

@@ -13,7 +13,7 @@ from vislam2tag.dataset.formats.comford.reading import FILES, FOLDER, SETS, TECH
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.writing.labelled_samples import (
     csv_file,
-    each_labelled,
+    labelled_by_session,
     labelled_fingerprints,
     seconds_text,
     with_unix_time,
@@ -61,7 +61,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
             stack.enter_context(csv_file(folder / FOLDER / name, separator=";", null=UNKNOWN)) for name in FILES
         )
         aps.add(_transmitter_rows(dataset.access_points.collect()))
-        for tables in each_labelled(dataset, fingerprints, context.progress):
+        for tables in labelled_by_session(dataset, fingerprints, context.progress):
             samples.add(_sample_rows(tables.fingerprints, extra))
             rssi.add(_reading_rows(tables.readings))
             unknown_levels += tables.readings["rssi_dbm"].null_count()

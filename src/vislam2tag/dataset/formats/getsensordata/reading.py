@@ -18,7 +18,7 @@ from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.formats.getsensordata.log_file import LoggedTaps, parse_log, parse_taps
 from vislam2tag.dataset.formats.getsensordata.log_lines import looks_like_a_log
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.dataset.reading.archives import folder_of, heads_in
+from vislam2tag.dataset.reading.archives import first_bytes_of_files, folder_of
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings
@@ -39,7 +39,7 @@ def recognises(path: Path) -> bool:
     """Whether one of the first text files has rows of the format."""
     if path.is_file() and path.suffix not in (".txt", ".log", ".zip", ".xz", ".gz", ".tgz", ".tar", ".bz2"):
         return False
-    heads = itertools.islice(heads_in(path, ".txt", _HEAD_BYTES), _FILES_LOOKED_AT)
+    heads = itertools.islice(first_bytes_of_files(path, ".txt", _HEAD_BYTES), _FILES_LOOKED_AT)
     return any(looks_like_a_log(head) for head in heads)
 
 
@@ -95,7 +95,7 @@ def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
         files = [
             file
             for file in sorted(folder.rglob("*.txt"))
-            if any(map(looks_like_a_log, heads_in(file, "", _HEAD_BYTES)))
+            if any(map(looks_like_a_log, first_bytes_of_files(file, "", _HEAD_BYTES)))
         ]
     if not files or not looks_like_a_log(_bytes(files[0])[:_HEAD_BYTES]):
         raise DatasetError(f"{path}: holds no log; expected lines like WIFI;12.345;678.910;SSID;BSSID;RSS")

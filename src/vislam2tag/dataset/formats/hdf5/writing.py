@@ -29,7 +29,12 @@ from vislam2tag.dataset.formats.hdf5.output_file import hdf5_file
 from vislam2tag.dataset.formats.hdf5.windows import write_imu_windows, write_magnetic
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS
-from vislam2tag.dataset.writing.labelled_samples import MatrixLosses, each_labelled, labelled_fingerprints, matrices
+from vislam2tag.dataset.writing.labelled_samples import (
+    MatrixLosses,
+    labelled_by_session,
+    labelled_fingerprints,
+    matrices,
+)
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET, SPLITS
 
 if TYPE_CHECKING:
@@ -106,7 +111,7 @@ def _technology(
     write_texts(group, "access_points/ssid", transmitters["ssid"].fill_null(""))
     group["access_points/frequency_mhz"] = transmitters["frequency_mhz"].to_numpy()
     losses = MatrixLosses(NOT_HEARD_DBM)
-    for tables in each_labelled(dataset, fingerprints, context.progress):
+    for tables in labelled_by_session(dataset, fingerprints, context.progress):
         losses.add(tables.readings)
         for rows, matrix in matrices(tables, transmitters["bssid"], NOT_HEARD_DBM):
             filling.add(rows.with_columns(pl.Series(_LEVELS, matrix, dtype=pl.Array(pl.Float32, matrix.shape[1]))))

@@ -26,7 +26,7 @@ from vislam2tag.dataset.writing.labelled_samples import (
     CsvFile,
     MatrixLosses,
     csv_file,
-    each_labelled,
+    labelled_by_session,
     labelled_fingerprints,
     matrices,
     with_unix_time,
@@ -67,7 +67,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     with ExitStack() as stack:
         there = fingerprints.join(parts.part.lazy(), on="scan_id").select(pl.col("part").unique()).collect()["part"]
         files = {part: stack.enter_context(csv_file(folder / name)) for part, name in FILES.items() if part in there}
-        for tables in each_labelled(dataset, fingerprints, context.progress):
+        for tables in labelled_by_session(dataset, fingerprints, context.progress):
             losses.add(tables.readings)
             for rows, levels in matrices(tables, transmitters["bssid"], NOT_HEARD):
                 _add(files, _with_numbers(rows, extra, numbers), _cells(levels, columns, whole=whole))
