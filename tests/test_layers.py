@@ -20,6 +20,7 @@ LAYERS = (
     "mapping",
     "labeling",
     "self_check",
+    "diagnosis",
     "evaluation",
     "planning",
     "sheets",

@@ -30,6 +30,7 @@ COMMANDS = {
         "run": "All of it: label, check, collect into a data set.",
         "process": "Map every session of a survey, label every reading.",
         "survey-landmarks": "Give landmarks that nobody surveyed a position.",
+        "diagnose": "What is wrong with a survey, and the lines that correct it.",
         "check": "How good are the labels, without truth?",
         "evaluate": "How good are the labels, against truth?",
     },

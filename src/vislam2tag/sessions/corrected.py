@@ -12,8 +12,17 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import LandmarkLog
 from vislam2tag.sessions.clock import clock_mismatch, pose_lag_of
 from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.sessions.tables.sensor_table import pressure_log
-from vislam2tag.survey.corrections import Corrections, ExcludeLandmark, ExcludeSpan, ShiftClock, SwapLandmarks
+from vislam2tag.survey.corrections import (
+    Corrections,
+    DropRepeatedScans,
+    ExcludeLandmark,
+    ExcludeSpan,
+    RenameLandmark,
+    ShiftClock,
+    SwapLandmarks,
+)
 
 _NS = 1_000_000_000
 _LONGEST_S = 1e9
@@ -23,15 +32,19 @@ _LONGEST_S = 1e9
 def corrected_session(session: Session, corrections: Corrections) -> tuple[Session, tuple[str, ...]]:
     """Apply the corrections that concern a session, and give one sentence for each use.
 
-    In this order: clocks are shifted, landmark ids swapped, landmarks excluded (by their corrected id), time spans
-    excluded (their frames become INVALID and lose their landmark rows).
+    In this order: clocks are shifted, repeated scans marked, landmark ids swapped, then renamed, landmarks
+    excluded (by their corrected id), time spans excluded (their frames become INVALID and lose their landmark rows).
     """
     entries = corrections.for_session(session.key)
     uses: list[str] = []
     for shift in entries.shift_clock:
         session = _shifted(session, shift, uses)
+    if entries.drop_repeated_scans:
+        session = _without_repeated_scans(session, entries.drop_repeated_scans[0], uses)
     for swap in entries.swap_landmarks:
         session = replace(session, landmarks=_swapped(session.landmarks, swap, uses))
+    for rename in entries.rename_landmark:
+        session = replace(session, landmarks=_renamed(session, rename, uses))
     for landmark in entries.exclude_landmark:
         session = replace(session, landmarks=_without(session.landmarks, landmark, uses))
     usable_ns = session.camera.time_ns[session.camera.usable]
@@ -102,6 +115,48 @@ def _swapped(log: LandmarkLog, entry: SwapLandmarks, uses: list[str]) -> Landmar
     uses.append(f"Landmarks {first} and {second} are exchanged{entry.because()}.")
     other = {first: second, second: first}
     return replace(log, ids=tuple(other.get(landmark, landmark) for landmark in log.ids))
+
+
+def _renamed(session: Session, entry: RenameLandmark, uses: list[str]) -> LandmarkLog:
+    """Give the rows of a landmark within the span to another one."""
+    log, camera = session.landmarks, session.camera
+    usable_ns = camera.time_ns[camera.usable]
+    if entry.id not in log.ids or len(usable_ns) == 0:
+        return log
+    first_ns, end_ns = (int(usable_ns[0]) + _nanoseconds(at) for at in (entry.from_s, entry.to_s))
+    at_ns = camera.time_ns[log.frame]
+    chosen = (log.landmark == log.ids.index(entry.id)) & (at_ns >= first_ns) & (at_ns < end_ns)
+    if not chosen.any():
+        return log
+    uses.append(f"{int(chosen.sum())} rows of landmark {entry.id} are taken for those of {entry.to}{entry.because()}.")
+    ids = log.ids if entry.to in log.ids else (*log.ids, entry.to)
+    landmark = np.where(chosen, ids.index(entry.to), log.landmark)
+    order = np.lexsort((log.frame, landmark))
+    same = (np.diff(landmark[order]) == 0) & (np.diff(log.frame[order]) == 0)
+    order = order[np.concatenate(([True], ~same))]  # one row of a landmark in a frame
+    return LandmarkLog(
+        ids=ids,
+        landmark=landmark[order],
+        frame=log.frame[order],
+        position_acs=log.position_acs[order],
+        orientation_acs=log.orientation_acs[order],
+        lost=log.lost[order],
+        row=log.row[order] if len(log.row) else log.row,
+        seen=None if log.seen is None else log.seen[order],
+    ).rows_kept(np.ones(len(order), dtype=bool))
+
+
+def _without_repeated_scans(session: Session, entry: DropRepeatedScans, uses: list[str]) -> Session:
+    """Mark all rows of scans that repeat the one before as readings that were given already."""
+    wifi = session.tables.get("wifi")
+    if wifi is None or wifi.is_empty():
+        return session
+    again = repeated_scans(wifi)
+    if not again:
+        return session
+    uses.append(f"{len(again)} Wi-Fi scans that repeat the one before are counted once{entry.because()}.")
+    marked = wifi.with_columns((pl.col("repeated") | pl.col("scan").is_in(again)).alias("repeated"))
+    return replace(session, tables={**session.tables, "wifi": marked})
 
 
 def _without(log: LandmarkLog, entry: ExcludeLandmark, uses: list[str]) -> LandmarkLog:

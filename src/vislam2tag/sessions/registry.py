@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
@@ -16,9 +17,9 @@ from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.survey.corrections import read_corrections, unused_corrections
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders
-from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
 
@@ -120,11 +121,25 @@ def open_survey(
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
             + "".join(locked[:1])
         )
-    keys = [key for key, _, _ in sessions]
-    unused = unused_corrections(read_corrections(root), keys, site.landmarks)
+    corrections = read_corrections(root)
+    keys = true_keys([key for key, _, _ in sessions], corrections, site)
+    unused = unused_corrections(corrections, [*keys, *(key for key, _, _ in sessions)], site.landmarks)
     slugs = session_slugs(keys)
-    refs = tuple(SessionRef(*session, slug) for session, slug in zip(sessions, slugs, strict=True))
+    listed = zip(keys, sessions, slugs, strict=True)
+    refs = tuple(sorted((SessionRef(key, *of[1:], slug) for key, of, slug in listed), key=lambda ref: ref.key))
     return Survey(root, site, refs, (*findings, *unused, *odd_folders))
+
+
+def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) -> list[SessionKey]:
+    """Keys of sessions by those of their folders; raises SurveyError where corrections give two the same."""
+    true = [corrections.true_key(key) for key in keys]
+    floors = {floor.number for floor in site.floors}
+    for key, own in zip(true, keys, strict=True):
+        if key.floor not in floors:
+            raise SurveyError(f"{CORRECTIONS_FILE}: [[set_floor]] puts {own} on floor {key.floor}, which is not there")
+        if key != own and true.count(key) > 1:
+            raise SurveyError(f"{CORRECTIONS_FILE}: {own} would become {key}, which another session is already")
+    return true
 
 
 def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Finding]]:

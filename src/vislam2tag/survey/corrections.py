@@ -20,12 +20,15 @@ from pydantic import (
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.settings import SurveySettings
 
 CORRECTIONS_FILE = "corrections.toml"
+UNITS_M = {"ft": 0.3048, "in": 0.0254, "cm": 0.01, "mm": 0.001}
+"""Metres in each unit that a table of landmarks may be in by mistake."""
 _START_FORMATS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%dT%H%M%S")
 
 
@@ -138,11 +141,59 @@ class MoveLandmark(Correction):
         return (self.since is None or self.since <= start) and (self.until is None or start < self.until)
 
 
+class RenameLandmark(Correction):
+    """Sightings from ``from_s`` (included) to ``to_s`` (excluded) after the first frame are another sheet's."""
+
+    id: _Id
+    to: _Id
+    from_s: FiniteFloat = 0.0
+    to_s: float = float("inf")
+
+    @model_validator(mode="after")
+    def _is_span(self) -> Self:
+        if not self.from_s < self.to_s:
+            raise ValueError("from_s must be less than to_s")
+        return self
+
+
+class LandmarkUnits(Correction):
+    """The coordinates of a floor's landmarks are not in metres."""
+
+    floor: int
+    unit: Literal["ft", "in", "cm", "mm"]
+
+
+class TurnLandmarks(Correction):
+    """The coordinates of a floor's landmarks are mirrored (x changes its sign), then turned, then shifted."""
+
+    floor: int
+    mirrored: bool = False
+    turn_deg: FiniteFloat = 0.0
+    """Counter-clockwise."""
+    shift_m: Annotated[list[FiniteFloat], Field(min_length=2, max_length=2)] = [0.0, 0.0]
+
+
+class SetFloor(ExcludeSession):
+    """Sessions that were walked on another floor than that of their folder."""
+
+    to: int
+
+
+class SetDevice(ExcludeSession):
+    """Sessions that were recorded by another device than that of their folder."""
+
+    to: Annotated[str, Field(min_length=1, pattern="^[^/]+$")]
+
+
 class ShiftClock(Correction):
     """Add an offset to all times of one table."""
 
     table: Literal["sensors", "wifi", "ble", "presses", "camera"]
     offset_s: Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+class DropRepeatedScans(Correction):
+    """Wi-Fi scans that repeat the one before, level for level, are old results delivered again: they count once."""
 
 
 class Corrections(Record):
@@ -154,12 +205,24 @@ class Corrections(Record):
     swap_landmarks: tuple[SwapLandmarks, ...] = ()
     move_landmark: tuple[MoveLandmark, ...] = ()
     shift_clock: tuple[ShiftClock, ...] = ()
+    rename_landmark: tuple[RenameLandmark, ...] = ()
+    landmark_units: tuple[LandmarkUnits, ...] = ()
+    turn_landmarks: tuple[TurnLandmarks, ...] = ()
+    set_floor: tuple[SetFloor, ...] = ()
+    set_device: tuple[SetDevice, ...] = ()
+    drop_repeated_scans: tuple[DropRepeatedScans, ...] = ()
 
     def for_session(self, key: SessionKey) -> Corrections:
         """Keep only the entries that apply to one session."""
         return Corrections(
             **{name: tuple(e for e in getattr(self, name) if e.applies(key)) for name in Corrections.model_fields}
         )
+
+    def true_key(self, key: SessionKey) -> SessionKey:
+        """Floor and device that a session really has, by its folder's."""
+        floor = next((entry.to for entry in self.set_floor if entry.applies(key)), key.floor)
+        device = next((entry.to for entry in self.set_device if entry.applies(key)), key.device)
+        return replace(key, floor=floor, device=device)
 
     def excludes(self, key: SessionKey) -> bool:
         """Tell whether a session is left out."""
@@ -182,9 +245,10 @@ def corrected_landmarks(
 ) -> tuple[Landmarks, tuple[str, ...]]:
     """Landmarks that a session may use with its corrections applied, and one sentence for each use.
 
-    An entry's ``floor`` is the landmark's. Excluded landmarks go. A moved one keeps its sigma (``default_sigma_m`` if
-    it was unsurveyed) and loses its heading.
+    An entry's ``floor`` is the landmark's. Tables are put into metres, then mirrored, turned and shifted. Excluded
+    landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its heading.
     """
+    landmarks, table_uses = _with_tables_corrected(landmarks, corrections, key)
     places = list(zip(landmarks.ids, landmarks.floor.tolist(), strict=True))
 
     def concerns(entry: ExcludeLandmark | MoveLandmark, name: str, floor: int) -> bool:
@@ -192,13 +256,48 @@ def corrected_landmarks(
 
     gone = {place for place in places for entry in corrections.exclude_landmark if concerns(entry, *place)}
     chosen = landmarks.select([i for i, place in enumerate(places) if place not in gone])
-    uses = []
+    uses = list(table_uses)
     for entry in corrections.move_landmark:
         for index, place in enumerate(zip(chosen.ids, chosen.floor.tolist(), strict=True)):
             if concerns(entry, *place):
                 _move(chosen, index, entry, default_sigma_m)
                 uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
+
+
+def _with_tables_corrected(
+    landmarks: Landmarks, corrections: Corrections, key: SessionKey
+) -> tuple[Landmarks, tuple[str, ...]]:
+    """Correct units, mirror and turn whole floors."""
+    chosen, uses = landmarks, []
+    entries: tuple[LandmarkUnits | TurnLandmarks, ...] = (*corrections.landmark_units, *corrections.turn_landmarks)
+    for entry in entries:
+        rows = np.flatnonzero(chosen.floor == entry.floor)
+        if len(rows) == 0 or not entry.applies(replace(key, floor=int(chosen.floor[rows[0]]))):
+            continue
+        if chosen is landmarks:
+            chosen = landmarks.select(list(range(len(landmarks.ids))))
+        if isinstance(entry, LandmarkUnits):
+            chosen.position_bcs[rows] *= UNITS_M[entry.unit]
+            chosen.z_m[rows] *= UNITS_M[entry.unit]
+            uses.append(f"The landmarks of floor {entry.floor} are taken to be in {entry.unit}{entry.because()}.")
+        else:
+            _turn(chosen, rows, entry)
+            how = "mirrored" if entry.mirrored else "turned"
+            uses.append(f"The landmarks of floor {entry.floor} are {how}{entry.because()}.")
+    return chosen, tuple(uses)
+
+
+def _turn(own: Landmarks, rows: IntArray, entry: TurnLandmarks) -> None:
+    """Mirror, turn and shift landmarks in arrays of our own."""
+    turn_rad = np.radians(entry.turn_deg)
+    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
+    matrix = np.array([[cosine, -sine], [sine, cosine]]) @ np.diag([-1.0 if entry.mirrored else 1.0, 1.0])
+    own.position_bcs[rows] = own.position_bcs[rows] @ matrix.T + entry.shift_m
+    surveyed = rows[own.surveyed[rows]]
+    own.covariance_bcs[surveyed] = matrix @ own.covariance_bcs[surveyed] @ matrix.T
+    heading = np.pi - own.heading_rad[rows] if entry.mirrored else own.heading_rad[rows]
+    own.heading_rad[rows] = heading + turn_rad
 
 
 def _move(own: Landmarks, index: int, entry: MoveLandmark, default_sigma_m: float) -> None:

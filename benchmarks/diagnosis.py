@@ -1,0 +1,337 @@
+"""How often diagnosis names what is wrong with a survey, and how often it names something where nothing is.
+
+Usage: python benchmarks/diagnosis.py --surveys 200 [--first-seed 20000] [--cache FOLDER] [--jobs 2]
+
+Every generated survey (one or two floors, four or five walks of two and a half minutes on each, any severity of the
+tracker's faults) is diagnosed as it is, and again with one, two or three faults put in, each of a landmark that was
+passed three times at least at the place that matters. A fault is named rightly where kind, landmarks (in their order)
+and sessions are right, and the entries put it right. Seeds below 10000 were used in development; the figures in
+docs/diagnosis.md are of others.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pickle
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.diagnosis.passes import WalkPasses
+from vislam2tag.diagnosis.record import Fault, FaultKind
+from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import BuildingSettings
+from vislam2tag.simulation.survey import walk_and_track
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.smoother.settings import SmootherSettings
+from vislam2tag.survey.corrections import UNITS_M
+
+FEWEST_PASSES = 3
+LEAST_M, GREATEST_M = 1.0, 12.0
+DURATION_S = 150.0
+SEVERITIES = ("none", "mild", "default", "default", "severe")
+
+
+@dataclass
+class MadeSurvey:
+    """Walks reduced to passes, the table, the extents; and what was put in: kind, landmarks, session."""
+
+    walks: list[WalkPasses]
+    place: dict[Mark, complex]
+    size_m: dict[int, tuple[float, float]]
+    faults: list[tuple[FaultKind, tuple[str, ...], str]] = field(default_factory=list)
+    touched: set[Mark] = field(default_factory=set)
+    last: list[Callable[[], None]] = field(default_factory=list)
+    """What is done to whole tables, when everything else has been."""
+
+    def rows(self, mark: Mark) -> list[tuple[int, int]]:
+        """Walk and row of each pass of a landmark, in the order of time."""
+        return [
+            (number, row)
+            for number, walk in enumerate(self.walks)
+            for row, name in enumerate(walk.landmark)
+            if walk.key.floor == mark.floor and name == mark.landmark
+        ]
+
+    def untouched(self) -> list[Mark]:
+        """Landmarks that were passed often enough and that no fault concerns yet."""
+        often = [mark for mark in sorted(self.place) if len(self.rows(mark)) >= FEWEST_PASSES]
+        return [mark for mark in often if mark not in self.touched]
+
+    def rename(self, rows: list[tuple[int, int]], name: str) -> None:
+        """Let passes be of another landmark."""
+        for number, row in rows:
+            names = list(self.walks[number].landmark)
+            names[row] = name
+            self.walks[number] = replace(self.walks[number], landmark=tuple(names))
+
+
+def main() -> None:
+    """Diagnose all surveys and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--surveys", type=int, default=200)
+    parser.add_argument("--first-seed", type=int, default=20000)
+    parser.add_argument("--cache", type=Path, help="Keep what is simulated there, to go on after an interruption.")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--show", action="store_true", help="Print every survey that went wrong.")
+    options = parser.parse_args()
+    seeds = range(options.first_seed, options.first_seed + options.surveys)
+    with ProcessPoolExecutor(options.jobs) as pool:
+        outcomes = list(pool.map(partial(outcome_of, options.cache), seeds))
+    _print(outcomes, show=options.show)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of one survey: what was named of it as it is, what was put in, and what was named then."""
+
+    seed: int
+    alarms: list[str]
+    put_in: list[tuple[FaultKind, tuple[str, ...], str]]
+    named: list[tuple[FaultKind, tuple[str, ...], str]]
+    sentences: list[str]
+
+
+def outcome_of(cache: Path | None, seed: int) -> Outcome:
+    """Make a survey, diagnose it as it is and with faults."""
+    made = _made(cache, seed)
+    alarms = [fault.summary for fault in _diagnosed(made)]
+    rng = np.random.default_rng([seed, 1])
+    for _ in range(int(rng.integers(1, 4))):
+        _put_in(made, rng)
+    for change in made.last:
+        change()
+    faults = _diagnosed(made)
+    return Outcome(seed, alarms, made.faults, [_named(fault) for fault in faults], [fault.summary for fault in faults])
+
+
+def _named(fault: Fault) -> tuple[FaultKind, tuple[str, ...], str]:
+    ids = fault.landmarks
+    first = ids.index(min(ids)) if ids else 0
+    place = fault.sessions[0] if fault.sessions else f"floor {fault.floor}"
+    return fault.kind, (*ids[first:], *ids[:first]), place
+
+
+def _made(cache: Path | None, seed: int) -> MadeSurvey:
+    kept = None if cache is None else cache / f"{seed}.pickle"
+    if kept is not None and kept.is_file():
+        return MadeSurvey(*pickle.loads(kept.read_bytes()))
+    made = _simulated(seed)
+    if kept is not None:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        kept.write_bytes(pickle.dumps((made.walks, made.place, made.size_m)))
+    return made
+
+
+def _simulated(seed: int) -> MadeSurvey:
+    rng = np.random.default_rng([seed, 0])
+    floors = (0, 1) if rng.random() < 0.4 else (0,)
+    building = BuildingSettings(
+        width_m=float(rng.uniform(40, 70)), height_m=float(rng.uniform(26, 40)), landmarks=int(rng.integers(9, 16))
+    )
+    severity = str(rng.choice(SEVERITIES))
+    sessions = int(rng.integers(2, 4))
+    scenario = regular_survey(seed, severity, floors, ("LG", "OnePlus"), sessions, DURATION_S, building=building)
+    walks = []
+    for planned in scenario.sessions:
+        log = walk_and_track(scenario, planned)[1]
+        camera = CameraTrack(
+            log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8)
+        )
+        observations = WalkObservations.of(camera, log.landmarks, SmootherSettings().sighting_range_m)
+        walks.append(WalkPasses.of(planned.key, observations))
+    walks.sort(key=lambda walk: walk.key)
+    made = scenario.building.floors
+    place = {
+        Mark(floor.number, name): complex(*(at + rng.normal(0, 0.02, 2)))
+        for floor in made
+        for name, at in zip(floor.landmark_ids, floor.landmark_position[:, :2], strict=True)
+    }
+    return MadeSurvey(walks, place, {floor.number: (floor.width_m, floor.height_m) for floor in made})
+
+
+def _diagnosed(made: MadeSurvey) -> list[Fault]:
+    table = Table(made.place, made.size_m)
+    walks = tuple(
+        PlacedWalk.of(walk, {mark.landmark: mark.floor for mark in made.place if mark.floor == walk.key.floor}, table)
+        for walk in made.walks
+    )
+    return found_faults(Evidence(table, walks))[0]
+
+
+def _put_in(made: MadeSurvey, rng: np.random.Generator) -> None:
+    """Put in a fault of a kind that is drawn, or of another where the survey does not allow for it."""
+    for number in rng.permutation(len(PUT_IN)).tolist():
+        if PUT_IN[number](made, rng):
+            return
+
+
+def _drawn(made: MadeSurvey, rng: np.random.Generator, count: int) -> list[Mark]:
+    """Landmarks of one floor, none where there are not enough."""
+    floors = defaultdict(list)
+    for mark in made.untouched():
+        floors[mark.floor].append(mark)
+    enough = [marks for marks in floors.values() if len(marks) >= count]
+    if not enough:
+        return []
+    marks = enough[int(rng.integers(len(enough)))]
+    return [marks[i] for i in rng.permutation(len(marks))[:count].tolist()]
+
+
+def _note(made: MadeSurvey, kind: FaultKind, marks: list[Mark], place: str = "") -> bool:
+    made.touched.update(marks)
+    ids = [mark.landmark for mark in marks]
+    first = ids.index(min(ids)) if ids else 0
+    made.faults.append((kind, (*ids[first:], *ids[:first]), place or f"floor {marks[0].floor}"))
+    return True
+
+
+def swap(made: MadeSurvey, rng: np.random.Generator, count: int = 2) -> bool:
+    """Hang sheets in each other's place: each where the next one should hang."""
+    marks = _drawn(made, rng, count)
+    places = [made.place[mark] for mark in marks]
+    if not marks or min(abs(a - b) for a, b in zip(places, [*places[1:], places[0]], strict=True)) < LEAST_M:
+        return False
+    for mark, place in zip(marks, [places[-1], *places[:-1]], strict=True):
+        made.place[mark] = place
+    return _note(made, FaultKind.SWAPPED, marks)
+
+
+def mis_survey(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Write a wrong place into the table."""
+    marks = _drawn(made, rng, 1)
+    if not marks:
+        return False
+    made.place[marks[0]] += float(rng.uniform(LEAST_M, GREATEST_M)) * np.exp(1j * float(rng.uniform(0, 2 * np.pi)))
+    return _note(made, FaultKind.MIS_SURVEYED, marks)
+
+
+def move(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Move a sheet amid the survey to where another one hung, which is gone."""
+    marks = _drawn(made, rng, 2)
+    if not marks:
+        return False
+    stays, goes = marks
+    starts = sorted({made.walks[number].key.session for number, _ in made.rows(stays) + made.rows(goes)})
+    rng.shuffle(starts)
+    for start in starts:
+        before = [at for at in made.rows(stays) if made.walks[at[0]].key.session < start]
+        after = [at for at in made.rows(goes) if made.walks[at[0]].key.session >= start]
+        if len(before) >= FEWEST_PASSES and len(after) >= FEWEST_PASSES:
+            made.rename([at for at in made.rows(stays) if at not in before], "gone")
+            made.rename([at for at in made.rows(goes) if at not in after], "gone")
+            made.rename(after, stays.landmark)
+            del made.place[goes]
+            return _note(made, FaultKind.MOVED, [stays])
+    return False
+
+
+def second_sheet(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Hang a second sheet with the id of another."""
+    marks = _drawn(made, rng, 2)
+    if not marks:
+        return False
+    one, other = marks
+    walks = [{number for number, _ in made.rows(mark)} for mark in marks]
+    if min(walks[0]) > max(walks[1]) or min(walks[1]) > max(walks[0]) or not walks[0] & walks[1]:
+        return False
+    made.rename(made.rows(other), one.landmark)
+    del made.place[other]
+    return _note(made, FaultKind.TWO_PLACES, [one])
+
+
+def other_floor(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Put a walk into the folder of another floor."""
+    floors = sorted(made.size_m)
+    taken = {fault[2] for fault in made.faults}
+    if len(floors) < 2 or made.faults:
+        return False
+    number = int(rng.integers(len(made.walks)))
+    walk = made.walks[number]
+    other = floors[(floors.index(walk.key.floor) + 1) % len(floors)]
+    ids = {mark.landmark for mark in made.place if mark.floor == other}
+    if str(walk.key) in taken or len(set(walk.landmark) & ids) < FEWEST_PASSES:
+        return False
+    key = replace(walk.key, floor=other, session=walk.key.session)
+    if any(one.key == key for one in made.walks):
+        key = replace(key, session=key.session[:-2] + "30")
+    made.walks[number] = replace(walk, key=key)
+    return _note(made, FaultKind.WRONG_FLOOR, [], str(key))
+
+
+def units(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Write a floor's table in another unit."""
+    metres = UNITS_M[str(rng.choice(list(UNITS_M)))]
+    return _whole_floor(made, rng, FaultKind.UNITS, lambda place, _: place / metres)
+
+
+def mirror(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Mirror a floor's table."""
+    return _whole_floor(made, rng, FaultKind.MIRRORED, lambda place, width_m: complex(width_m - place.real, place.imag))
+
+
+def _whole_floor(
+    made: MadeSurvey, rng: np.random.Generator, kind: FaultKind, changed: Callable[[complex, float], complex]
+) -> bool:
+    floor = int(rng.choice(sorted(made.size_m)))
+    if made.last:
+        return False
+
+    def change() -> None:
+        for mark in [mark for mark in made.place if mark.floor == floor]:
+            made.place[mark] = changed(made.place[mark], made.size_m[floor][0])
+
+    made.last.append(change)
+    made.faults.append((kind, (), f"floor {floor}"))
+    return True
+
+
+PUT_IN: tuple[Callable[[MadeSurvey, np.random.Generator], bool], ...] = (
+    swap,
+    partial(swap, count=3),
+    mis_survey,
+    move,
+    second_sheet,
+    other_floor,
+    units,
+    mirror,
+)
+
+
+def _print(outcomes: list[Outcome], *, show: bool) -> None:
+    put_in, right = Counter[str](), Counter[str]()
+    by_count: dict[int, list[bool]] = defaultdict(list)
+    wrong = 0
+    for outcome in outcomes:
+        for fault in outcome.put_in:
+            hit = fault in outcome.named
+            put_in[fault[0]] += 1
+            right[fault[0]] += hit
+            by_count[len(outcome.put_in)].append(hit)
+        extra = [fault for fault in outcome.named if fault not in outcome.put_in]
+        wrong += len(extra)
+        if show and (extra or outcome.alarms or set(outcome.put_in) - set(outcome.named)):
+            print(outcome.seed, "alarms:", outcome.alarms, "\n   put in:", outcome.put_in)
+            print("   named: ", "\n           ".join(outcome.sentences))
+    print("\n| fault | put in | named rightly |\n| --- | --- | --- |")
+    for kind, count in sorted(put_in.items()):
+        print(f"| {kind} | {count} | {right[kind]} ({100 * right[kind] / count:.0f} %) |")
+    total = sum(put_in.values())
+    print(f"| all | {total} | {sum(right.values())} ({100 * sum(right.values()) / total:.1f} %) |")
+    for count, hits in sorted(by_count.items()):
+        print(f"{count} at once: {sum(hits)} of {len(hits)}")
+    print(f"named though not put in: {wrong}")
+    alarms = sum(bool(outcome.alarms) for outcome in outcomes)
+    print(f"clean surveys with a false alarm: {alarms} of {len(outcomes)} ({100 * alarms / len(outcomes):.1f} %)")
+
+
+if __name__ == "__main__":
+    main()

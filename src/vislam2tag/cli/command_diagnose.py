@@ -1,0 +1,107 @@
+"""``vislam2tag diagnose``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, SurveyFolder
+from vislam2tag.cli.progress import session_bar
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
+
+if TYPE_CHECKING:
+    from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+    from vislam2tag.settings import Settings
+
+HELP = """
+Say what is wrong with a survey, how that is known, and the lines for corrections.toml that correct it.
+
+No ground truth is needed: walks that pass the same landmarks tell which of them hang elsewhere than the table says
+(docs/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one id twice;
+landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's folder; and
+phones that deliver old scans again.
+
+Exit code: 0 nothing is wrong, 1 something is, or a session cannot be read, 2 wrong usage or not a survey, 130
+interrupted; with --apply and --revert 0 where that was done.
+
+\b
+Examples:
+  vislam2tag diagnose survey
+  vislam2tag diagnose survey --apply
+  vislam2tag diagnose survey --revert
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("diagnose", help=HELP)(_diagnose)
+
+
+def _diagnose(
+    survey: SurveyFolder,
+    apply: Annotated[
+        bool, typer.Option("--apply", help="Add the corrections to the survey's corrections.toml.")
+    ] = False,
+    revert: Annotated[bool, typer.Option("--revert", help="Take out what --apply added, and do nothing else.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    jobs: Jobs = ALL_CORES,
+    config: ConfigFile = None,
+) -> None:
+    from vislam2tag.common.errors import UsageError
+    from vislam2tag.survey.correction_lines import add_entries, remove_added
+    from vislam2tag.survey.corrections import CORRECTIONS_FILE
+
+    if apply and revert:
+        raise UsageError("--apply and --revert: give one of them")
+    if revert:
+        removed = remove_added(survey)
+        typer.echo(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
+        return
+    try:
+        found = _with_progress(survey, settings_of(config, {}), jobs)
+    except KeyboardInterrupt:
+        typer.echo("interrupted: nothing was written", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    typer.echo(found.model_dump_json(indent=1) if json else _text(found))
+    lines = "\n\n".join(fault.lines for fault in found.faults if fault.corrections)
+    if apply and lines:
+        add_entries(survey, lines)
+        typer.echo(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
+    elif lines and not json:
+        typer.echo(f"next: vislam2tag diagnose {survey} --apply, then process again")
+    raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
+
+
+def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
+    """Diagnose behind a progress bar; a line on standard error for each session that fails."""
+    from vislam2tag.pipeline.labels.diagnose import diagnose
+
+    with session_bar("sessions") as bar:
+        return diagnose(survey, settings, jobs=jobs, progress=lambda session, total: bar.advance(total, session.error))
+
+
+def _text(found: Diagnosis) -> str:
+    parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
+    parts += [f"cannot be told: {doubt.message}" for doubt in found.doubts]
+    named = f"{len(found.faults)} named" if found.faults else "nothing is wrong that the walks could tell"
+    failed = f", {len(found.failed)} failed" if found.failed else ""
+    return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{failed})"])
+
+
+def _paragraph(number: int, fault: Fault) -> str:
+    lines = [f"{number}. {fault.summary[:1].upper()}{fault.summary[1:]}.", f"   known by: {fault.evidence}"]
+    if fault.gain is not None:
+        lines.append(f"   it brings: {_gain(fault.gain)}")
+    if fault.corrections:
+        lines.append("   for corrections.toml:")
+        lines += [f"     {line}" for line in fault.lines.splitlines()]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _gain(gain: Gain) -> str:
+    said = f"{100 * gain.labelled_before:.0f} % -> {100 * gain.labelled_after:.0f} % of frames labelled"
+    if gain.expected_before_m is not None and gain.expected_after_m is not None:
+        said += f", error to expect {gain.expected_before_m:.2f} -> {gain.expected_after_m:.2f} m"
+    return said

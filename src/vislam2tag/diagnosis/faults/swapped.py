@@ -1,0 +1,70 @@
+"""Sheets that hang in each other's place: two, or three in a circle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from itertools import combinations, permutations
+from math import comb
+
+from vislam2tag.diagnosis.evidence import Evidence, Mark
+from vislam2tag.diagnosis.hypothesis import Hypothesis, choices
+from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.diagnosis.words import listed, told_by_passes
+
+
+def propose(evidence: Evidence) -> Iterator[Hypothesis]:
+    """Exchange every two suspects of a floor, and every three."""
+    for floor in evidence.floors:
+        suspects = [mark for mark in evidence.suspects if mark.floor == floor]
+        there = len(evidence.passed(floor))
+        may = [
+            (one, other)
+            for one, other in permutations(suspects, 2)
+            if evidence.may_be_at(one, evidence.table.place[other])
+        ]
+        for one, other in combinations(suspects, 2):
+            if {(one, other), (other, one)} <= set(may):
+                yield _exchanged(evidence, (one, other), choices(comb(there, 2)))
+        for first, second in may:
+            for third in suspects:
+                if first < min(second, third) and {(second, third), (third, first)} <= set(may):
+                    yield _exchanged(evidence, (first, second, third), choices(2 * comb(there, 3)))
+
+
+def _exchanged(evidence: Evidence, circle: Sequence[Mark], price: float) -> Hypothesis:
+    """Each landmark of a circle hangs where the next one should."""
+    following = dict(zip(circle, (*circle[1:], circle[0]), strict=True))
+    targets = {}
+    for number, walk in enumerate(evidence.walks):
+        if any(mark in following for mark in walk.marks):
+            target = walk.target.copy()
+            for mark, other in following.items():
+                target[walk.rows_of(mark)] = evidence.table.place[other]
+            targets[number] = target
+    return Hypothesis(targets, price, partial(_fault, circle), key=("swapped", *circle))
+
+
+def _fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> Fault:
+    ids = [mark.landmark for mark in circle]
+    floor = circle[0].floor
+    if len(ids) == 2:
+        summary = f"landmarks {ids[0]} and {ids[1]} of floor {floor} hang in each other's place"
+    else:
+        way = ", ".join(f"{one} where {other} should" for one, other in zip(ids, [*ids[1:], ids[0]], strict=True))
+        summary = f"landmarks {listed(ids)} of floor {floor} are mixed up: {way}"
+    # An exchange of ids in the logs: whoever is logged as the first hangs where the second should.
+    swaps = [[ids[i], ids[i + 1]] for i in reversed(range(len(ids) - 1))]
+    entries = [
+        CorrectionEntry(table="swap_landmarks", values={"ids": swap, "floor": floor, "reason": "vislam2tag diagnose"})
+        for swap in swaps
+    ]
+    return Fault(
+        kind=FaultKind.SWAPPED,
+        floor=floor,
+        landmarks=ids,
+        summary=summary,
+        evidence=told_by_passes(evidence, circle),
+        odds=round(gain, 1),
+        corrections=entries,
+    )

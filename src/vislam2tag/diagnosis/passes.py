@@ -1,0 +1,89 @@
+"""A walk as diagnosis sees it: where the tracker put each landmark that it passed, and how uncertain that is.
+
+Only the way between passes counts: the frame of the walk may lie anywhere in the building. How far the tracker may
+have drifted from pass to pass follows from its usual noise (:mod:`vislam2tag.smoother.noise`) and not from how the walk
+was mapped: a wrong landmark would have made that worse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.similarity import as_points
+from vislam2tag.smoother.drift import STATES, transitions
+from vislam2tag.smoother.equations import Weights, sighting_variance, stretch_drift
+from vislam2tag.smoother.model import Model
+from vislam2tag.smoother.noise import SCALE_SIGMA, USUAL
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.survey.model import SessionKey
+
+
+@dataclass(frozen=True)
+class WalkPasses:
+    """``p`` passes of one walk in the order of time, in the tracker's continuous frame.
+
+    ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
+    camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``heading`` (p,) complex, unit, the sheet's
+    X axis (0: not logged); ``sighting_m2`` (p,) variance per axis of each pass; ``drift`` (p - 1, 4, 4) covariances of
+    the drift from pass to pass (states as in :mod:`vislam2tag.smoother.drift`).
+    """
+
+    key: SessionKey
+    landmark: tuple[str, ...]
+    time_s: FloatArray
+    camera: ComplexArray
+    offset: ComplexArray
+    heading: ComplexArray
+    sighting_m2: FloatArray
+    drift: FloatArray
+
+    @classmethod
+    def of(cls, key: SessionKey, observations: WalkObservations) -> WalkPasses:
+        """Reduce what was observed on a walk."""
+        odometry, passes = observations.odometry, observations.passes
+        model = Model(observations, odometry.path, np.ones_like(odometry.path), rough=False)
+        even = Weights.even(USUAL, len(passes.at), len(observations.ids))
+        return cls(
+            key=key,
+            landmark=tuple(observations.ids[i] for i in passes.landmark),
+            time_s=odometry.time_s[passes.at],
+            camera=odometry.path[passes.at],
+            offset=passes.offset,
+            heading=passes.heading,
+            sighting_m2=sighting_variance(model, USUAL),
+            drift=stretch_drift(model, even)[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
+        )
+
+    @cached_property
+    def landmark_number(self) -> IntArray:
+        """(p,) equal for passes of one landmark."""
+        return np.unique(np.array(self.landmark, dtype=str), return_inverse=True)[1]
+
+    @cached_property
+    def place(self) -> ComplexArray:
+        """(p,) complex, metres, where the tracker put each landmark."""
+        return np.asarray(self.camera + self.offset)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """(2p, 2p) of x and y of each :attr:`place`, m^2, from the first pass on."""
+        count = len(self.camera)
+        state = np.zeros((count, count, STATES, STATES))
+        if count:
+            state[0, 0, 2, 2] = SCALE_SIGMA**2
+        here = np.arange(count)
+        carry = transitions(self.camera, here[:-1], here[1:])
+        for k in range(1, count):
+            state[k, :k] = carry[k - 1] @ state[k - 1, :k]
+            state[:k, k] = state[k, :k].transpose(0, 2, 1)
+            state[k, k] = carry[k - 1] @ state[k - 1, k - 1] @ carry[k - 1].T + self.drift[k - 1]
+        sight = np.zeros((count, 2, STATES))
+        sight[:, :, :2] = np.eye(2)
+        sight[:, :, 2] = as_points(self.offset)
+        sight[:, :, 3] = as_points(1j * self.offset)
+        total = np.einsum("pis,prst,rjt->pirj", sight, state, sight).reshape(2 * count, 2 * count)
+        return np.asarray(total + np.diag(np.repeat(self.sighting_m2, 2)))

@@ -1,0 +1,96 @@
+"""What a diagnosis finds, as JSON (``diagnosis.json``) and as entries of ``corrections.toml``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any
+
+from vislam2tag.common.records import Record
+from vislam2tag.common.toml_file import toml_value
+
+
+class FaultKind(StrEnum):
+    """What is wrong."""
+
+    SWAPPED = "swapped"
+    """Two sheets hang in each other's place, or three in a circle."""
+    MIS_SURVEYED = "mis_surveyed"
+    """A landmark is not where the table says."""
+    MOVED = "moved"
+    """... since a date."""
+    TWO_PLACES = "two_places"
+    """Two sheets with one id."""
+    WRONG_FLOOR = "wrong_floor"
+    """A session lies in another floor's folder."""
+    MIRRORED = "mirrored"
+    TURNED = "turned"
+    UNITS = "units"
+    """A floor's landmark table is mirrored, turned, or in another unit than metres."""
+    CLOCK = "clock"
+    """A stream of a session runs on another clock than its poses."""
+    REPEATED_SCANS = "repeated_scans"
+    """A phone delivers old scans as new ones."""
+    OTHER_DEVICE = "other_device"
+    """A session lies in another device's folder."""
+
+
+class CorrectionEntry(Record):
+    """One entry of ``corrections.toml``: the name of its table and its values."""
+
+    table: str
+    values: dict[str, Any]
+
+    def lines(self) -> str:
+        """As the file has it."""
+        return "\n".join([f"[[{self.table}]]", *(f"{name} = {toml_value(of)}" for name, of in self.values.items())])
+
+
+class Gain(Record):
+    """What a correction is expected to bring: shares of frames labelled, and mean errors to expect, metres."""
+
+    labelled_before: float
+    labelled_after: float
+    expected_before_m: float | None
+    expected_after_m: float | None
+
+
+class Fault(Record):
+    """A fault that the data name."""
+
+    kind: FaultKind
+    floor: int | None = None
+    landmarks: list[str] = []
+    sessions: list[str] = []
+    """Of which sessions this is said, where not of all: floor / device / session."""
+    summary: str
+    """One sentence: what is wrong."""
+    evidence: str
+    """By which numbers that is known."""
+    odds: float | None = None
+    """By how much the walks fit better with the correction: the fall of the squared residuals in sigmas squared, the
+    price of the correction's own freedom deducted."""
+    corrections: list[CorrectionEntry] = []
+    gain: Gain | None = None
+
+    @property
+    def lines(self) -> str:
+        """The lines for ``corrections.toml``."""
+        return "\n\n".join(entry.lines() for entry in self.corrections)
+
+
+class Doubt(Record):
+    """Something that contradicts the rest, of which the data do not tell what it is."""
+
+    floor: int
+    landmark: str
+    message: str
+
+
+class Diagnosis(Record):
+    """A whole survey (``diagnosis.json``)."""
+
+    version: str = ""
+    sessions: int = 0
+    failed: list[str] = []
+    faults: list[Fault] = []
+    doubts: list[Doubt] = []

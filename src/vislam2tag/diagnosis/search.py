@@ -1,0 +1,50 @@
+"""The faults that explain best what does not fit: the best hypothesis first, then the best with that corrected."""
+
+from __future__ import annotations
+
+from vislam2tag.diagnosis.evidence import Evidence
+from vislam2tag.diagnosis.faults import displaced, frames, other_floor, swapped
+from vislam2tag.diagnosis.hypothesis import Hypothesis, Propose
+from vislam2tag.diagnosis.record import Fault
+
+FAULTS: tuple[Propose, ...] = (frames.propose, other_floor.propose, swapped.propose, displaced.propose)
+"""In the order of their extent."""
+LEAST_GAIN = 9.0
+"""A hypothesis is believed where the squared residuals fall by more than its price and this."""
+MOST_FAULTS = 12
+SETTLES = 0.4
+"""What explains so much of all that its walks are off by needs no comparison with faults of less extent."""
+
+
+def found_faults(evidence: Evidence) -> tuple[list[Fault], Evidence]:
+    """Name the faults, the most certain first, and give the evidence with them corrected."""
+    faults: list[Fault] = []
+    done: set[tuple[object, ...]] = set()
+    while len(faults) < MOST_FAULTS and evidence.suspects:
+        best, gain = _best(evidence, done)
+        if best is None or gain < LEAST_GAIN:
+            break
+        evidence = evidence.with_targets(best.targets, best.place)
+        faults.append(best.describe(evidence, gain))
+        done.add(best.key)
+    return faults, evidence
+
+
+def _best(evidence: Evidence, done: set[tuple[object, ...]]) -> tuple[Hypothesis | None, float]:
+    best, most = None, 0.0
+    for propose in FAULTS:
+        for hypothesis in propose(evidence):
+            if hypothesis.key not in done and (gain := gain_of(evidence, hypothesis)) > most:
+                best, most = hypothesis, gain
+        if best is not None and most > SETTLES * sum(evidence.walks[i].alignment.cost for i in best.targets):
+            break
+    return best, most
+
+
+def gain_of(evidence: Evidence, hypothesis: Hypothesis) -> float:
+    """By how much the squared residuals fall with a hypothesis, its price deducted."""
+    changed = evidence.with_targets(hypothesis.targets)
+    return (
+        sum(evidence.walks[i].alignment.cost - changed.walks[i].alignment.cost for i in hypothesis.targets)
+        - hypothesis.price
+    )

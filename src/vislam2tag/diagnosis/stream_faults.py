@@ -1,0 +1,81 @@
+"""Faults that the streams tell: scans delivered again, and walks that lie in another device's folder."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+
+import numpy as np
+
+from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.diagnosis.streams import StreamSigns
+from vislam2tag.diagnosis.words import REASON, listed
+from vislam2tag.survey.model import SessionKey
+
+SAME_START_S = 120.0
+"""Walks of one phone that was not restarted between them agree on when it was started within this."""
+OTHER_START_S = 600.0
+"""Phones that were started this far apart are told apart."""
+REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
+"""Repeated scans are a fault from this share on, and so many of them."""
+
+
+def stream_faults(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
+    """Name what the streams of all sessions tell."""
+    return [*_repeated_scans(signs), *_other_devices(signs)]
+
+
+def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
+    found = []
+    for device in sorted({key.device for key in signs}):
+        own = {key: one for key, one in signs.items() if key.device == device}
+        bad = {key: one for key, one in own.items() if one.repeated >= max(FEWEST_REPEATED, REPEATED_SHARE * one.scans)}
+        if not bad:
+            continue
+        repeated, scans = sum(one.repeated for one in bad.values()), sum(one.scans for one in bad.values())
+        found.append(
+            Fault(
+                kind=FaultKind.REPEATED_SCANS,
+                sessions=[str(key) for key in sorted(bad)],
+                summary=f"device {device} delivered old Wi-Fi scans again as new ones",
+                evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the one before, "
+                "access point by access point and level by level",
+                corrections=[CorrectionEntry(table="drop_repeated_scans", values={"device": device, "reason": REASON})],
+            )
+        )
+    return found
+
+
+def _other_devices(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
+    """Walks whose phone was started when another device was, and not when the others of their folder were."""
+    started = defaultdict(list)
+    for key, one in signs.items():
+        if one.switched_on_s is not None:
+            started[key.device].append((key, one.switched_on_s))
+    found = []
+    for device, walks in sorted(started.items()):
+        for key, at_s in walks:
+            own = [abs(at_s - other_s) for other, other_s in walks if other != key]
+            if not own or min(own) < OTHER_START_S:
+                continue
+            alike = [
+                (other, float(np.median([abs(at_s - other_s) for _, other_s in theirs])))
+                for other, theirs in sorted(started.items())
+                if other != device and min(abs(at_s - other_s) for _, other_s in theirs) < SAME_START_S
+            ]
+            if len(alike) == 1:
+                found.append(_other_device(key, alike[0][0], min(own), alike[0][1]))
+    return found
+
+
+def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> Fault:
+    values = {"floor": key.floor, "device": key.device, "session": key.session, "to": other, "reason": REASON}
+    return Fault(
+        kind=FaultKind.OTHER_DEVICE,
+        floor=key.floor,
+        sessions=[str(key)],
+        summary=f"session {key} was recorded by {listed([other])}",
+        evidence=f"its phone had been started within {alike_s:.0f} s of {other}, but {own_s / 3600:.1f} h from the "
+        f"other walks of {key.device}",
+        corrections=[CorrectionEntry(table="set_device", values=values)],
+    )

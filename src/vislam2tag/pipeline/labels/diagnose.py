@@ -1,0 +1,146 @@
+"""The diagnosis: a survey folder goes in; what is wrong with it comes out, with the lines that correct it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.diagnosis.stream_faults import stream_faults
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession, MappedShare, observe_session
+from vislam2tag.pipeline.run.selection import Selection, selected, session_task
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.sessions.registry import open_survey, true_keys
+from vislam2tag.survey.correction_lines import with_entries
+from vislam2tag.survey.corrections import Corrections, read_corrections
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+
+MOST_MAPPED_AGAIN = 12
+"""The gain of a correction is told by so many of the sessions that it concerns, the first ones."""
+
+
+def diagnose(
+    survey_root: Path,
+    settings: ProcessSettings | None = None,
+    *,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    progress: Progress[DiagnosedSession] = silent,
+) -> Diagnosis:
+    """Name what is wrong with a survey, how that is known, what its correction brings, and the lines to correct it.
+
+    With ``jobs`` > 1 sessions run in that many processes (call it from under ``if __name__ == "__main__":``). Raises
+    SurveyError where ``survey_root`` is no survey, UsageError for a selection that matches nothing; a session that
+    cannot be read is named in ``Diagnosis.failed``.
+    """
+    settings = settings or ProcessSettings()
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m)
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection or Selection())
+    sessions: list[DiagnosedSession] = []
+
+    def keep(session: DiagnosedSession) -> None:
+        sessions.append(session)
+        progress(session, len(refs))
+
+    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
+    process_all(partial(observe_session, settings), todo, jobs, keep)
+    sessions.sort(key=lambda session: session.key)
+    faults, _ = found_faults(evidence_of(survey.site, sessions))
+    faults += stream_faults({session.key: session.signs for session in sessions if session.signs is not None})
+    shares = {session.key: session.share for session in sessions}
+    return Diagnosis(
+        version=__version__,
+        sessions=len(sessions),
+        failed=[session.error for session in sessions if session.error is not None],
+        faults=_with_gains(survey, settings, refs, faults, shares),
+    )
+
+
+def evidence_of(site: Site, sessions: Iterable[DiagnosedSession]) -> Evidence:
+    """All walks on the places that the survey, its corrections included, gives their landmarks."""
+    marks = site.landmarks
+    place = {
+        Mark(floor, name): complex(*at)
+        for floor, name, at, surveyed in zip(
+            marks.floor.tolist(), marks.ids, marks.position_bcs, marks.surveyed, strict=True
+        )
+        if surveyed
+    }
+    walks = []
+    for session in sessions:
+        if session.passes is not None and session.places is not None:
+            own = {Mark(floor, name): at for name, (floor, at) in session.places.items()}
+            place |= own
+            floors = {mark.landmark: mark.floor for mark in own}
+            walks.append((session.passes, floors, own))
+    size_m = {
+        floor.number: (floor.width_m, floor.height_m)
+        for floor in site.floors
+        if floor.width_m is not None and floor.height_m is not None
+    }
+    table = Table(place, size_m)
+    return Evidence(
+        table, tuple(PlacedWalk.of(passes, floors, replace(table, place=own)) for passes, floors, own in walks)
+    )
+
+
+def _with_gains(
+    survey: Survey,
+    settings: ProcessSettings,
+    refs: Sequence[SessionRef],
+    faults: Sequence[Fault],
+    shares: dict[SessionKey, MappedShare],
+) -> list[Fault]:
+    """Map the sessions that each correction concerns again, all before it applied."""
+    lines, before, told = "", dict(shares), []
+    for fault in faults:
+        lines += f"{fault.lines}\n\n"
+        after = with_entries(survey.root, lines)
+        concerned = [ref for ref in refs if _concerns(fault, ref)][:MOST_MAPPED_AGAIN]
+        now = {ref.key: _mapped_again(survey, settings, ref, after) for ref in concerned}
+        gain = _gain([before[key] for key in now], list(now.values()))
+        told.append(fault.model_copy(update={"gain": gain}))
+        before |= now
+    return told
+
+
+def _concerns(fault: Fault, ref: SessionRef) -> bool:
+    if fault.sessions:
+        return str(ref.key) in fault.sessions
+    return fault.floor is None or ref.key.floor == fault.floor
+
+
+def _mapped_again(survey: Survey, settings: ProcessSettings, ref: SessionRef, after: Corrections) -> MappedShare:
+    """How well a session is mapped with further corrections; its key may change by them."""
+    key = true_keys([_folder_key(ref)], after, survey.site)[0]
+    return observe_session(settings, session_task(replace(ref, key=key), survey, after, settings)).share
+
+
+def _folder_key(ref: SessionRef) -> SessionKey:
+    """The key that a session has by its folder."""
+    floor, device, session = ref.folder.parts[-3:]
+    return SessionKey(int(floor.removeprefix("floor_")), device, session)
+
+
+def _gain(before: Sequence[MappedShare], after: Sequence[MappedShare]) -> Gain:
+    def share(parts: Sequence[MappedShare]) -> float:
+        return round(sum(one.labelled for one in parts) / max(sum(one.frames for one in parts), 1), 4)
+
+    def expected_m(parts: Sequence[MappedShare]) -> float | None:
+        labelled = sum(one.labelled for one in parts)
+        return round(sum(one.expected_m for one in parts) / labelled, 4) if labelled else None
+
+    return Gain(
+        labelled_before=share(before),
+        labelled_after=share(after),
+        expected_before_m=expected_m(before),
+        expected_after_m=expected_m(after),
+    )

@@ -1,0 +1,79 @@
+"""One session as diagnosis needs it; runs in a worker process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.common.errors import SessionError
+from vislam2tag.diagnosis.passes import WalkPasses
+from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.smoother.smoothing import mapped_path, smooth
+from vislam2tag.survey.model import SessionKey
+
+
+@dataclass(frozen=True)
+class MappedShare:
+    """How well a session can be mapped: its frames, those with a sigma that is certain enough, and the sum of the
+    errors to expect of these, metres.
+    """
+
+    frames: int = 0
+    labelled: int = 0
+    expected_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class DiagnosedSession:
+    """What the worker tells: ``places`` are floor and position of each landmark that the session may use."""
+
+    key: SessionKey
+    error: str | None = None
+    passes: WalkPasses | None = None
+    places: dict[str, tuple[int, complex]] | None = None
+    signs: StreamSigns | None = None
+    share: MappedShare = MappedShare()
+
+
+def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
+    """Read a session, reduce it and map it; one that cannot be read becomes an error."""
+    try:
+        return _observed(settings, task)
+    except SessionError as error:
+        return DiagnosedSession(task.ref.key, error=str(error))
+    except Exception as error:  # one bad session must not end the batch; its record names the fault
+        return DiagnosedSession(task.ref.key, error=unexpected(task.ref.key, error))
+
+
+def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
+    whole = prepared_session(task)
+    prepared = whole.longest_section()
+    session, landmarks = prepared.session, prepared.landmarks
+    observations = WalkObservations.of(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
+    own_frame = [not task.frames or floor == session.key.floor for floor in landmarks.floor.tolist()]
+    places = {
+        name: (int(landmarks.floor[i]), complex(*landmarks.position_bcs[i]))
+        for i, name in enumerate(landmarks.ids)
+        if own_frame[i] and landmarks.surveyed[i]
+    }
+    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
+    share = MappedShare(frames=int(session.camera.usable.sum()))
+    if smoothed is not None:
+        covariance = mapped_path(smoothed)[1]
+        labelled = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2) <= settings.labels.max_sigma_m
+        expected_m = float(expected_error_m(covariance[labelled]).sum())
+        share = MappedShare(share.frames, int(labelled.sum()), expected_m)
+    return DiagnosedSession(
+        session.key,
+        passes=WalkPasses.of(session.key, observations),
+        places=places,
+        signs=stream_signs(whole.session),
+        share=share,
+    )

@@ -1,0 +1,70 @@
+"""Adding entries to ``corrections.toml`` and taking them back, with every other byte of the file left as it is."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.toml_file import first_problem
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
+
+_BEGIN = "# vislam2tag diagnose --apply added from here ..."
+_END = "# ... to here; vislam2tag diagnose --revert takes it out"
+_BLOCK = re.compile(re.escape(f"\n{_BEGIN}\n").encode() + b".*?" + re.escape(f"\n{_END}\n").encode(), re.DOTALL)
+
+
+def with_entries(root: Path, lines: str) -> Corrections:
+    """The survey's corrections as they would be with further entries.
+
+    Raises SurveyError where the file as it is, or with them, cannot be used.
+    """
+    return _parsed(root / CORRECTIONS_FILE, _content(root) + _block(lines))
+
+
+def add_entries(root: Path, lines: str) -> None:
+    """Add entries at the end of a survey's ``corrections.toml``; raises SurveyError where it could not be read then."""
+    with_entries(root, lines)
+    _write(root / CORRECTIONS_FILE, _content(root) + _block(lines))
+
+
+def remove_added(root: Path) -> int:
+    """Take out all that :func:`add_entries` added, and the file if nothing else is in it; returns how many blocks."""
+    content, blocks = _BLOCK.subn(b"", _content(root))
+    if blocks and content:
+        _write(root / CORRECTIONS_FILE, content)
+    elif blocks:
+        (root / CORRECTIONS_FILE).unlink()
+    return blocks
+
+
+def _block(lines: str) -> bytes:
+    return f"\n{_BEGIN}\n{lines}\n{_END}\n".encode()
+
+
+def _content(root: Path) -> bytes:
+    path = root / CORRECTIONS_FILE
+    try:
+        return path.read_bytes() if path.exists() else b""
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _parsed(path: Path, content: bytes) -> Corrections:
+    try:
+        return Corrections.model_validate(tomllib.loads(content.decode("utf-8-sig")))
+    except ValidationError as error:
+        raise SurveyError(f"{path}: {first_problem(error)}") from error
+    except ValueError as error:
+        raise SurveyError(
+            f"{path}: entries cannot be added to it: {error}; write each entry below its name in double brackets"
+        ) from error
+
+
+def _write(path: Path, content: bytes) -> None:
+    with whole_file(path) as file:
+        file.write_bytes(content)

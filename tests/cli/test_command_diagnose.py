@@ -1,0 +1,63 @@
+"""``vislam2tag diagnose`` as its users run it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.surveys import bytes_of, make_survey
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("diagnose") / "survey", sessions=2, seconds=120)
+
+
+def swap_rows(table: Path, one: str, other: str) -> None:
+    header, *lines = table.read_text().splitlines()
+    rows = dict(line.split(",", 1) for line in lines)
+    rows[one], rows[other] = rows[other], rows[one]
+    table.write_text("\n".join([header, *(f"{name},{place}" for name, place in rows.items())]) + "\n")
+
+
+def labelled_share(out: Path) -> float:
+    frames = json.loads((out / "summary.json").read_text())["frames"]
+    return float(frames["ok"] / sum(frames.values()))
+
+
+def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "survey"
+    shutil.copytree(survey, copy)
+    swap_rows(copy / "floor_0" / "marker_dict.csv", "3", "6")
+    (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "99"  # gone')
+    before = bytes_of(copy)
+    assert vislam2tag("process", copy, "--out", tmp_path / "wrong", "--jobs", "1").returncode == 0
+
+    said = vislam2tag("diagnose", copy, "--jobs", "1")
+    assert said.returncode == 1, said.stderr
+    for text in ("Landmarks 3 and 6 of floor 0 hang in each other's place", "[[swap_landmarks]]", "faults: 1 named"):
+        assert text in said.stdout
+    assert bytes_of(copy) == before
+
+    assert vislam2tag("diagnose", copy, "--apply", "--jobs", "1").returncode == 0
+    assert vislam2tag("diagnose", copy, "--jobs", "1").returncode == 0
+    assert vislam2tag("process", copy, "--out", tmp_path / "right", "--jobs", "1").returncode == 0
+    assert labelled_share(tmp_path / "right") > labelled_share(tmp_path / "wrong") + 0.1
+
+    assert vislam2tag("diagnose", copy, "--revert").returncode == 0
+    assert bytes_of(copy) == before
+
+
+def test_a_sound_survey_has_no_fault(survey: Path) -> None:
+    done = vislam2tag("diagnose", survey, "--json", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert (found["sessions"], found["faults"], found["failed"]) == (4, [], [])
+
+
+def test_apply_and_revert_exclude_each_other(survey: Path) -> None:
+    assert "one of them" in the_error(vislam2tag("diagnose", survey, "--apply", "--revert"))
