@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
+    from vislam2tag.labeling.clocks import Clock as Clock
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
@@ -68,6 +69,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.import_format import import_format as import_format
     from vislam2tag.pipeline.labels.check import check as check
     from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
+    from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
+    from vislam2tag.pipeline.labels.label_table import label as label
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan as BenchmarkPlan
@@ -129,6 +132,7 @@ _NAMES = {
     "dataset.transmitters.privacy": "Privacy",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
+    "labeling.clocks": "Clock",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
@@ -139,6 +143,7 @@ _NAMES = {
     "pipeline.datasets.import_format": "ImportOptions import_format",
     "pipeline.labels.check": "check",
     "pipeline.labels.evaluate": "evaluate",
+    "pipeline.labels.label_table": "TableLabels label",
     "pipeline.labels.process": "process",
     "pipeline.survey_run": "SurveyRun run_survey",
     "pipeline.labels.session": "Outcome",

@@ -29,6 +29,7 @@ COMMANDS = {
     "Map and label": {
         "run": "All of it: label, check, collect into a data set.",
         "process": "Map every session of a survey, label every reading.",
+        "label": "Positions for any time-stamped table.",
         "survey-landmarks": "Give landmarks that nobody surveyed a position.",
         "diagnose": "What is wrong with a survey, and the lines that correct it.",
         "check": "How good are the labels, without truth?",
