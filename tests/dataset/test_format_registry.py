@@ -61,3 +61,11 @@ def test_formats_by_content(tmp_path: Path) -> None:
     for name, said in (("ab", "may be a or b"), ("x", r"none of the formats known \(a, b\)"), ("y", "no such file")):
         with pytest.raises(DatasetError, match=said):
             registry.import_format_of(tmp_path / f"{name}.csv")
+
+
+def test_a_folder_of_several_archives_is_told_what_to_do(tmp_path: Path) -> None:
+    for name in ("one", "two", "three", "four"):
+        (tmp_path / f"{name}.zip").touch()
+    said = r"holds 4 archives \(four.zip, one.zip, three.zip, ...\); give one of them, or unpack those"
+    with pytest.raises(DatasetError, match=said):
+        registry.import_format_of(tmp_path)

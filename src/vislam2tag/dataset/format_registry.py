@@ -16,9 +16,10 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.archives import MOST_UNPACKED, check_archive
+from vislam2tag.dataset.reading.archives import MOST_UNPACKED, archives_in, check_archive
 from vislam2tag.dataset.transmitters.privacy import Privacy
 
+_NAMED = 3
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
 
 
@@ -171,5 +172,12 @@ def import_format_of(path: Path) -> ImportFormat:
     found = [name for name, each in formats.items() if each.recognises(path)]
     if len(found) == 1:
         return formats[found[0]]
+    archives = archives_in(path)
+    if not found and len(archives) > 1:
+        names = ", ".join((*archives[:_NAMED], "...") if len(archives) > _NAMED else archives)
+        raise DatasetError(
+            f"{path}: holds {len(archives)} archives ({names}); give one of them, or unpack those that belong together "
+            "below one folder and give that"
+        )
     said = f"may be {' or '.join(found)}" if found else f"is none of the formats known ({', '.join(formats)})"
     raise DatasetError(f"{path}: {said}; say which by --format")

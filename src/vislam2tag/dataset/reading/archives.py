@@ -56,9 +56,13 @@ def _meant(path: Path) -> Path:
     """The archive in a folder that holds nothing else to look into (but a licence, a readme), else the path."""
     if not path.is_dir():
         return path
-    inside = sorted(path.iterdir())
-    archives = [each for each in inside if is_archive(each)]
-    return archives[0] if len(archives) == 1 and not any(each.is_dir() for each in inside) else path
+    archives = archives_in(path)
+    return path / archives[0] if len(archives) == 1 and not any(each.is_dir() for each in path.iterdir()) else path
+
+
+def archives_in(path: Path) -> list[str]:
+    """Return the names of the archives that lie in a folder, in order; none in anything else."""
+    return sorted(each.name for each in path.iterdir() if is_archive(each)) if path.is_dir() else []
 
 
 def names_in(path: Path) -> Iterator[PurePosixPath]:
