@@ -58,9 +58,10 @@ def test_the_same_floor_gives_the_same_plan(design: FloorDesign) -> None:
 
 
 def test_every_step_is_told_once() -> None:
-    told: list[str] = []
-    plan_floor(*ring(), SETTINGS.model_copy(update={"further": 0}), nothing_given(), told.append)
-    assert tuple(told) == STEPS
+    told: list[tuple[str, int]] = []
+    settings = SETTINGS.model_copy(update={"further": 0})
+    plan_floor(*ring(), settings, nothing_given(), lambda step, total: told.append((step, total)))
+    assert told == [(step, len(STEPS)) for step in STEPS]
 
 
 def test_a_plan_with_its_own_landmarks_fixed_needs_no_more(design: FloorDesign) -> None:

@@ -17,7 +17,9 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
 
 MAX_GAP_S = 1.0
+"""Labels are interpolated over at most this to the times of the truth, as readings are by default."""
 LATEST_NS = 9_000_000_000_000_000_000
+"""Later times leave no room below what 64 bits hold."""
 GREATEST_M = 1e6
 """As for coordinates of landmarks: no building is larger."""
 _COLUMNS = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}

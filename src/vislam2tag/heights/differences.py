@@ -22,6 +22,7 @@ NARROWED = 12
 SETTLED_M = 0.001
 """Re-weighting has converged when no unknown moves any more by this."""
 MOST_ROUNDS = 200
+"""Far more than any takes that converges: a limit, not a number of rounds."""
 FREEDOM = 4.0
 """Degrees of freedom of Student's t."""
 

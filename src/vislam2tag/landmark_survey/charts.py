@@ -23,6 +23,7 @@ SAME_PLACE_M = 0.5
 SAME_PLACE_SHARE = 0.03
 """A landmark is at the same place in two maps within this, and this share of how far the common ones reach."""
 SAME_HEADING_RAD = 0.1
+"""Headings agree within this: a sheet's logged heading errs by some hundredths."""
 FEWEST_AGREEING = 2
 """So many landmarks or headings must agree before maps are put together."""
 MOST_PAIRS = 300

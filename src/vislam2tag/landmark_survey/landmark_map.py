@@ -30,6 +30,7 @@ SETTLED_M = 1e-6
 """Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
 walks nor the building's frame shows."""
 MOST_ROUNDS = 200
+"""Far more than any takes that converges: a limit, not a number of rounds."""
 CAUTION, RELAXATION = 100.0, 0.5
 """The first rounds take each walk's sight of a landmark for this much less certain (variance), then for less so by this
 factor each. Not so the survey: few places that all may be wrong would bend to the walks."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.planning.corridors import Corridors, corridors_of
 from vislam2tag.planning.demands import Demands, Gap, StationSet, broken_spacing, demands_of, walking_distances
@@ -90,32 +91,32 @@ def plan_floor(
     graph: CorridorGraph,
     settings: PlanSettings,
     constraints: FloorConstraints,
-    on_step: Callable[[str], None] = lambda _step: None,
+    progress: Progress[str] = silent,
 ) -> FloorDesign:
-    """Plan one floor; ``on_step`` hears the name of each of :data:`STEPS` when it begins.
+    """Plan one floor; ``progress`` hears the name of each of :data:`STEPS` when it begins.
 
     Raises SurveyError where the floor has no corridor or no wall for a sheet, or a fixed landmark lies outside of it.
     """
     _check_inside(space, constraints)
-    on_step(STEPS[0])
+    progress(STEPS[0], len(STEPS))
     candidates = _Candidates.of(space, graph, settings, constraints)
-    on_step(STEPS[1])
+    progress(STEPS[1], len(STEPS))
     corridors, stations, places = candidates.corridors, candidates.stations, candidates.places
     demands = demands_of(corridors, stations, candidates.all, settings.spacing_m, settings.short_m)
-    on_step(STEPS[2])
+    progress(STEPS[2], len(STEPS))
     fewest = _fewest(candidates, demands, settings)
-    on_step(STEPS[3])
+    progress(STEPS[3], len(STEPS))
     distance_m = walking_distances(corridors, stations)
     chosen = _improved(candidates, fewest, demands, distance_m, typical_walks(graph, seed=1, fewest=TRIED), settings)
     place = candidates.walls(np.flatnonzero(chosen & ~candidates.fixed), distance_m)
-    on_step(STEPS[4])
+    progress(STEPS[4], len(STEPS))
     place, tour = candidates.toured(place)
     landmarks = passed_landmarks(places, stations, place, constraints, candidates.fixed_station)
     groups = neighbourhoods(candidates.with_fixed(places.station[place]), distance_m)
-    on_step(STEPS[5])
+    progress(STEPS[5], len(STEPS))
     paths = typical_walks(graph)
     expected = tuple(expected_on_walks(paths, landmarks, settings.survey_sigma_m))
-    on_step(STEPS[6])
+    progress(STEPS[6], len(STEPS))
     free = candidates.usable[places.station] & ~chosen[places.station]
     further = further_landmarks(paths, landmarks, places, stations, free, settings.further, settings.survey_sigma_m)
     return FloorDesign(

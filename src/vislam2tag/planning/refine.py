@@ -21,7 +21,9 @@ from vislam2tag.planning.walk_costs import GapCosts, StationPasses, WalkCosts
 REACH_M = 20.0
 """A landmark is tried on stations no farther off than this."""
 ROUNDS = 8
+"""Most rounds over all landmarks; it ends before where none moves any more."""
 LEAST_GAIN = 1e-9
+"""A smaller gain is rounding."""
 NEIGHBOURS = 3
 """A landmark's neighbourhood is itself and so many nearest ones, by walking distance."""
 WIDE_M = 1.0

@@ -42,14 +42,13 @@ def cover(
     gap: float,
     nodes: int,
     time_limit_s: float,
-    on_round: Callable[[int, int], None] = lambda _number, _bound: None,
 ) -> Cover:
     """Choose the fewest stations, the ``fixed`` (s,) among them, so that each row has one.
 
     Only ``allowed`` (s,) stations count; each row holds some of them.
 
     ``more_rows`` gives the further rows that a choice (s,) breaks; they are added and the search goes on. Rows that
-    were left out can only make the bound lower, so that it holds for all. ``on_round`` hears number and bound.
+    were left out can only make the bound lower, so that it holds for all.
     """
     used, unique = list(dict.fromkeys(rows)), set(rows)
     bound, begun = int(fixed.sum()), time.monotonic()
@@ -60,7 +59,6 @@ def cover(
         cut_short |= solved.timed_out
         bound = max(bound, solved.bound)
         chosen = solved.chosen
-        on_round(int(chosen.sum()), bound)
         broken = sorted(more_rows(chosen) - unique, key=sorted)
         if not broken:
             break

@@ -26,6 +26,7 @@ _FREEDOM = 4.0
 _SETTLED_M = 0.01
 """Re-weighting has converged when no place moves any more by this."""
 _MOST_ROUNDS = 100
+"""Far more than any takes that converges: a limit, not a number of rounds."""
 _LOOK_BACK = 100
 """Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
 _FEWEST_ANSWERS = 5

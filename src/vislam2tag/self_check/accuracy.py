@@ -26,6 +26,7 @@ FACTOR_SIGMA = 0.25
 LENGTH_VARIANCE = 4 / np.pi - 1
 """Variance of the length of a Gaussian error in units of its squared mean."""
 NORMAL_90 = 1.645
+"""Standard deviations on both sides that hold 90 % of a Gaussian."""
 FEWEST = 3
 """With fewer left-out errors than this an estimate says hardly more than what the smoother states."""
 

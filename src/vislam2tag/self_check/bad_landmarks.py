@@ -27,6 +27,7 @@ TAIL = 4.0
 SETTLED_M = 1e-4
 """Re-weighting has converged when the common offset does not move any more by this."""
 MOST_ROUNDS = 200
+"""Far more than any takes that converges: a limit, not a number of rounds."""
 FEWEST_SCATTERING = 3
 """So many sessions must have passed a landmark to say that it scatters ..."""
 SCATTER_SIGMAS = 3.0

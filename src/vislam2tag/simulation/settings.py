@@ -102,7 +102,11 @@ class SimulationSettings(FiniteRecord):
 
 
 class WalkSettings(Record):
-    """How somebody walks."""
+    """How somebody walks.
+
+    No part of the tree of settings: a walk's style and what goes wrong on it follow from the command's options
+    (:func:`walk_settings`, ``--severity``); Python gives a walk of its own to the functions of ``scenario``.
+    """
 
     speed_m_s: float = Field(default=1.0, gt=0.2, lt=2)
     """Mean speed where nothing slows the walker; each walk has its own, 8 % about it."""
@@ -122,7 +126,11 @@ class WalkSettings(Record):
 
 
 class TrackerSettings(Record):
-    """The AR tracker's errors at severity 1; all drift and all faults scale with ``severity``."""
+    """The AR tracker's errors at severity 1; all drift and all faults scale with ``severity``.
+
+    No part of the tree of settings: ``--severity``, a session's phone and its rank among all say what it has of them
+    (docs/simulator.md); ``simulation.json`` holds them as resolved for each session.
+    """
 
     severity: float = Field(default=1.0, ge=0)
     frame_rate_hz: float = Field(default=30.0, gt=0, le=120)

@@ -24,6 +24,7 @@ TYPICAL_M = 0.15
 STEP_NS = 50_000_000
 """Half the time over which the labels' velocity is taken."""
 PPM = 1e-6
+"""A part per million."""
 
 
 @dataclass(frozen=True)

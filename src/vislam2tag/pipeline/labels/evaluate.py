@@ -72,10 +72,25 @@ def evaluate(
         for ref in refs
     ]
     _refuse_without_truth(survey_root, todo)
-    found: dict[str, SessionEvaluation] = {}
+    run = run_record(survey.root, landmarks, settings, selection) | {
+        "strategies": list(names),
+        "clock_drift": clock_drift,
+    }
+    with claim(out, run, PROGRAM) as folder:
+        _clear(folder.root)
+        found = _evaluated(todo, jobs, progress)
+        evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
+        _write(folder, evaluation, survey.root.resolve().name)
+    return evaluation
 
+
+def _evaluated(
+    todo: list[EvaluationJob], jobs: int, progress: Progress[SessionEvaluation]
+) -> dict[str, SessionEvaluation]:
+    """Evaluate each session by itself, then those before a total station by device, which share a clock."""
+    found: dict[str, SessionEvaluation] = {}
     devices = station_jobs(todo)
-    total = len(refs) + sum(map(len, devices))
+    total = len(todo) + sum(map(len, devices))
 
     def report(session: SessionEvaluation) -> None:
         found[session.slug] = session
@@ -87,17 +102,9 @@ def evaluate(
             found[slug] = with_station(found[slug], tracked)
             progress(news, total)
 
-    run = run_record(survey.root, landmarks, settings, selection) | {
-        "strategies": list(names),
-        "clock_drift": clock_drift,
-    }
-    with claim(out, run, PROGRAM) as folder:
-        _clear(folder.root)
-        process_all(evaluate_session, todo, jobs, report)
-        process_all(evaluate_station, devices, jobs, add)
-        evaluation = _summed(settings, names, [found[ref.slug] for ref in refs])
-        _write(folder, evaluation, survey.root.resolve().name)
-    return evaluation
+    process_all(evaluate_session, todo, jobs, report)
+    process_all(evaluate_station, devices, jobs, add)
+    return found
 
 
 def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
-from vislam2tag.planning.floor import FloorConstraints, FloorDesign, plan_floor
+from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.site_files import marker_text, read_forbidden
@@ -94,7 +94,7 @@ def write_plans(
         first = request.first_id
         for floor in floors:
             given = _given(site, floor, forbidden.get(floor.number, np.zeros((0, 4))), anew=request.anew)
-            design = _design(floor, request, settings, given, lambda step: progress(step, len(floors)))
+            design = _design(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
@@ -127,13 +127,13 @@ def _given(site: Site, floor: Floor, forbidden: FloatArray, *, anew: bool) -> Fl
 
 
 def _design(
-    floor: Floor, request: PlanRequest, settings: PlanSettings, given: FloorConstraints, on_step: Callable[[str], None]
+    floor: Floor, request: PlanRequest, settings: PlanSettings, given: FloorConstraints, progress: Progress[str]
 ) -> FloorDesign:
-    on_step("walkable space")
+    progress("walkable space", len(STEPS))
     mask = None if request.mask is None else read_mask(request.mask)
     space = walkable_space(floor_plan(floor), request.walkable, mask)
     try:
-        return plan_floor(space, corridor_graph(space, request.walkable.graph), settings, given, on_step)
+        return plan_floor(space, corridor_graph(space, request.walkable.graph), settings, given, progress)
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
 
