@@ -13,6 +13,7 @@ LAYERS = (
     "common",
     "smoother",
     "heights",
+    "dead_reckoning",
     "landmark_survey",
     "survey",
     "walkable",

@@ -70,7 +70,7 @@ def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_pa
 
 
 WRONG = {
-    "strategy": (["--strategy", "globe"], "no mapping strategy is called 'globe'; there are: global, global-affine, "),
+    "strategy": (["--strategy", "globe"], "no mapping strategy is called 'globe'; there are: dead-reckoning, global, "),
     "floor": (["--floor", "7"], "--floor 7: the survey has no session of it; there are: 0"),
     "device": (["--device", "Nokia"], "--device Nokia: the survey has no session of it; there are: LG, OnePlus"),
 }

@@ -147,6 +147,20 @@ EVENT_STYLES: dict[EventKind, EventStyle] = {
         "hourglass-open",
         "#e69f00",
     ),
+    EventKind.STANDING: EventStyle("standing", "No tracker: the walker stood still.", "circle-open", "#6e7781"),
+    EventKind.TURN: EventStyle("turn in place", "No tracker: the walker turned on the spot.", "circle-dot", "#0072b2"),
+    EventKind.STAIRS: EventStyle(
+        "stairs", "No tracker: air pressure tells of stairs or an escalator walked.", "y-up-open", "#009e73"
+    ),
+    EventKind.LIFT: EventStyle(
+        "lift", "No tracker: air pressure tells of a ride without a step.", "square-open", "#009e73"
+    ),
+    EventKind.DOUBTFUL_FIX: EventStyle(
+        "doubtful fix",
+        "A known position lies farther from where the walk's others put it than chance explains.",
+        "diamond-x-open",
+        "#d55e00",
+    ),
 }
 """Style of each kind of event, in the order of every list."""
 

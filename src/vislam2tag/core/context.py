@@ -64,3 +64,31 @@ class PressureLog:
 
     time_ns: IntArray
     pressure_hpa: FloatArray
+
+
+@dataclass(frozen=True)
+class InertialLog:
+    """Inertial readings beside a walk, boot clock; the times of each sensor increase strictly.
+
+    ``force_ns`` (a,) and ``force`` (a, 3): accelerometer, m/s^2, gravity included; ``rate_ns`` (g,) and ``rate``
+    (g, 3): gyroscope, rad/s; ``orientation_ns`` (r,) and ``orientation`` (r, 4): rotation vector as a unit quaternion
+    (x, y, z, w), device to east-north-up; empty where there is none. All are finite, in the device's axes.
+    """
+
+    force_ns: IntArray
+    force: FloatArray
+    rate_ns: IntArray
+    rate: FloatArray
+    orientation_ns: IntArray
+    orientation: FloatArray
+
+
+@dataclass(frozen=True)
+class FixLog:
+    """Moments at which the walker's position was known: ``time_ns`` (k,) increasing strictly, ``position_bcs`` (k, 2)
+    metres; ``name`` (k,) is what each is called.
+    """
+
+    time_ns: IntArray
+    position_bcs: FloatArray
+    name: tuple[str, ...]

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class EventKind(StrEnum):
-    """What a step of the tracker was that is no motion of the camera."""
+    """What a step of the tracker was that is no motion of the camera; without tracker, what happened on the walk."""
 
     MAP_UPDATE = "map_update"
     """Camera and landmarks moved together: the tracker re-expressed its frame. Harmless."""
@@ -21,6 +21,16 @@ class EventKind(StrEnum):
     """Tracking was lost; ``size_m`` is what the tracker says the camera moved meanwhile."""
     SLIP = "slip"
     """Between two passes of landmarks the tracker led elsewhere than usual drift explains; the frame is the middle."""
+    STANDING = "standing"
+    """No tracker: the walker stood still, from the frame on."""
+    TURN = "turn"
+    """No tracker: the walker turned on the spot, by ``turn_rad``."""
+    STAIRS = "stairs"
+    """No tracker: air pressure tells of ``size_m`` up or down, on foot."""
+    LIFT = "lift"
+    """No tracker: air pressure tells of ``size_m`` up or down without a step."""
+    DOUBTFUL_FIX = "doubtful_fix"
+    """No tracker: a known position lies ``size_m`` from where the walk's others put it."""
 
 
 @dataclass(frozen=True)

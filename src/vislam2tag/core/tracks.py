@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
-from vislam2tag.core.context import AnchorLog, PressureLog, Storeys, TrackerState
+from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState
 from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.status import Status
 
@@ -49,6 +49,10 @@ class CameraTrack:
     """What the tracker said of itself; None where the log does not tell."""
     anchors: AnchorLog | None = None
     """Points that the tracker held fixed in its map; None where none were logged."""
+    inertial: InertialLog | None = None
+    """Inertial readings, where there is no tracker: then no frame has a pose, and they stand for the walk's moments."""
+    fixes: FixLog | None = None
+    """Where the walker is known to have been; None where nobody said."""
 
     @property
     def usable(self) -> BoolArray:

@@ -224,6 +224,9 @@ class SessionResult(Record):
     contradictions: list[ContradictionMark] = []
     sigma: SigmaStatistics | None = None
     """None where the strategy states no uncertainty, or nothing is mapped."""
+    max_sigma_m: float | None = None
+    """The sigma above which its readings are uncertain, where it is not the run's own limit: in sessions without
+    poses; metres."""
     errors: ErrorRecord | None = None
     """None where no truth is known; never used to map."""
     drawing: Drawing = Drawing()

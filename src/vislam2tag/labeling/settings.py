@@ -36,7 +36,14 @@ class LabelSettings(FiniteRecord):
     Infinite: none is.
     """
 
-    @field_serializer("max_sigma_m", when_used="json")
+    max_sigma_without_poses_m: float = Field(default=2.0, gt=0, allow_inf_nan=True)
+    """The same for sessions without poses, whose positions are never as sure, metres."""
+
+    def for_session(self, *, without_poses: bool) -> LabelSettings:
+        """The settings with the limit of sigma that holds for a session."""
+        return self.model_copy(update={"max_sigma_m": self.max_sigma_without_poses_m}) if without_poses else self
+
+    @field_serializer("max_sigma_m", "max_sigma_without_poses_m", when_used="json")
     def _as_json(self, value: float) -> float | str:
         """JSON has no infinity; as an option, ``inf`` is read back."""
         return value if math.isfinite(value) else "inf"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.smoother.settings import SmootherSettings
 
@@ -17,4 +18,5 @@ class MappingSettings(FiniteRecord):
     max_step_m: float = Field(default=5.0, gt=0)
     """``local-corrected`` discards a segment with a longer step between neighbouring mapped frames, metres."""
     smoother: SmootherSettings = SmootherSettings()
+    dead_reckoning: DeadReckoningSettings = DeadReckoningSettings()
     heights: HeightSettings = HeightSettings()

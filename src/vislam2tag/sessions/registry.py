@@ -94,7 +94,7 @@ def _format_named(ref: SessionRef) -> SessionFormat:
         raise SessionError(f"{ref.folder}: cannot be looked into; check its permissions")
     if ref.format not in FORMATS.names():
         raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
-    if not ref.folder.is_dir():
+    if not ref.folder.exists():
         raise SessionError(f"{ref.folder}: no such session folder")
     return FORMATS.named(ref.format)
 

@@ -11,6 +11,8 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.whole_folder import restore
 from vislam2tag.survey.corrections import CORRECTIONS_FILE
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
+from vislam2tag.survey.ilc20_site import SITE_FILES as ILC20_FILES
+from vislam2tag.survey.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site
 from vislam2tag.survey.landmark_file import (
     landmarks_from,
     read_completed_file,
@@ -46,6 +48,8 @@ def read_site(
     folder is missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
     restore(root)  # what `site write` makes is replaced whole
+    if is_ilc20_site(root):
+        return _ilc20_site(root, landmark_file, default_sigma_m)
     described = has_site_file(root)
     folders, findings = _numbered_folders(root) if described else floor_folders(root)
     floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
@@ -55,6 +59,15 @@ def read_site(
         landmarks, landmark_findings = read_landmark_files(root, folders, default_sigma_m)
     else:
         landmarks, landmark_findings = read_completed_file(landmark_file, folders, default_sigma_m)
+    return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
+
+
+def _ilc20_site(root: Path, landmark_file: Path | None, sigma_m: float) -> tuple[Site, tuple[Finding, ...]]:
+    """A site of the competition; it has landmarks only where a file gives them."""
+    floors, findings = ilc20_floors(root)
+    if landmark_file is None:
+        return Site(tuple(floors), landmarks_from([])), tuple(findings)
+    landmarks, landmark_findings = read_completed_file(landmark_file, {floor.number for floor in floors}, sigma_m)
     return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
 
 
@@ -107,7 +120,8 @@ def _listed(root: Path) -> list[Path]:
 
 def site_files(root: Path) -> list[Path]:
     """Files that a site is made of, besides its sessions', sorted: what its labels may follow from."""
-    found = {path for pattern in _SITE_FILES for path in root.glob(pattern)}
+    patterns = (CORRECTIONS_FILE, *ILC20_FILES) if is_ilc20_site(root) else _SITE_FILES
+    found = {path for pattern in patterns for path in root.glob(pattern)}
     if has_site_file(root):
         plans = [root / floor.plan.file for floor in read_site_file(root).floors if floor.plan is not None]
         found |= {path for plan in plans for path in ([plan] if plan.is_file() else plan.rglob("*"))}
@@ -122,8 +136,11 @@ def subfolders(folder: Path) -> list[Path]:
 def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Finding]]:
     """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds.
 
-    A floor's or device's folder that cannot be listed is a finding.
+    A floor's or device's folder that cannot be listed is a finding. A site of the Indoor Location Competition 2.0 has
+    files in place of sessions' folders.
     """
+    if is_ilc20_site(root):
+        return ilc20_sessions(root), []
     found: list[tuple[SessionKey, Path]] = []
     findings: list[Finding] = []
 

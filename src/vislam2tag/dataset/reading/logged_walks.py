@@ -41,8 +41,6 @@ from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.labeling.readings import label_readings
 from vislam2tag.labeling.settings import LabelSettings
 
-SAME_READING_NS = 5_000_000
-"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
 _LABELS = LabelSettings(max_sigma_m=math.inf)
 """No place between taps is too unsure to be one: its sigma is stated."""
 _NAMES = "names"
@@ -165,15 +163,6 @@ class WalkTables:
                 "source": walk.source,
             }
         )
-
-
-def mark_repeated(rows: pl.DataFrame) -> pl.DataFrame:
-    """Add ``repeated``: an earlier row of the same transmitter is at most ``SAME_READING_NS`` older or younger.
-
-    Rows keep their order.
-    """
-    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over("bssid", order_by=["time_ns", "row"])
-    return rows.with_columns(repeated=~fresh.fill_null(value=True))
 
 
 def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -14,13 +14,10 @@ from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.common.plain_files import plain
 from vislam2tag.common.table_files import scan_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM
 
 NOT_HEARD = 100.0
-"""The level that stands for "not heard"."""
-GREATEST_DBM = 0.0
-"""Phones report no louder level; one that is not :data:`NOT_HEARD` is a fault."""
-LEAST_DBM = -150.0
-"""Below thermal noise by far: no radio measures it."""
+"""The level that stands for "not heard"; another that no radio measures is a fault."""
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""
 

@@ -12,6 +12,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajecto
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
+from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.mapping.trajectory_builder import TrajectoryBuilder
 from vislam2tag.smoother.contradictions import contradictions
 from vislam2tag.smoother.frame_states import ExposureInterpolation
@@ -28,10 +29,14 @@ class Smoother:
     sighting_range_m: float
     allow_for_pose_lag: bool = False
     heights: HeightSettings = field(default_factory=HeightSettings)
+    without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
+    """What maps sessions that have no poses."""
     needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
+        if camera.inertial is not None:
+            return self.without_tracker.map(camera, log, landmarks)
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
         nothing = builder.finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
@@ -82,6 +87,9 @@ def _visits(observations: WalkObservations) -> tuple[Visit, ...]:
 register(
     "smoother",
     lambda settings: Smoother(
-        settings.smoother.sighting_range_m, settings.smoother.allow_for_pose_lag, settings.heights
+        settings.smoother.sighting_range_m,
+        settings.smoother.allow_for_pose_lag,
+        settings.heights,
+        DeadReckoning(settings.dead_reckoning, settings.heights),
     ),
 )

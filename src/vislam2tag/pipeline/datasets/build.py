@@ -169,7 +169,9 @@ def _session_jobs(
 ) -> Iterator[SessionJob]:
     for number, (name, source, labelled) in enumerate(named_sessions(sources)):
         limit_m = source.labelled.max_sigma_m if max_sigma_m is None else max_sigma_m
-        yield SessionJob(labelled, name, source.building, number, parts, settings, limit_m)
+        yield SessionJob(
+            labelled, name, source.building, number, parts, settings, limit_m, own_limit=max_sigma_m is None
+        )
 
 
 def _build_sessions(todo: list[SessionJob], jobs: int, progress: Progress[SessionStep]) -> list[SessionOutcome]:

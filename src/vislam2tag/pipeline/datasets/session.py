@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars as pl
@@ -42,6 +42,8 @@ class SessionJob:
     """Each session's rows: ``TABLE/NUMBER.parquet``."""
     settings: DatasetSettings
     max_sigma_m: float
+    own_limit: bool = True
+    """Whether a session's own limit of sigma goes before that one."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ class SessionOutcome:
 def build_session(job: SessionJob) -> SessionOutcome:
     """Build one session's rows of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
     result = job.labelled.result()
+    if job.own_limit and result.max_sigma_m is not None:
+        job = replace(job, max_sigma_m=result.max_sigma_m)
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
     walk = SessionWalk.of(result, trajectory, job.session, job.building)
     made = {name: _radio(job, walk, name) for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name)}

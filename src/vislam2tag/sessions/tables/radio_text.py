@@ -8,6 +8,12 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.sessions.tables.raw_table import RawTable
 
 _REPLACEMENT = "\ufffd"
+SAME_READING_NS = 5_000_000
+"""Rows of one transmitter this close in time are one reading: loggers turn boot time into their own with a jitter."""
+GREATEST_DBM = 0.0
+"""Phones report no louder level."""
+LEAST_DBM = -150.0
+"""Below thermal noise by far: no radio measures it."""
 
 
 def text_lines(data: bytes) -> list[str]:
@@ -50,3 +56,12 @@ def _is_utf8(line: bytes) -> bool:
     except UnicodeDecodeError:
         return False
     return True
+
+
+def mark_jittered(rows: pl.DataFrame, sender: str) -> pl.DataFrame:
+    """Add ``repeated``: an earlier row of the same sender is at most :data:`SAME_READING_NS` older or younger.
+
+    Rows keep their order.
+    """
+    fresh = (pl.col("time_ns").diff() > SAME_READING_NS).over(sender, order_by=["time_ns", "row"])
+    return rows.with_columns(repeated=~fresh.fill_null(value=True))

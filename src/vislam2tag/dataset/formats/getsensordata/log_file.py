@@ -24,8 +24,7 @@ from vislam2tag.dataset.formats.getsensordata.log_lines import (
     on_one_clock,
     rows_of_kind,
 )
-from vislam2tag.dataset.reading.logged_walks import mark_repeated
-from vislam2tag.dataset.reading.wide_tables import GREATEST_DBM, LEAST_DBM
+from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
 
 OLDEST_S = 600.0
 """Phones cache results for a minute or so; a Wi-Fi time this much older is on another clock."""
@@ -108,7 +107,7 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
     odd = table.filter(~pl.col("usable"))["row"].to_list()
     message = "the sensor time is not within ten minutes before the row was written; the row's own time counts"
     findings = [Finding.at_lines("unusable_sensor_time", file, odd, message)] if odd else []
-    return mark_repeated(_readings(table)), findings
+    return mark_jittered(_readings(table), "bssid"), findings
 
 
 def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
@@ -122,7 +121,7 @@ def _ble(rows: pl.DataFrame, offset_s: float) -> pl.DataFrame:
         ssid=pl.lit(""),
         frequency_mhz=pl.lit(None),
     ).with_columns(bssid=pl.coalesce("beacon", "bssid"))
-    return mark_repeated(_readings(table))
+    return mark_jittered(_readings(table), "bssid")
 
 
 def _readings(table: pl.DataFrame) -> pl.DataFrame:

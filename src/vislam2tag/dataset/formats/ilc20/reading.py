@@ -12,16 +12,17 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.dataset.fingerprinting.radio_tables import radio_rows
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.formats.ilc20.site_folders import TraceRef, find_sites, is_trace_path
-from vislam2tag.dataset.formats.ilc20.trace_file import parse_trace
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 
 BESIDE_M = 10.0
 """Plans are drawn by hand: a waypoint may lie this far beside one."""
@@ -82,8 +83,9 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
     except OSError as error:
         raise DatasetError(f"{ref.path}: cannot be read ({error.strerror})") from error
     trace = parse_trace(data, ref.path.name)
-    inside = _on_plan(trace.taps, floor)
-    taps = Waypoints(trace.taps.time_ns[inside], trace.taps.position[inside], trace.taps.floor[inside] + index)
+    inside = _on_plan(trace.taps.position_bcs, floor)
+    position = trace.taps.position_bcs[inside]
+    taps = Waypoints(trace.taps.time_ns[inside], position, np.full(len(position), index, dtype=np.int64))
     findings = list(trace.findings)
     if not inside.all():
         message = "waypoints lie outside the plan; they are no taps"
@@ -97,7 +99,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
         place=ref.place,
         device=phone or None,
         taps=taps,
-        tables={"wifi": trace.wifi, "ble": trace.ble, "sensors": trace.sensors},
+        tables={"wifi": trace.wifi, "ble": radio_rows(trace.ble, "ble"), "sensors": trace.sensors},
         first_ns=trace.first_ns,
         last_ns=trace.last_ns,
         started=datetime.fromtimestamp(trace.first_ns // 1_000_000 / 1e3, UTC).replace(tzinfo=None),
@@ -106,11 +108,11 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> tuple[LoggedWalk, tupl
     return walk, tuple(findings)
 
 
-def _on_plan(taps: Waypoints, floor: FloorInfo) -> BoolArray:
-    """Mask (n,) of the taps that lie on the plan, or a few metres beside it."""
+def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
+    """Mask (n,) of the taps at these positions (n, 2) that lie on the plan, or a few metres beside it."""
     size = np.array([size_m or FARTHEST_M for size_m in (floor.width_m, floor.height_m)])
     low = -BESIDE_M if floor.width_m else -FARTHEST_M
-    inside: BoolArray = np.all((taps.position >= low) & (taps.position <= size + BESIDE_M), axis=1)
+    inside: BoolArray = np.all((position >= low) & (position <= size + BESIDE_M), axis=1)
     return inside
 
 

@@ -13,9 +13,8 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.table_files import read_csv
-from vislam2tag.dataset.reading.logged_walks import mark_repeated
-from vislam2tag.dataset.reading.waypoints import Waypoints
-from vislam2tag.dataset.reading.wide_tables import GREATEST_DBM, LEAST_DBM
+from vislam2tag.core.context import FixLog
+from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
 
 _MARK = re.compile(rb"\tTYPE_")
 _DIGITS = 13
@@ -29,7 +28,7 @@ _OLDEST_MS = 600_000
 """Phones cache results for a minute or so; a ``lastseen`` this much older is on another clock."""
 _HEADER = re.compile(r"\b(SiteName|FloorName|Brand|Model):([^\t\r\n]*)")
 _HEADER_BYTES = 4096
-_TEXT, _F32, _F64, _I64 = pl.String(), pl.Float32(), pl.Float64(), pl.Int64()
+_TEXT, _I32, _F32, _F64 = pl.String(), pl.Int32(), pl.Float32(), pl.Float64()
 SENSORS: Mapping[str, str] = {
     "TYPE_ACCELEROMETER": "ACC",
     "TYPE_GYROSCOPE": "GYRO",
@@ -40,8 +39,8 @@ SENSORS: Mapping[str, str] = {
 _RECORDS: Mapping[str, Mapping[str, tuple[str, pl.DataType]]] = {
     "TYPE_WAYPOINT": {"x": ("f2", _F64), "y": ("f3", _F64)},
     "TYPE_WIFI": {"bssid": ("f3", _TEXT), "rssi_dbm": ("f4", _F32), "frequency_mhz": ("f5", _F32)},
-    "TYPE_BEACON": {"bssid": ("f8", _TEXT), "rssi_dbm": ("f6", _F32)},
-    "TYPE_BLUE": {"bssid": ("f3", _TEXT), "rssi_dbm": ("f4", _F32)},
+    "TYPE_BEACON": {"address": ("f8", _TEXT), "rssi_dbm": ("f6", _F32)},
+    "TYPE_BLUE": {"address": ("f3", _TEXT), "rssi_dbm": ("f4", _F32)},
     **{kind: {"v1": ("f2", _F64), "v2": ("f3", _F64), "v3": ("f4", _F64)} for kind in SENSORS},
 }
 """Fields without which a record is none, by type, with the name and type that they get."""
@@ -51,18 +50,22 @@ _RECORDS: Mapping[str, Mapping[str, tuple[str, pl.DataType]]] = {
 class Ilc20Trace:
     """What a trace file holds; times are nanoseconds since 1970.
 
-    ``taps`` are on floor 0; ``wifi``, ``ble`` (as :func:`.radio_tables.radio_rows` makes it) and ``sensors`` are as a
+    ``taps`` are in time order, each time once; ``wifi``, ``ble`` and ``sensors`` are as a
     :class:`~vislam2tag.sessions.model.Session` has them, a reading's time being when it was received, not when it was
-    logged. ``header`` has what the comments say.
+    logged. ``header`` has what the comments say. ``TYPE_BLU4`` repeats ``TYPE_BLUE``, and ``TYPE_DIST1`` and
+    ``TYPE_DIST2`` are the phone's own distances, which nobody describes: these are not taken.
     """
 
     header: dict[str, str]
-    taps: Waypoints
+    taps: FixLog
     wifi: pl.DataFrame
     ble: pl.DataFrame
     sensors: pl.DataFrame
     first_ns: int
     last_ns: int
+    lines: int
+    records: int
+    """Lines of the file, and records in it."""
     findings: tuple[Finding, ...]
 
 
@@ -98,6 +101,8 @@ def parse_trace(data: bytes, file: str) -> Ilc20Trace:
         _sensors(typed),
         int(time_ns.min()) if len(time_ns) else 0,
         int(time_ns.max()) if len(time_ns) else 0,
+        data.count(b"\n") + int(not data.endswith(b"\n") and data != b""),
+        records.height,
         (*_line_findings(separated, file, joined, broken), *odd),
     )
 
@@ -134,9 +139,11 @@ def _lines(data: bytes) -> pl.DataFrame:
     )
 
 
-def _taps(rows: pl.DataFrame) -> Waypoints:
-    time_ns = (rows["time_ms"] * _MS_TO_NS).to_numpy()
-    return Waypoints.of(time_ns, rows.select("x", "y").to_numpy(), np.zeros(len(time_ns), dtype=np.int64))
+def _taps(rows: pl.DataFrame) -> FixLog:
+    """Taps in time order; of several at one time the first counts."""
+    time_ns, first = np.unique((rows["time_ms"] * _MS_TO_NS).to_numpy(), return_index=True)
+    position = rows.select("x", "y").to_numpy()[first]
+    return FixLog(time_ns, position, tuple(f"line {row}" for row in rows["row"].to_numpy()[first].tolist()))
 
 
 def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFrame, list[Finding]]:
@@ -149,27 +156,27 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     table = rows.with_columns(
         usable=usable,
         time_ns=pl.when(usable).then(seen_ms).otherwise("time_ms") * _MS_TO_NS,
-        scan=pl.col("time_ms").rank("dense"),
-        ssid=pl.col("f2"),
+        scan=pl.col("time_ms").rank("dense").cast(_I32),
+        ssid=pl.col("f2").fill_null(""),
     )
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
     message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
     findings = [Finding.at_lines("unusable_lastseen", file, odd, message)] if odd else []
-    return mark_repeated(_readings(table)), findings
+    return mark_jittered(_radio(table, "scan", "bssid", "ssid", "frequency_mhz"), "bssid"), findings
 
 
 def _ble(beacons: pl.DataFrame, adverts: pl.DataFrame) -> pl.DataFrame:
     """Take each advertisement once: those of iBeacons come twice, the second time with what they call themselves."""
-    who = beacons.select("bssid", beacon=pl.concat_str("f2", "f3", "f4", separator="-"))
-    both = pl.concat([beacons.with_columns(ssid=pl.lit(None, _TEXT)), adverts.with_columns(ssid=pl.col("f2"))])
-    heard = mark_repeated(
-        _readings(
-            both.with_columns(time_ns=pl.col("time_ms") * _MS_TO_NS, frequency_mhz=pl.lit(None), scan=pl.lit(None))
-        )
+    identity = {"uuid": pl.col("f2"), "major": pl.col("f3").cast(_I32, strict=False)}
+    identity["minor"] = pl.col("f4").cast(_I32, strict=False)
+    who = beacons.select("address", **identity).drop_nulls().unique("address", keep="first", maintain_order=True)
+    both = pl.concat([beacons.with_columns(name=pl.lit("")), adverts.with_columns(name=pl.col("f2").fill_null(""))])
+    table = both.with_columns(time_ns=pl.col("time_ms") * _MS_TO_NS)
+    heard = mark_jittered(_radio(table, "address", "name"), "address")
+    named = heard.join(who, on="address", how="left", maintain_order="left").filter(~pl.col("repeated"))
+    return named.select("row", "time_ns", "repeated", "address", "name", "uuid", "major", "minor", "rssi_dbm").sort(
+        "row"
     )
-    who = who.drop_nulls().unique("bssid", keep="first")
-    named = heard.join(who, on="bssid", how="left", maintain_order="left").filter(~pl.col("repeated"))
-    return named.with_columns(bssid=pl.coalesce("beacon", "bssid")).drop("beacon").sort("row")
 
 
 def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
@@ -182,17 +189,10 @@ def _sensors(typed: Mapping[str, pl.DataFrame]) -> pl.DataFrame:
     return rows.sort("row").with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
 
 
-def _readings(table: pl.DataFrame) -> pl.DataFrame:
+def _radio(table: pl.DataFrame, *columns: str) -> pl.DataFrame:
+    """Row, time, level (null where no radio measures it) and further columns of radio readings."""
     measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
-    return table.select(
-        "row",
-        "time_ns",
-        pl.col("scan").cast(pl.Int32),
-        "bssid",
-        pl.col("ssid").fill_null(""),
-        pl.when(measured).then("rssi_dbm"),
-        pl.col("frequency_mhz").cast(_F32),
-    )
+    return table.select("row", "time_ns", *columns, pl.when(measured).then("rssi_dbm"))
 
 
 def _original(rows: list[int], joined: list[int]) -> list[int]:

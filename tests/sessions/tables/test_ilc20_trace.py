@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from vislam2tag.dataset.formats.ilc20.trace_file import Ilc20Trace, parse_trace
+from vislam2tag.sessions.tables.ilc20_trace import Ilc20Trace, parse_trace
 
 T = 1574149352000
 MS = 1_000_000
@@ -37,7 +37,7 @@ def test_records_of_each_type() -> None:
     )
     assert found.header == {"SiteName": "杭州", "FloorName": "F4", "Brand": "OPPO", "Model": "PBCM10"}
     assert found.taps.time_ns.tolist() == [T * MS, (T + 1000) * MS]
-    assert found.taps.position.tolist() == [[1.5, 2.5], [3, 4]]
+    assert found.taps.position_bcs.tolist() == [[1.5, 2.5], [3, 4]]
     row = found.wifi.row(0, named=True)
     assert (row["bssid"], row["ssid"], row["rssi_dbm"], row["frequency_mhz"]) == ("04:40:a9:a1:6b:73", "JOY", -43, 2437)
     assert found.sensors.select("time_ns", "sensor", "v1", "v2", "v3", "v4", "repeated").rows() == [
@@ -72,7 +72,7 @@ def test_records_that_a_missing_newline_joined_are_taken_apart(before: str) -> N
     apart = trace(*records)
     joined = trace(before + records[0] + records[1], records[2] + records[3])
     assert joined.wifi.drop("row").equals(apart.wifi.drop("row"))
-    assert joined.taps.position.tolist() == apart.taps.position.tolist()
+    assert joined.taps.position_bcs.tolist() == apart.taps.position_bcs.tolist()
     first = 5 if before else 4
     assert kinds(joined)["joined_records"] == (first, first + 1)
     assert kinds(joined).get("malformed_lines") == ((4,) if before else None)
@@ -115,10 +115,10 @@ def test_an_advertisement_that_is_logged_twice_counts_once_with_its_beacons_name
         f"{T + 7}\tTYPE_BLUE\tTV\t00:00:00:00:00:01\t-60",
         f"{T + 500}\tTYPE_BLUE\t\t{mac}\t-82",
     )
-    assert found.ble.select("bssid", "ssid", "rssi_dbm", "repeated").rows() == [
-        (f"{uuid}-10065-26049", "", -81.0, False),
-        ("00:00:00:00:00:01", "TV", -60.0, False),
-        (f"{uuid}-10065-26049", "", -82.0, False),
+    assert found.ble.select("address", "name", "uuid", "major", "minor", "rssi_dbm", "repeated").rows() == [
+        (mac, "", uuid, 10065, 26049, -81.0, False),
+        ("00:00:00:00:00:01", "TV", None, None, None, -60.0, False),
+        (mac, "", uuid, 10065, 26049, -82.0, False),
     ]
 
 
@@ -129,5 +129,5 @@ def test_a_level_that_no_radio_measures_is_null() -> None:
 @pytest.mark.parametrize("data", [b"", b"\n", b"\xff\xfe\x00", b"\tTYPE_WIFI", b"1\tTYPE_"])
 def test_nothing_breaks_it(data: bytes) -> None:
     found = parse_trace(data, "a.txt")
-    assert len(found.taps) == found.wifi.height == found.ble.height == 0
+    assert len(found.taps.time_ns) == found.wifi.height == found.ble.height == 0
     assert re.match(r"\(.*\)", str(found.findings))

@@ -1,0 +1,138 @@
+"""The least-squares problem of a walk, linearised: unknown at each node are position, scale and heading.
+
+``z[k+1] = z[k] + exp(s[k] + i h[k]) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the logarithm
+of the walker's scale, which forgets itself, and ``h`` the heading of the gyroscope's frame, which drifts. Fixes tie
+``z``, the phone's own heading ties ``h`` loosely, both with Student-t tails.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.dead_reckoning.nodes import Nodes
+from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.smoother.chain import NormalEquations
+
+STATES = 4
+FIX_TAIL = 5.0
+NORTH_TAIL = 3.0
+"""Degrees of freedom of the Student-t distributions."""
+STANDING_NOISE_M = 0.01
+"""Random part of the motion of somebody who stands, metres per square root of a second."""
+LEAST_NOISE_M = 1e-3
+UNKNOWN_M_S = 1.5
+"""How fast somebody may walk while there are no readings."""
+LOOSE = np.diag((1e-8, 1e-8, 0.0, 1e-4))
+"""Weights that keep what nothing ties regular: 10 km, 100 rad."""
+
+
+@dataclass(frozen=True)
+class PathState:
+    """Unknowns at ``k`` nodes: ``position`` (k,) complex metres in the BCS, ``scale`` (k,) its logarithm,
+    ``heading_rad`` (k,) of the gyroscope's frame in the BCS.
+    """
+
+    position: ComplexArray
+    scale: FloatArray
+    heading_rad: FloatArray
+
+
+@dataclass(frozen=True)
+class Ties:
+    """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` of all."""
+
+    node: IntArray
+    position: ComplexArray
+    sigma_m: float
+
+
+@dataclass(frozen=True)
+class PathModel:
+    """The motion between nodes with the variances of its errors."""
+
+    nodes: Nodes
+    settings: DeadReckoningSettings
+
+    @property
+    def precision(self) -> FloatArray:
+        """(k - 1, 4) inverse variances of each stretch: x, y, scale, heading."""
+        nodes, settings = self.nodes, self.settings
+        duration = np.diff(nodes.time_s)
+        walked = settings.step_noise**2 * nodes.length_m**2 / duration
+        known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
+        position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
+        scale = settings.scale_sigma**2 * (1 - self.memory**2)
+        heading = settings.heading_noise_rad**2 * duration
+        return np.asarray(1 / np.column_stack((position, position, scale, heading)))
+
+    @property
+    def memory(self) -> FloatArray:
+        """(k - 1,) share of the scale's error that lasts from node to node."""
+        return np.asarray(np.exp(-np.diff(self.nodes.time_s) / self.settings.scale_memory_s))
+
+    @property
+    def north_precision(self) -> FloatArray:
+        """(k,) inverse variances of the phone's own heading, as if each node's were independent; 0 where unknown."""
+        share = np.gradient(self.nodes.time_s) / (2 * self.settings.north_memory_s)
+        return np.where(np.isfinite(self.nodes.drift_rad), share / self.settings.north_sigma_rad**2, 0.0)
+
+    def equations(self, state: PathState, ties: Ties) -> NormalEquations:
+        """Linearise about a state: the solution is by how much it must change."""
+        count, precision, memory = len(state.scale), self.precision, self.memory
+        moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
+        residual = self.residual(state)
+        before = np.zeros((count - 1, STATES, STATES))
+        before[:, 0, 0] = before[:, 1, 1] = before[:, 3, 3] = -1
+        before[:, 0, 2], before[:, 1, 2] = -moved.real, -moved.imag
+        before[:, 0, 3], before[:, 1, 3] = moved.imag, -moved.real
+        before[:, 2, 2] = -memory
+        upper = (precision[:, :, None] * before).transpose(0, 2, 1)
+        diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
+        diagonal[:-1] += upper @ before
+        diagonal[1:, range(STATES), range(STATES)] += precision
+        right[:-1] -= np.einsum("kij,ki->kj", before, precision * residual)
+        right[1:] -= precision * residual
+        diagonal[0, 2, 2] += self.settings.scale_sigma**-2
+        right[0, 2] -= state.scale[0] * self.settings.scale_sigma**-2
+        off, weight = self.north(state)
+        diagonal[:, 3, 3] += weight
+        right[:, 3] -= weight * off
+        error, tie_weight = fix_errors(state, ties)
+        for axis, part in enumerate((error.real, error.imag)):
+            diagonal[:, axis, axis] += np.bincount(ties.node, tie_weight, count)
+            right[:, axis] -= np.bincount(ties.node, tie_weight * part, count)
+        return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
+
+    def residual(self, state: PathState) -> FloatArray:
+        """(k - 1, 4) errors of motion, scale and heading between nodes."""
+        moved = np.exp(state.scale[:-1] + 1j * state.heading_rad[:-1]) * self.nodes.motion
+        step = np.diff(state.position) - moved
+        kept = state.scale[1:] - self.memory * state.scale[:-1]
+        return np.column_stack((step.real, step.imag, kept, np.diff(state.heading_rad)))
+
+    def north(self, state: PathState) -> tuple[FloatArray, FloatArray]:
+        """How far the heading is from the phone's own (k,), rad, and the weight of that (k,)."""
+        off = np.angle(np.exp(1j * (state.heading_rad - np.nan_to_num(self.nodes.drift_rad))))
+        precision = self.north_precision
+        return off, precision / (1 + (off / self.settings.north_sigma_rad) ** 2 / NORTH_TAIL)
+
+    def cost(self, state: PathState, ties: Ties) -> float:
+        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        off, _ = self.north(state)
+        spread = self.settings.north_sigma_rad
+        north = self.north_precision * NORTH_TAIL * spread**2 * np.log1p((off / spread) ** 2 / NORTH_TAIL)
+        error = np.abs(state.position[ties.node] - ties.position) / ties.sigma_m
+        fixes = (FIX_TAIL + 2) * np.log1p(error**2 / FIX_TAIL)
+        motion = self.precision * self.residual(state) ** 2
+        first = (state.scale[0] / self.settings.scale_sigma) ** 2
+        return float(motion.sum() + north.sum() + fixes.sum() + first)
+
+
+def fix_errors(state: PathState, ties: Ties) -> tuple[ComplexArray, FloatArray]:
+    """Complex errors (f,) of the path at its fixes, metres, and their weights (f,) by Student-t."""
+    error = state.position[ties.node] - ties.position
+    weight = (FIX_TAIL + 2) / (FIX_TAIL + np.abs(error / ties.sigma_m) ** 2) / ties.sigma_m**2
+    return error, weight

@@ -1,0 +1,32 @@
+"""What dead reckoning assumes of walkers, phones and fixes."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+
+
+class DeadReckoningSettings(FiniteRecord):
+    """How paths are found from inertial sensors (docs/dead_reckoning.md); the defaults are calibrated there."""
+
+    fix_sigma_m: float = Field(default=0.55, gt=0)
+    """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
+    fix_sigma_spread: float = Field(default=0.5, gt=0)
+    """How much that differs between sessions: standard deviation of its logarithm."""
+    fix_delay_s: float = Field(default=0.1, ge=0)
+    """How much later than the walker was there a fix is logged, seconds."""
+    step_noise: float = Field(default=0.12, gt=0)
+    """Random part of the motion: metres per square root of a second for each m/s of speed."""
+    scale_sigma: float = Field(default=0.1, gt=0)
+    """Relative error of a walker's speed that lasts for a while, one standard deviation."""
+    scale_memory_s: float = Field(default=80.0, gt=0)
+    """How long it lasts, seconds."""
+    heading_noise_rad: float = Field(default=0.07, gt=0)
+    """Drift of the heading against the walking direction, rad per square root of a second."""
+    north_sigma_rad: float = Field(default=0.26, gt=0)
+    """Error of the phone's own heading against the plan's north, one standard deviation, rad."""
+    north_memory_s: float = Field(default=6.0, gt=0)
+    """How long such an error lasts, seconds."""
+    standing_s: float = Field(default=2.0, gt=0)
+    """Shortest time without steps that is told as standing, seconds."""

@@ -1,0 +1,74 @@
+"""Inertial readings of any rate, brought to one clock and one band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.context import InertialLog
+
+RATE_HZ = 50.0
+BAND_HZ = 6.0
+"""What a sensor of 15 Hz or more gives, and where walking lies."""
+SHORTEST_S = 2.0
+LONGEST_GAP_S = 0.3
+"""Between two readings; over longer gaps nothing is known of the motion."""
+
+
+@dataclass(frozen=True)
+class WalkSignals:
+    """A walk's sensors at ``n`` moments, 50 a second.
+
+    ``start_ns`` is the first moment; ``time_s`` (n,) seconds since then; ``force`` (n, 3) specific force, m/s^2, and
+    ``rate`` (n, 3) angular velocity, rad/s, both in the device's axes; ``known`` (n,) mask: no gap in the readings.
+    """
+
+    start_ns: int
+    time_s: FloatArray
+    force: FloatArray
+    rate: FloatArray
+    known: BoolArray
+
+    @classmethod
+    def of(cls, log: InertialLog) -> WalkSignals | None:
+        """Bring a log to one clock; None where accelerometer and gyroscope have no few seconds in common."""
+        if min(len(log.force_ns), len(log.rate_ns)) < 2:
+            return None
+        start_ns = int(max(log.force_ns[0], log.rate_ns[0]))
+        duration_s = float(min(log.force_ns[-1], log.rate_ns[-1]) - start_ns) * 1e-9
+        if duration_s < SHORTEST_S:
+            return None
+        time_s = np.arange(0.0, duration_s, 1 / RATE_HZ)
+        known = ~(_in_gap(time_s, log.force_ns, start_ns) | _in_gap(time_s, log.rate_ns, start_ns))
+        force = _averaged(time_s, log.force_ns, log.force, start_ns)
+        return cls(start_ns, time_s, force, _averaged(time_s, log.rate_ns, log.rate, start_ns), known)
+
+
+def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray:
+    """Take what is slower than the cutoff out of values (n, ...) at 50 Hz, without delay."""
+    filters = butter(order, cutoff_hz / (RATE_HZ / 2), output="sos")
+    pad = min(len(values) - 1, int(6 * RATE_HZ))
+    smooth: FloatArray = sosfiltfilt(filters, values, axis=0, padtype="odd", padlen=pad)
+    return smooth
+
+
+def _averaged(time_s: FloatArray, time_ns: IntArray, values: FloatArray, start_ns: int) -> FloatArray:
+    """Mean (n, c) over the interval around each moment (n,) of readings (k, c), linear between them."""
+    at = (time_ns - start_ns) * 1e-9
+    edges = np.append(time_s, time_s[-1] + 1 / RATE_HZ) - 0.5 / RATE_HZ
+    # The integral of what is linear is quadratic: it is followed exactly by adding the edges to the readings.
+    both = np.union1d(at, edges)
+    level = np.stack([np.interp(both, at, column) for column in values.T], axis=1)
+    parts = (level[1:] + level[:-1]) / 2 * np.diff(both)[:, None]
+    integral = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(parts, axis=0)))
+    return np.asarray(np.diff(integral[np.searchsorted(both, edges)], axis=0) * RATE_HZ)
+
+
+def _in_gap(time_s: FloatArray, time_ns: IntArray, start_ns: int) -> BoolArray:
+    """Mask (n,) of the moments between readings (k,) that are too far apart."""
+    at = (time_ns - start_ns) * 1e-9
+    after = np.searchsorted(at, time_s).clip(1, len(at) - 1)
+    return np.asarray(at[after] - at[after - 1] > LONGEST_GAP_S)

@@ -1,0 +1,126 @@
+"""The most probable path through a walk's fixes, by Gauss-Newton, and how far fixes usually are from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.dead_reckoning.equations import STATES, PathModel, PathState, Ties
+from vislam2tag.smoother.chain import NormalEquations, solve
+
+ROUNDS = 12
+CLOSE_M = 0.01
+LONGEST_TURN_RAD = 0.7
+"""No round turns the path further: the equations hold for small turns."""
+LONG_M2 = 4.0
+"""Fixes and path must be this far spread for their likeness to tell a heading."""
+FAR_M2 = 50.0
+"""And this far (two fixes 10 m apart) before it says that the phone is carried turned."""
+CARRIED_TURNED_RAD = 0.5
+"""A phone in the hand points ahead at least this well."""
+AGAINST_TURNED = 6.0
+"""Minus twice the logarithm of how seldom a phone is carried turned (one walk in twenty)."""
+FACTORS = np.exp(np.linspace(-0.8, 1.1, 6))
+"""Scatters of fixes that are tried, as parts of the usual one."""
+
+
+@dataclass(frozen=True)
+class SmoothedPath:
+    """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 4, 4) of x, y, scale and heading;
+    ``fix_sigma_m`` is how far this walk's fixes scatter, ``converged`` whether another round would change nothing.
+    """
+
+    state: PathState
+    covariance: FloatArray
+    fix_sigma_m: float
+    converged: bool
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    state: PathState
+    equations: NormalEquations
+    cost: float
+    evidence: float
+    sigma_m: float
+    converged: bool
+
+
+def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
+    """Find the path that fits sensors and fixes best; the scatter of the fixes is found by the evidence.
+
+    There must be a fix. Raises numpy.linalg.LinAlgError where the numbers are beyond all bounds.
+    """
+    tries = [(_fitted(carried, ties, state), carried, doubt) for carried, state, doubt in _starts(model, ties)]
+    start, model, _ = min(tries, key=lambda each: each[0].cost + each[2])
+    best, least = start, np.inf
+    for factor in FACTORS.tolist():
+        tried = _fitted(model, Ties(ties.node, ties.position, ties.sigma_m * factor), start.state)
+        against = tried.evidence + (np.log(factor) / model.settings.fix_sigma_spread) ** 2
+        if against < least:
+            best, least = tried, against
+    return SmoothedPath(best.state, solve(best.equations).covariance, best.sigma_m, best.converged)
+
+
+def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:
+    """Models and states to start from, and what is against each: turned as the phone's own heading says, and as the
+    fixes lie; where these differ much, the phone may be carried turned, as in a pocket.
+    """
+    raw, drift = model.nodes.raw, model.nodes.drift_rad
+    known = drift[np.isfinite(drift)]
+    own = float(np.angle(np.exp(1j * known).mean())) if len(known) else 0.0
+    seen, there = _centred(raw[ties.node]), _centred(ties.position)
+    alike = complex((seen.conj() * there).sum())
+    starts = [(model, _turned(raw, ties, own), 0.0)]
+    if abs(alike) > LONG_M2:
+        lie = float(np.angle(alike))
+        turn = float(np.angle(np.exp(1j * (lie - own)))) if len(known) else 0.0
+        starts.append((model, _turned(raw, ties, lie), 0.0))
+        if abs(turn) > CARRIED_TURNED_RAD and abs(alike) > FAR_M2:
+            carried = replace(model, nodes=replace(model.nodes, drift_rad=drift + turn))
+            starts.append((carried, _turned(raw, ties, lie), AGAINST_TURNED))
+    return starts
+
+
+def _turned(raw: ComplexArray, ties: Ties, heading_rad: float) -> PathState:
+    """The sensors' path (k,), metres, turned and laid over the fixes."""
+    path = raw * np.exp(1j * heading_rad)
+    path += ties.position.mean() - path[ties.node].mean()
+    return PathState(path, np.zeros(len(raw)), np.full(len(raw), heading_rad))
+
+
+def _centred(values: ComplexArray) -> ComplexArray:
+    return np.asarray(values - values.mean())
+
+
+def _fitted(model: PathModel, ties: Ties, state: PathState) -> _Fitted:
+    converged = False
+    for _ in range(ROUNDS):
+        equations = model.equations(state, ties)
+        factor = cholesky_banded(_banded(equations), overwrite_ab=True, check_finite=False)
+        right = equations.right.ravel()
+        step = cho_solve_banded((factor, False), right, check_finite=False).reshape(-1, STATES)
+        share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(step[:, 3]).max()), 1e-12))
+        x, y, scale, heading = share * step.T
+        state = PathState(state.position + x + 1j * y, state.scale + scale, state.heading_rad + heading)
+        converged = share == 1 and float(np.abs(step[:, :2]).max()) < CLOSE_M
+        if converged:
+            break
+    cost = model.cost(state, ties)
+    volume = 2 * float(np.log(factor[-1]).sum()) + 4 * len(ties.node) * float(np.log(ties.sigma_m))
+    return _Fitted(state, equations, cost, cost + volume, ties.sigma_m, converged)
+
+
+def _banded(equations: NormalEquations) -> FloatArray:
+    """Upper banded form (8, 4 k) of the chain, as SciPy wants it."""
+    width = 2 * STATES - 1
+    banded = np.zeros((width + 1, equations.right.size))
+    for row in range(STATES):
+        for column in range(row, STATES):
+            banded[width - (column - row), column::STATES] = equations.diagonal[:, row, column]
+        for column in range(STATES):
+            banded[width - (STATES + column - row), STATES + column :: STATES] = equations.upper[:, row, column]
+    return banded

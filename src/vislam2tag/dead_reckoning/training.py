@@ -1,0 +1,68 @@
+"""The speed model learned from walks with taps: each leg between two taps tells what its windows' speeds add up to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import FixLog
+from vislam2tag.dead_reckoning.features import NAMES
+from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.signals import RATE_HZ
+from vislam2tag.dead_reckoning.speed import SpeedModel
+from vislam2tag.dead_reckoning.walk import ReckonedWalk, SensedWalk
+
+ROUNDS = 3
+REWEIGHTINGS = 5
+RIDGE = 30.0
+USUAL_M_S = 1.2
+"""The speed of everybody before anything is learned."""
+LEG_SIGMA_M = 0.7
+LEG_SIGMA_GROWTH = 0.1
+"""Error of a leg by its taps, metres, and what its time adds, metres per square root of a second."""
+TAIL = 4.0
+
+
+def train(walks: Sequence[tuple[SensedWalk, FixLog]], settings: DeadReckoningSettings) -> SpeedModel:
+    """Learn the speed from walks whose fixes are dense, by ridge regression; each must have two fixes or more.
+
+    The headings come from the smoothed paths of the model before, so that it is learned in a few rounds.
+    """
+    spread = np.concatenate([sensed.features.values for sensed, _ in walks]).std(axis=0)
+    usual = np.where(np.arange(len(NAMES)) == 0, USUAL_M_S, 0.0)
+    model = SpeedModel(usual)
+    for _ in range(ROUNDS):
+        legs = [_legs(sensed.path(fixes, model, settings)) for sensed, fixes in walks]
+        rows, lengths = (np.concatenate(part) for part in zip(*legs, strict=True))
+        model = SpeedModel(usual + _robust_ridge(rows, lengths - rows @ usual, RIDGE * spread**2))
+    return model
+
+
+def _legs(walk: ReckonedWalk) -> tuple[FloatArray, FloatArray]:
+    """Sums (2 l, 14) of the features along the l legs of a walk, east and north, and what they make (2 l,), metres.
+
+    Both are in parts of what a leg's length is known to.
+    """
+    time_s, features = walk.sensed.signals.time_s, walk.sensed.features
+    windows = (features.values * features.moving[:, None]).T
+    values = np.stack([np.interp(time_s, features.time_s, column) for column in windows], axis=1)
+    ahead = np.cumsum(values * np.exp(1j * walk.course_rad)[:, None], axis=0) / RATE_HZ
+    tie_s = walk.nodes.time_s[walk.ties.node]
+    rows = np.diff(ahead[np.round(tie_s * RATE_HZ).astype(np.int64).clip(0, len(ahead) - 1)], axis=0)
+    leg = np.diff(walk.ties.position)
+    sigma = np.tile(np.hypot(LEG_SIGMA_M, LEG_SIGMA_GROWTH * np.sqrt(np.diff(tie_s))), 2)
+    rows_by_axis = np.concatenate((rows.real, rows.imag))
+    return rows_by_axis / sigma[:, None], np.concatenate((leg.real, leg.imag)) / sigma
+
+
+def _robust_ridge(rows: FloatArray, target: FloatArray, penalty: FloatArray) -> FloatArray:
+    """Coefficients (c,) of rows (r, c) for targets (r,) in units of their sigma, with Student-like weights."""
+    weight, solution = np.ones(len(target)), np.zeros(rows.shape[1])
+    shrink = np.diag(np.maximum(penalty, 1e-6))
+    for _ in range(REWEIGHTINGS):
+        weighted = rows * weight[:, None]
+        solution = np.linalg.solve(weighted.T @ rows + shrink, weighted.T @ target)
+        weight = 1 / (1 + (target - rows @ solution) ** 2 / TAIL)
+    return solution

@@ -1,0 +1,97 @@
+"""From the log of a walk without a tracker to its path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.dead_reckoning.equations import PathModel, Ties
+from vislam2tag.dead_reckoning.features import WindowFeatures
+from vislam2tag.dead_reckoning.heading import Headings
+from vislam2tag.dead_reckoning.nodes import Nodes
+from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.signals import WalkSignals
+from vislam2tag.dead_reckoning.smoothing import SmoothedPath, smooth_path
+from vislam2tag.dead_reckoning.speed import SpeedModel
+
+BEYOND_S = 2.0
+"""A fix this long before the first reading or after the last one still holds there."""
+
+
+@dataclass(frozen=True)
+class SensedWalk:
+    """What a walk's sensors say without its fixes: where it could have led, but for a turn and a place to start."""
+
+    signals: WalkSignals
+    headings: Headings
+    features: WindowFeatures
+
+    @classmethod
+    def of(cls, log: InertialLog) -> SensedWalk | None:
+        """Read the sensors; None where they have no few seconds in common."""
+        signals = WalkSignals.of(log)
+        if signals is None:
+            return None
+        headings = Headings.of(signals, log)
+        return cls(signals, headings, WindowFeatures.of(signals, headings.up))
+
+    def usable(self, fixes: FixLog, settings: DeadReckoningSettings) -> BoolArray:
+        """Mask (k,) of the fixes that lie within the walk."""
+        at = self._moments(fixes, settings)
+        return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
+
+    def path(self, fixes: FixLog, speed: SpeedModel, settings: DeadReckoningSettings) -> ReckonedWalk:
+        """Find the path through the fixes, all of which must be usable, and one at least."""
+        at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
+        speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
+        nodes = Nodes.of(self.signals, self.headings, speed_m_s, at_s)
+        position = fixes.position_bcs[:, 0] + 1j * fixes.position_bcs[:, 1]
+        ties = Ties(nodes.index_of(at_s), position, settings.fix_sigma_m)
+        return ReckonedWalk(self, nodes, ties, smooth_path(PathModel(nodes, settings), ties), fixes.name)
+
+    def _moments(self, fixes: FixLog, settings: DeadReckoningSettings) -> FloatArray:
+        """When (k,) the walker was at the fixes, seconds since the start."""
+        return np.asarray((fixes.time_ns - self.signals.start_ns) * 1e-9 - settings.fix_delay_s)
+
+
+@dataclass(frozen=True)
+class ReckonedWalk:
+    """A walk's path through its fixes; ``names`` (f,) is what these are called."""
+
+    sensed: SensedWalk
+    nodes: Nodes
+    ties: Ties
+    path: SmoothedPath
+    names: tuple[str, ...]
+
+    def at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (m, 2) in the BCS, metres, and covariances (m, 2, 2) at moments (m,) within the walk.
+
+        The covariance is that of a fix's distance from the path: what the path does not know and how far fixes
+        scatter, since nothing else tells where the walker was.
+        """
+        scatter = self.path.fix_sigma_m**2 * np.eye(2)
+        return self._between(self.positions, time_s), self._between(self.path.covariance[:, :2, :2] + scatter, time_s)
+
+    @property
+    def positions(self) -> FloatArray:
+        """(k, 2) position of each node in the BCS, metres."""
+        position = self.path.state.position
+        return np.column_stack((position.real, position.imag))
+
+    @property
+    def course_rad(self) -> FloatArray:
+        """(n,) direction in the BCS that the walker looks to at each moment of the signals."""
+        drift = np.interp(self.sensed.signals.time_s, self.nodes.time_s, self.path.state.heading_rad)
+        return np.asarray(drift + self.sensed.headings.turned_rad)
+
+    def _between(self, values: FloatArray, time_s: FloatArray) -> FloatArray:
+        """Interpolate values (k, ...) of the nodes linearly."""
+        nodes = self.nodes.time_s
+        after = np.searchsorted(nodes, time_s).clip(1, len(nodes) - 1)
+        share = ((time_s - nodes[after - 1]) / (nodes[after] - nodes[after - 1])).clip(0, 1)
+        share = share.reshape(-1, *(1,) * (values.ndim - 1))
+        return np.asarray(values[after - 1] * (1 - share) + values[after] * share)

@@ -1,0 +1,84 @@
+"""Folders of the Indoor Location Competition 2.0 as a survey: floors, plans and traces of one site."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.survey.model import ControlPoints, Floor, SessionKey
+from vislam2tag.survey.names import floor_number
+
+TRACES, INFO, PLAN, OUTLINES = "path_data_files", "floor_info.json", "floor_image.png", "geojson_map.json"
+SITE_FILES = (f"*/{INFO}", f"*/{PLAN}", f"*/{OUTLINES}")
+UNKNOWN_PHONE = "unknown"
+_PHONE = re.compile(r"\b(?:Brand|Model):([^\t\r\n]*)")
+_HEADER_BYTES = 4096
+
+
+def is_ilc20_site(root: Path) -> bool:
+    """Whether a folder is laid out as one site of the competition: ``F1/path_data_files`` or ``F1/floor_info.json``."""
+    return bool(_floor_folders(root))
+
+
+def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
+    """Read the floors of a site, sorted by number (F1 is 0, B1 is -1); what a floor's file lacks is a finding."""
+    floors, findings = [], []
+    for number, folder in _floor_folders(root).items():
+        width_m = height_m = None
+        try:
+            extent = json.loads((folder / INFO).read_bytes())["map_info"]
+            width_m, height_m = float(extent["width"]), float(extent["height"])
+        except (OSError, ValueError, KeyError, TypeError):
+            message = (
+                'cannot be read; expected {"map_info": {"width": ..., "height": ...}}, metres; the floor\'s extent is '
+                "taken from the data"
+            )
+            name = f"{folder.name}/{INFO}"
+            findings.append(
+                Finding(kind="floor_without_size", file=name, count=1, message=message, severity=Severity.WARNING)
+            )
+        plan = folder / PLAN
+        floors.append(
+            Floor(
+                number=number,
+                name=folder.name,
+                width_m=width_m,
+                height_m=height_m,
+                elevation_m=None,
+                plan=plan if plan.is_file() and width_m is not None else None,
+                control_points=ControlPoints((), np.empty((0, 2))),
+            )
+        )
+    return floors, findings
+
+
+def ilc20_sessions(root: Path) -> list[tuple[SessionKey, Path]]:
+    """List the traces of a site, sorted by key: the device is the phone that a trace's header names."""
+    return sorted(
+        (SessionKey(number, _phone_of(path), path.stem), path)
+        for number, folder in _floor_folders(root).items()
+        for path in (folder / TRACES).glob("*.txt")
+    )
+
+
+def _floor_folders(root: Path) -> dict[int, Path]:
+    """Folders of floors by number; where two have the same, the first by name."""
+    found: dict[int, Path] = {}
+    for folder in sorted(entry for entry in root.iterdir() if entry.is_dir()) if root.is_dir() else ():
+        number = floor_number(folder.name)
+        if number is not None and ((folder / TRACES).is_dir() or (folder / INFO).is_file()):
+            found.setdefault(number, folder)
+    return dict(sorted(found.items()))
+
+
+def _phone_of(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEADER_BYTES).decode("utf-8", errors="replace")
+    except OSError:
+        return UNKNOWN_PHONE
+    return " ".join(word.strip() for word in _PHONE.findall(head)) or UNKNOWN_PHONE

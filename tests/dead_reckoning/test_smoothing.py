@@ -1,0 +1,69 @@
+"""The algebra: the banded solution is the dense one, its covariance the dense inverse, its slopes the differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.dead_reckoning.equations import STATES, PathModel, PathState, Ties
+from vislam2tag.dead_reckoning.nodes import Nodes
+from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.smoothing import smooth_path
+
+SETTINGS = DeadReckoningSettings()
+
+
+def made(seed: int, count: int = 12) -> tuple[PathModel, Ties, PathState]:
+    rng = np.random.default_rng(seed)
+    time_s = np.cumsum(rng.uniform(0.3, 0.7, count))
+    motion = rng.uniform(0.3, 0.8, count - 1) * np.exp(1j * np.cumsum(rng.normal(0, 0.3, count - 1)))
+    nodes = Nodes(time_s, motion, np.abs(motion), np.ones(count - 1, dtype=bool), rng.normal(0, 0.1, count))
+    ties = Ties(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
+    position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
+    return PathModel(nodes, SETTINGS), ties, PathState(position, rng.normal(0, 0.1, count), rng.normal(0, 0.3, count))
+
+
+def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, FloatArray]:
+    equations = model.equations(state, ties)
+    count = len(state.scale)
+    matrix = np.zeros((count, STATES, count, STATES))
+    for k in range(count):
+        matrix[k, :, k] = equations.diagonal[k]
+        if k:
+            matrix[k - 1, :, k], matrix[k, :, k - 1] = equations.upper[k - 1], equations.upper[k - 1].T
+    return matrix.reshape(count * STATES, -1), equations.right.ravel()
+
+
+@given(seed=st.integers(0, 50), unknown=st.integers(0, 12 * STATES - 1))
+def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> None:
+    model, ties, state = made(seed)
+    node, kind = divmod(unknown, STATES)
+
+    def cost(by: float) -> float:
+        steps = [np.zeros(len(state.scale)) for _ in range(STATES)]
+        steps[kind][node] = by
+        x, y, scale, heading = steps
+        moved = PathState(state.position + x + 1j * y, state.scale + scale, state.heading_rad + heading)
+        return model.cost(moved, ties)
+
+    slope = (cost(1e-5) - cost(-1e-5)) / 2e-5
+    known = 1 + 1 / 3 if kind == 3 else 1.0
+    right = float(model.equations(state, ties).right[node, kind])
+    assert slope == pytest.approx(-2 * right, rel=1e-3 * known, abs=1e-2)
+
+
+@given(seed=st.integers(0, 50))
+def test_covariances_are_those_of_the_dense_inverse(seed: int) -> None:
+    model, ties, _ = made(seed)
+    found = smooth_path(model, ties)
+    assume(found.converged)
+    ties = Ties(ties.node, ties.position, found.fix_sigma_m)
+    matrix, right = dense(model, found.state, ties)
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    blocks = np.linalg.inv(matrix).reshape(len(found.state.scale), STATES, -1, STATES)
+    inverse = np.array([blocks[k, :, k] for k in range(len(blocks))])
+    assert found.covariance == pytest.approx(inverse, rel=0.1, abs=1e-3)
+    assert np.abs(np.linalg.solve(matrix, right).reshape(-1, STATES)[:, :2]).max() < 0.05

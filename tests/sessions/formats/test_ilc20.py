@@ -1,0 +1,95 @@
+"""Traces of the Indoor Location Competition 2.0 as sessions of a survey."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.conftest import shared_folder
+from tests.dead_reckoning.ilc20 import make_site
+from vislam2tag.common.errors import SessionError
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.dataset.reading.archives import folder_of
+from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.survey.corrections import Corrections
+
+
+def test_a_site_is_a_survey_of_its_traces(tmp_path: Path) -> None:
+    survey = open_survey(make_site(tmp_path / "site1"))
+    (floor,) = survey.site.floors
+    assert (floor.number, floor.name, floor.width_m, floor.height_m) == (0, "F1", 60.0, 40.0)
+    assert [str(ref.key) for ref in survey.sessions] == ["floor 0 / OPPO PBCM10 / a", "floor 0 / OPPO PBCM10 / b"]
+    session = read_session(survey.sessions[0])
+    assert session.camera.fixes is not None
+    assert session.camera.fixes.position_bcs.tolist()[:2] == [[5.0, 5.0], [25.0, 5.0]]
+    assert session.camera.time_ns[0] == 1_574_149_352_000_000_000
+    assert session.tables["wifi"]["time_ns"].to_list() == [session.camera.time_ns[0] + 2_000_000_000]
+    assert not session.findings
+
+
+def test_what_a_trace_lacks_is_said(tmp_path: Path) -> None:
+    site = make_site(tmp_path / "site1")
+    trace = site / "F1" / "path_data_files" / "a.txt"
+    lines = trace.read_text(encoding="utf-8").splitlines(keepends=True)
+    trace.write_text("".join(line for line in lines if "WAYPOINT" not in line), encoding="utf-8")
+    (site / "F1" / "floor_info.json").write_text("{}", encoding="utf-8")
+    survey = open_survey(site)
+    assert [finding.kind for finding in survey.findings] == ["floor_without_size"]
+    assert [finding.kind for finding in read_session(survey.sessions[0]).findings] == ["too_few_fixes"]
+    trace.write_text("".join(line for line in lines if "GYRO" not in line), encoding="utf-8")
+    with pytest.raises(SessionError, match=r"a\.txt: no accelerometer and gyroscope readings"):
+        read_session(survey.sessions[0])
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A made site, processed by the strategy that chooses itself."""
+    scratch = tmp_path_factory.mktemp("ilc20")
+    process(make_site(scratch / "site1"), scratch / "out")
+    return scratch / "out"
+
+
+def test_a_site_is_processed_end_to_end(run: Path) -> None:
+    summary = json.loads((run / "summary.json").read_bytes())
+    assert (summary["sessions"], summary["failed"]) == (2, 0)
+    assert summary["frames"].keys() == {"ok"}
+    table = pl.read_parquet(run / "trajectory" / "floor_0.OPPO-PBCM10.a.parquet")
+    trajectory = trajectory_of(table)
+    corner_ns = 1_574_149_352_000_000_000 + round(20 / 1.2 * 1e9)
+    at = int(np.argmin(np.abs(trajectory.time_ns - corner_ns)))
+    assert np.linalg.norm(trajectory.position_bcs[at, :2] - (25, 5)) < 0.6
+    wifi = pl.read_parquet(run / "wifi" / "floor_0.OPPO-PBCM10.a.parquet")
+    assert wifi["status"].to_list() == ["ok"]
+    assert wifi.select("x", "y").row(0) == pytest.approx((5 + 2 * 1.2, 5), abs=0.8)
+    assert (run / "report.html").is_file()
+
+
+def mapped(site: Path, which: int) -> tuple[Trajectory, np.ndarray[tuple[int, ...], np.dtype[np.float64]]]:
+    """A real walk mapped with its first and last tap only, and its taps: time (ns), x, y (k, 3)."""
+    survey = open_survey(site)
+    prepared = prepared_session(SessionTask(survey.sessions[which], survey.site, Corrections()))
+    camera = prepared.session.camera
+    assert camera.fixes is not None
+    taps = np.column_stack((camera.fixes.time_ns - camera.time_ns[0], camera.fixes.position_bcs))
+    strategy = strategy_named("smoother", MappingSettings())
+    return strategy.map(camera, prepared.session.landmarks, prepared.landmarks), taps
+
+
+def test_real_walks_pass_their_taps(tmp_path: Path) -> None:
+    folder = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path)
+    errors = []
+    for which in range(3):
+        trajectory, taps = mapped(folder / "site2", which)
+        time_ns = (trajectory.time_ns - trajectory.time_ns[0]).astype(np.float64)
+        path = [np.interp(taps[:, 0], time_ns, trajectory.position_bcs[:, axis]) for axis in (0, 1)]
+        errors.append(np.hypot(path[0] - taps[:, 1], path[1] - taps[:, 2]))
+    assert 0.1 < np.mean(np.concatenate(errors)) < 1.0
