@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import plain, read_json
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey
 from vislam2tag.survey.names import floor_number
 
@@ -30,7 +30,7 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
     for number, folder in _floor_folders(root).items():
         width_m = height_m = None
         try:
-            extent = json.loads((folder / INFO).read_bytes())["map_info"]
+            extent = read_json(folder / INFO)["map_info"]
             width_m, height_m = float(extent["width"]), float(extent["height"])
         except (OSError, ValueError, KeyError, TypeError):
             message = (
@@ -77,7 +77,7 @@ def _floor_folders(root: Path) -> dict[int, Path]:
 
 def _phone_of(path: Path) -> str:
     try:
-        with path.open("rb") as file:
+        with plain(path).open("rb") as file:
             head = file.read(_HEADER_BYTES).decode("utf-8", errors="replace")
     except OSError:
         return UNKNOWN_PHONE

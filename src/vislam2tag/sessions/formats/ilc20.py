@@ -9,6 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
@@ -33,7 +34,7 @@ class Ilc20Format:
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a trace whole; problems are findings. Raises SessionError where it has no inertial readings."""
-        data = ref.folder.read_bytes()
+        data = read_bytes(ref.folder)
         name = ref.folder.name
         trace = parse_trace(data, name)
         inertial = inertial_log(trace.sensors)
