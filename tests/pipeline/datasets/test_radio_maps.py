@@ -91,7 +91,7 @@ def test_the_page_shows_every_map_and_the_plan_once(written: Path, index: RadioM
     assert page.count("data:image/png;base64,") == 3 * maps + 2 * len(index.floors)
     assert "Wi-Fi: a scan hears" in page
     assert page.count("data:image/jpeg;base64,") == 1
-    assert page.count('class="plan plan-1"') == len(index.floors[0].access_points) + 2
+    assert page.count('class="paper plan plan-1"') == len(index.floors[0].access_points) + 2
     for floor in index.floors:
         for one in floor.access_points:
             assert f'href="{one.geotiff}"' in page

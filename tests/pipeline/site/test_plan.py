@@ -48,7 +48,8 @@ def test_a_plan_is_drawings_lists_a_summary_and_a_page(planned: Path) -> None:
     with Image.open(planned / "floor_1.plan.png") as image:
         assert np.asarray(image.convert("L")).std() > 5
     page = (planned / "index.html").read_text()
-    assert page.count("data:image/png;base64,") == 2
+    assert page.count("data:image/png;base64,") == 1
+    assert "Hang up <b>6</b> sheets" in page
     assert "No set of the" in page
 
 

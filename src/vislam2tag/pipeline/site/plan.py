@@ -16,13 +16,14 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure
 from vislam2tag.figures.style import rendered
 from vislam2tag.planning.floor import STEPS, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.planning.records import FloorPlanRecord, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.planning.site_files import marker_text, read_forbidden
-from vislam2tag.report.pages.plan_page import write_plan_page
+from vislam2tag.report.pages.plan_page import PlannedMap, write_plan_page
 from vislam2tag.survey.discover import floor_folders, read_site
 from vislam2tag.survey.landmark_file import LANDMARK_FILE, table_path
 from vislam2tag.survey.model import Floor, Site
@@ -61,6 +62,8 @@ class PlannedFloor:
     floor: Floor
     design: FloorDesign
     summary: FloorPlanRecord
+    hanging: Landmarks
+    """The landmarks that hang there and are taken into account."""
 
 
 def is_plan(folder: Path) -> bool:
@@ -98,7 +101,8 @@ def write_plans(
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, floor.name, ids, settings)
-            planned.append(PlannedFloor(floor, design, summary))
+            hanging = site.landmarks.select([]) if request.anew else site.landmarks.on_floor(floor.number)
+            planned.append(PlannedFloor(floor, design, summary, hanging))
         result = PlanSummary(
             version=__version__,
             settings=settings,
@@ -141,7 +145,7 @@ def _design(
 def _write(folder: Path, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
     (folder / SUMMARY_FILE).write_text(result.model_dump_json(indent=1) + "\n", encoding="utf-8")
     (folder / LANDMARKS_FILE).write_text(landmarks_text(result.landmarks), encoding="utf-8", newline="")
-    images: dict[int, tuple[bytes, bytes]] = {}
+    maps: dict[int, PlannedMap] = {}
     for one in planned:
         stem = f"floor_{one.floor.number}"
         drawings = {
@@ -151,8 +155,8 @@ def _write(folder: Path, planned: Sequence[PlannedFloor], result: PlanSummary) -
         files = {(name, kind): rendered(figure, kind) for name, figure in drawings.items() for kind in ("png", "pdf")}
         for (name, kind), content in files.items():
             (folder / f"{stem}.{name}.{kind}").write_bytes(content)
-        images[one.floor.number] = (files["plan", "png"], files["sigma", "png"])
-    write_plan_page(folder / PAGE_FILE, result, images)
+        maps[one.floor.number] = PlannedMap(one.floor, one.hanging, files["sigma", "png"])
+    write_plan_page(folder / PAGE_FILE, result, maps)
 
 
 def add_to_site(site_folder: Path, result: PlanSummary) -> None:
