@@ -61,9 +61,8 @@ def gain_map() -> GainMap:
     return gains
 
 
-@pytest.fixture
-def page(tmp_path: Path) -> str:
-    survey = open_survey(write_survey(tmp_path / "survey"), 0.02)
+def write_page_of_a_check(folder: Path) -> Path:
+    survey = open_survey(write_survey(folder / "survey"), 0.02)
     gains = gain_map()
     check = SurveyCheck(
         version="1",
@@ -72,8 +71,13 @@ def page(tmp_path: Path) -> str:
         floors=gains.floors(survey.site.landmarks),
         bad_landmarks=[BAD],
     )
-    write_check_page(tmp_path / "check.html", survey, check, gains)
-    return (tmp_path / "check.html").read_text("utf-8")
+    write_check_page(folder / "check.html", survey, check, gains)
+    return folder / "check.html"
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> str:
+    return write_page_of_a_check(tmp_path).read_text("utf-8")
 
 
 def traces(page: str) -> dict[str, dict[str, Any]]:

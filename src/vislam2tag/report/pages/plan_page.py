@@ -21,8 +21,16 @@ from vislam2tag.report.page import write_page
 from vislam2tag.survey.model import Floor
 
 _NEW, _TOUR = "#d55e00", "#0072b2"
-_SIDES = ("middle right", "top right", "top center", "top left", "middle left", "bottom left", "bottom center")
-_SIDES += ("bottom right",)
+_SIDES = (
+    "middle right",
+    "top right",
+    "top center",
+    "top left",
+    "middle left",
+    "bottom left",
+    "bottom center",
+    "bottom right",
+)
 """Where a text lies beside its point, by eighths of a turn from the x axis."""
 
 
