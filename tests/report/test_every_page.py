@@ -28,7 +28,7 @@ from vislam2tag.dataset.statistics.table_3 import Table3
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
-from vislam2tag.pipeline.site.show import draw_site, look_at_site
+from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.planning.settings import PlanSettings
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.rows import benchmark_rows
@@ -100,7 +100,7 @@ def plan(folder: Path) -> Path:
 
 
 def site(folder: Path) -> Path:
-    draw_site(look_at_site(write_ring_site(folder / "site")), "site", folder / "page.html")
+    draw_site(summarise_site(write_ring_site(folder / "site")), "site", folder / "page.html")
     return folder / "page.html"
 
 
