@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.command import the_error, vislam2tag
 from vislam2tag.cli import main
 
 SMALL = ["--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.25"]
@@ -84,3 +85,57 @@ def test_help_has_examples_and_traps(monkeypatch: pytest.MonkeyPatch, capsys: py
     shown = capsys.readouterr().out
     assert "simulate paper --like paper" in shown
     assert "frame_gap" in shown
+
+
+SHORT = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.5")
+
+
+def access_points(survey: Path) -> set[str]:
+    return {line.split("; ")[4] for path in survey.rglob("wifi.csv") for line in path.read_text().splitlines()}
+
+
+def test_a_later_survey_walks_through_the_same_building(tmp_path: Path) -> None:
+    first, again = tmp_path / "first", tmp_path / "again"
+    assert vislam2tag("simulate", first, *SHORT, "--seed", "5").returncode == 0
+    assert vislam2tag("simulate", again, *SHORT, "--seed", "5", "--later", "2022-06-01").returncode == 0
+    assert [path.name for path in again.glob("floor_0/LG/*")] == ["2022-06-01T09:14:00"]
+    site = ("floor_0/marker_dict.csv", "floor_dimensions.csv", "floor_0/floorplan.jpg")
+    assert all((first / name).read_bytes() == (again / name).read_bytes() for name in site if (first / name).is_file())
+    one, other = access_points(first), access_points(again)
+    assert len(one & other) > 0.6 * len(one)
+    poses = [next(folder.rglob("poses.csv")).read_bytes() for folder in (first, again)]
+    assert poses[0] != poses[1]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--like", "paper", "--minutes", "3"), "--minutes: has no effect with --like; leave one of the two out"),
+        (("--like", "paper", "--later", "2022-06-01"), "--later: has no effect with --like"),
+        (("--site", "here", "--floors", "2"), "--floors: has no effect with --site; leave one of the two out (name"),
+        (("--site", "here", "--landmarks", "9"), "--landmarks: has no effect with --site"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(tmp_path: Path, options: tuple[str, ...], message: str) -> None:
+    assert message in the_error(vislam2tag("simulate", tmp_path / "out", *options))
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_sites_access_points_and_survey_stay_whoever_walks(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    assert vislam2tag("simulate", site, *SHORT).returncode == 0
+    marks = site / "floor_0" / "marker_dict.csv"
+    lines = marks.read_text().splitlines()
+    marks.write_text("\n".join([f"{lines[0]},z,sigma_m", *(f"{line},1.45,0.07" for line in lines[1:])]))
+    outs = [tmp_path / "one", tmp_path / "two"]
+    for seed, out in enumerate(outs):
+        done = vislam2tag("simulate", out, *SHORT[2:], "--site", site, "--seed", str(seed))
+        assert done.returncode == 0, done.stderr
+    one, two = map(access_points, outs)
+    assert len(one & two) > 0.6 * len(one)
+    assert {path.name for path in outs[0].glob("floor_0/LG/*")}.isdisjoint(
+        path.name for path in outs[1].glob("floor_0/LG/*")
+    )
+    head, *rows = (outs[0] / "floor_0" / "marker_dict.csv").read_text().splitlines()
+    assert head == "id,x,y,z,sigma_m"
+    assert all(row.endswith(",1.45,0.07") for row in rows)

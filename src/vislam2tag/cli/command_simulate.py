@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
 HELP = """
 Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each session).
 
-The pipeline never reads the truth. The same options give the same bytes.
+The pipeline never reads the truth. The same options give the same bytes. With --site, access points are those of the
+building, whatever the seed, which is the walks'; --later makes a second survey that can be joined with the first.
 
 Exit code: 0 written, 2 wrong usage, or OUT holds something already or cannot be written.
 
@@ -44,6 +46,7 @@ Examples:
   vislam2tag simulate app --format phone --pressure
   vislam2tag simulate storeys --floors 3 --climb mixed --pressure \\
       --column elevation --column z
+  vislam2tag simulate again --seed 7 --later 2022-06-01
   vislam2tag simulate trial --site building --floor 4 \\
       --landmark-file plan/landmarks.csv
 """
@@ -55,6 +58,7 @@ def register(app: typer.Typer) -> None:
 
 
 def _simulate(
+    context: typer.Context,
     out: Annotated[Path, typer.Argument(help="New or empty folder for the survey.")],
     floors: Annotated[int, typer.Option(min=1, help="Number of floors.")] = 2,
     devices: Annotated[int, typer.Option(min=1, help="Number of phones.")] = 2,
@@ -99,9 +103,17 @@ def _simulate(
         Path | None,
         typer.Option(metavar="IMAGE", help="With --site and one --floor: green can be walked, red cannot."),
     ] = None,
+    later: Annotated[
+        datetime | None,
+        typer.Option(
+            formats=["%Y-%m-%d"],
+            metavar="DATE",
+            help="Walks of that day through the same building, for join: 2022-06-01.",
+        ),
+    ] = None,
     config: ConfigFile = None,
 ) -> None:
-    from vislam2tag.simulation.scenario import paper_evaluation, regular_survey
+    from vislam2tag.simulation.scenario import WALKING_DAY, paper_evaluation, regular_survey
     from vislam2tag.simulation.sensors.devices import device_names
     from vislam2tag.simulation.survey import WritingOptions
     from vislam2tag.simulation.writing.traps import check_traps
@@ -115,6 +127,8 @@ def _simulate(
         raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")
     if site is not None and like is not None:
         raise UsageError("--site and --like: give one of the two")
+    _refuse_ignored(context, like, site)
+    day = None if later is None else later.date()
     if site is None and (floor or landmark_file or mask):
         raise UsageError("--floor, --landmark-file and --mask: need --site")
     if mask is not None and len(floor or ()) != 1:
@@ -123,13 +137,15 @@ def _simulate(
     if site is not None:
         from vislam2tag.simulation.building.site_building import site_building
         from vislam2tag.simulation.building.site_survey import site_floors
-        from vislam2tag.simulation.scenario import site_survey
+        from vislam2tag.simulation.scenario import SITE_SEED, site_survey
 
         masks = {} if mask is None else dict.fromkeys(floor or (), mask)
         building = site_building(
-            site_floors(site, floor or (), landmark_file, masks, settings.walkable), seed, settings.simulation.site
+            site_floors(site, floor or (), landmark_file, masks, settings.walkable), SITE_SEED, settings.simulation.site
         )
-        walks = site_survey(building, site, seed, severity.value, device_names(devices), sessions, minutes * 60)
+        walks = site_survey(
+            building, site, seed, severity.value, device_names(devices), sessions, minutes * 60, day=day
+        )
         scenario = replace(walks, pressure=pressure, ble=ble, settings=settings.simulation.site)
     elif like is CopiedSurvey.PAPER:
         scenario = replace(paper_evaluation(seed, severity.value), pressure=pressure, ble=ble)
@@ -145,8 +161,28 @@ def _simulate(
             climb=climb,
             pressure=pressure,
             ble=ble,
+            day=day or WALKING_DAY,
         )
     _run_with_progress(scenario, out, options)
+
+
+_IGNORED = {
+    "--like": ("floors", "devices", "sessions", "minutes", "landmarks", "later"),
+    "--site": ("floors", "landmarks"),
+}
+"""What an option decides itself, by the names of parameters."""
+
+
+def _refuse_ignored(context: typer.Context, like: CopiedSurvey | None, site: Path | None) -> None:
+    """Raise UsageError for options that would be ignored beside others."""
+    for option, given in (("--like", like), ("--site", site)):
+        if given is None:
+            continue
+        for name in _IGNORED[option]:
+            source = context.get_parameter_source(name)
+            if source is not None and source.name == "COMMANDLINE":
+                instead = " (name floors of the site by --floor)" if (option, name) == ("--site", "floors") else ""
+                raise UsageError(f"--{name}: has no effect with {option}; leave one of the two out{instead}")
 
 
 def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:

@@ -41,6 +41,10 @@ class SimulatedFloor:
     """Where a floor that comes from a plan can be walked; None on generated floors, whose graphs keep off walls."""
     sheet_reach: FloatArray = field(default_factory=lambda: np.empty(0))
     """(m,) how many times farther than an A4 sheet each landmark is recognised; empty where all are A4."""
+    surveyed_z_m: FloatArray | None = None
+    """(m,) heights as a site's own files have them, NaN where they do not say; None on generated floors."""
+    surveyed_sigma_m: FloatArray | None = None
+    """(m,) standard deviations as a site's own files have them, metres."""
 
     @property
     def corners_m(self) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,10 @@ GOLDEN = (5**0.5 - 1) / 2
 """Successive multiples modulo 1 are spread evenly however many there are."""
 FIRST_DAY = datetime(2021, 12, 20, tzinfo=UTC)
 """No simulated session starts before this day; devices were started before it."""
+WALKING_DAY = date(2021, 12, 20)
+"""On which walks begin unless another day is given; each floor has a day of its own from then on."""
+SITE_SEED = 0
+_MOST_DAYS = 3000
 POSE_LAGS_S = {"LG": 0.055, "OnePlus": 0.035, "Galaxy": 0.045, "S20": 0.03}
 
 STATION_BREAK_M = (13.0, 15.0)
@@ -86,6 +90,13 @@ class Scenario:
     """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
     settings: BuildingSettings | SiteBuildingSettings | None = None
     """What the building was made by, where users choose it."""
+    site_seed: int | None = None
+    """What access points, beacons and surveyor's errors follow from; None: ``seed``, as walks do."""
+
+    @property
+    def place_seed(self) -> int:
+        """What stays in the building while others walk there."""
+        return self.seed if self.site_seed is None else self.site_seed
 
 
 def regular_survey(
@@ -100,18 +111,21 @@ def regular_survey(
     climb: Climb | None = None,
     pressure: bool = False,
     ble: bool = False,
+    day: date = WALKING_DAY,
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
 
     With ``climb`` each walk starts on its floor and goes on to others, and no landmark id is used on two floors;
-    adding floors changes such walks. Otherwise adding floors, devices or sessions leaves the others as they are. Raises
+    adding floors changes such walks. Walks of another ``day`` go through the same building. Otherwise adding floors,
+    devices or sessions leaves the others as they are. Raises
     ValueError for a severity below zero, or where there is no other floor to climb to.
     """
     level = severity_level(severity)
     if climb is not None and len(floors) < 2:
         raise ValueError("walks that change floors need two floors at least")
     planned = [
-        replace(session, climb=climb) for session in _walks(seed, level, floors, devices, sessions, duration_s, walk)
+        replace(session, climb=climb)
+        for session in _walks(seed, level, floors, devices, sessions, duration_s, walk, day)
     ]
     made = make_building(building or BuildingSettings(), seed, floors, distinct_ids=climb is not None)
     return Scenario(seed, level, made, tuple(planned), pressure, ble, settings=building)
@@ -126,12 +140,18 @@ def site_survey(
     sessions: int = 2,
     duration_s: float = 180.0,
     walk: WalkSettings | None = None,
+    day: date | None = None,
 ) -> Scenario:
-    """Plan walks as :func:`regular_survey` does, on all floors of a building made from the site in this folder."""
+    """Plan walks as :func:`regular_survey` does, on all floors of a building made from the site in this folder.
+
+    Access points are those of the building, whoever walks: ``seed`` is the walks', which it keeps apart by their day
+    (``day``: given).
+    """
     level = severity_level(severity)
     floors = tuple(floor.number for floor in building.floors)
-    planned = _walks(seed, level, floors, devices, sessions, duration_s, walk)
-    return Scenario(seed, level, building, tuple(planned), site=site)
+    day = day or WALKING_DAY + timedelta(days=seed % _MOST_DAYS)
+    planned = _walks(seed, level, floors, devices, sessions, duration_s, walk, day)
+    return Scenario(seed, level, building, tuple(planned), site=site, site_seed=SITE_SEED)
 
 
 def _walks(
@@ -142,6 +162,7 @@ def _walks(
     sessions: int,
     duration_s: float,
     walk: WalkSettings | None,
+    day: date,
 ) -> list[PlannedSession]:
     planned = []
     for floor in floors:
@@ -150,7 +171,9 @@ def _walks(
             for number in range(sessions):
                 quantile = (offset + number * GOLDEN) % 1.0
                 walker = walk if walk is not None else _provoked(WalkStyle.SURVEY, quantile * min(level, 1.0))
-                start = datetime(2021, 12, 20, 9) + timedelta(minutes=47 * number + 7 * len(device), days=floor % 25)
+                start = datetime(day.year, day.month, day.day, 9) + timedelta(
+                    minutes=47 * number + 7 * len(device), days=floor % 25
+                )
                 key = SessionKey(floor, device, start.isoformat())
                 planned.append(_planned(seed, key, duration_s, walker, level, quantile, WalkStyle.SURVEY))
     return planned
@@ -223,8 +246,9 @@ def _planned(
     style: WalkStyle,
 ) -> PlannedSession:
     up_hours = stream(seed, "boot", key.device).uniform(2.0, 200.0)
-    boot = FIRST_DAY - timedelta(hours=float(up_hours))
     start = datetime.fromisoformat(key.session).replace(tzinfo=UTC)
+    first = FIRST_DAY if start < FIRST_DAY + timedelta(days=60) else start.replace(hour=0, minute=0, second=0)
+    boot = first - timedelta(hours=float(up_hours))
     tracker = TrackerSettings(severity=severity, pose_lag_s=POSE_LAGS_S.get(key.device.split("_")[0], 0.045))
     if style is WalkStyle.TOTAL_STATION:
         tracker = tracker.model_copy(update={"break_m": STATION_BREAK_M, "reexpression_m": (0.0, 0.0)})

@@ -86,8 +86,8 @@ def simulate(
         _check_empty(out)
         _write_site(scenario, out, chosen)
         radio = RadioSettings(stale_share=STALE_SHARE * scenario.severity)
-        environment = make_radio_environment(scenario.building, radio, scenario.seed)
-        beacons = make_beacons(scenario.building, scenario.seed) if scenario.ble else None
+        environment = make_radio_environment(scenario.building, radio, scenario.place_seed)
+        beacons = make_beacons(scenario.building, scenario.place_seed) if scenario.ble else None
         for planned in scenario.sessions:
             session = simulate_session(scenario, planned, environment, chosen.locale, beacons)
             if chosen.layout is SessionLayout.PHONE:
@@ -155,7 +155,7 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     """Write the files of the building, ``simulation.json`` and, where one is used, the station's own shots."""
     building = scenario.building
     presses = any(planned.presses for planned in scenario.sessions)
-    files = site_text(building, presses, options.columns, scenario.seed)
+    files = site_text(building, presses, options.columns, scenario.place_seed)
     if scenario.site is not None:
         from vislam2tag.simulation.building.site_survey import copied_site_files
 

@@ -25,7 +25,7 @@ PLACES = np.array([(2.0, LOW + 0.1), (8.5, HIGH - 0.1), (16.0, HIGH - 0.1), (22.
 def landmarks(places: FloatArray = PLACES, width_m: float = np.nan) -> SiteLandmarks:
     unknown = np.full(len(places), np.nan)
     ids = tuple(str(number) for number in range(1, len(places) + 1))
-    return SiteLandmarks(ids, places, unknown, unknown, np.full(len(places), width_m))
+    return SiteLandmarks(ids, places, unknown, np.full(len(places), 0.02), unknown, np.full(len(places), width_m))
 
 
 @cache

@@ -27,12 +27,13 @@ _OFF_FLOOR_M = 1.0
 @dataclass(frozen=True)
 class SiteLandmarks:
     """Landmarks of one floor: ``position`` (m, 2) BCS, ``z_m`` and ``heading_rad`` (m,), NaN where unknown,
-    ``width_m`` (m,) of the image, NaN where it is on A4.
+    ``sigma_m`` (m,) as surveyed, ``width_m`` (m,) of the image, NaN where it is on A4.
     """
 
     ids: tuple[str, ...]
     position: FloatArray
     z_m: FloatArray
+    sigma_m: FloatArray
     heading_rad: FloatArray
     width_m: FloatArray
 
@@ -88,6 +89,8 @@ def _floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.random.Gene
         lower_left_m=(left, low),
         rooms=ways.rooms,
         space=floor.space,
+        surveyed_z_m=marks.z_m,
+        surveyed_sigma_m=marks.sigma_m,
         sheet_reach=np.maximum(np.nan_to_num(marks.width_m, nan=0.0) / SHEET_SIZES["A4"].image_m, 1.0),
     )
 

@@ -74,6 +74,7 @@ def _site_floor(
             ids=here.ids,
             position=here.position_bcs,
             z_m=here.z_m,
+            sigma_m=np.sqrt(here.covariance_bcs[:, 0, 0]).round(6),
             heading_rad=here.heading_rad,
             width_m=_column(here.ids, widths),
         ),

@@ -10,6 +10,7 @@ from vislam2tag.simulation.choices import SiteColumn
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor
 from vislam2tag.simulation.settings import stream
 from vislam2tag.simulation.writing.writer import comma_separated
+from vislam2tag.survey.settings import SurveySettings
 
 HEIGHT_SIGMA_M = 0.02
 SIGMA_RANGE_M = (0.01, 0.1)
@@ -54,5 +55,9 @@ def _marker_dict(floor: SimulatedFloor, columns: frozenset[SiteColumn], seed: in
         off = HEADING_SIGMA_RAD * rng[SiteColumn.HEADING].standard_normal(count)
         further["heading_rad"] = wrapped(floor.landmark_heading_rad + off)
         further["heading_sigma_rad"] = np.full(count, HEADING_SIGMA_RAD)
-    frame = pl.DataFrame({"id": floor.landmark_ids, "x": xy[:, 0], "y": xy[:, 1], **further})
+    if floor.surveyed_z_m is not None and np.isfinite(floor.surveyed_z_m).any():
+        further.setdefault("z", floor.surveyed_z_m)
+    if floor.surveyed_sigma_m is not None and (floor.surveyed_sigma_m != SurveySettings().landmark_sigma_m).any():
+        further.setdefault("sigma_m", floor.surveyed_sigma_m)
+    frame = pl.DataFrame({"id": floor.landmark_ids, "x": xy[:, 0], "y": xy[:, 1], **further}, nan_to_null=True)
     return comma_separated(frame, header=True)
