@@ -13,7 +13,6 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections import (
     Corrections,
-    corrected_landmarks,
     read_corrections,
     session_start,
     unused_corrections,
@@ -138,35 +137,6 @@ def test_selectors_choose_sessions_with_or_without_colons(tmp_path: Path) -> Non
 def test_a_move_holds_for_its_period_only(tmp_path: Path, session: str, applies: bool) -> None:
     (move,) = corrections_of(tmp_path, EXAMPLE).move_landmark
     assert move.applies(SessionKey(0, "LG", session)) is applies
-
-
-def test_landmarks_are_moved_and_excluded_on_their_floor(tmp_path: Path) -> None:
-    marks = landmarks_at({"10": (1, 1), "7": (2, 2), "3": (3, 3)})
-    marks.heading_rad[:] = 1.0
-    corrected, uses = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY)
-    assert corrected.ids == ("10", "3")
-    assert corrected.position_bcs.tolist() == [[3.0, 4.5], [3.0, 3.0]]
-    assert np.isnan(corrected.heading_rad).tolist() == [True, False]
-    assert uses == ("Landmark 10 is taken to be at (3, 4.5).",)
-    assert marks.position_bcs[0].tolist() == [1.0, 1.0]
-
-
-def test_an_entrys_floor_is_the_landmarks(tmp_path: Path) -> None:
-    marks = landmarks_at({"10": (1, 1), "7": (2, 2)})
-    marks.floor[:] = 3
-    text = "[[move_landmark]]\nid = 10\nfloor = {0}\nx = 5\ny = 6\n[[exclude_landmark]]\nid = 7\nfloor = {0}\n"
-    there, uses = corrected_landmarks(marks, corrections_of(tmp_path, text.format(3)), KEY)
-    assert (there.ids, there.position_bcs.tolist(), len(uses)) == (("10",), [[5.0, 6.0]], 1)
-    elsewhere, uses = corrected_landmarks(marks, corrections_of(tmp_path, text.format(KEY.floor)), KEY)
-    assert (elsewhere.ids, uses) == (("10", "7"), ())
-
-
-def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
-    marks = landmarks_at({"10": (np.nan, np.nan)})
-    marks.covariance_bcs[0] = np.diag([np.inf, np.inf])
-    corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY, 0.25)
-    assert corrected.surveyed.all()
-    assert corrected.covariance_bcs.tolist() == [[[0.0625, 0.0], [0.0, 0.0625]]]
 
 
 def test_entries_for_landmarks_of_a_floor_without_sessions_may_have_an_effect(tmp_path: Path) -> None:

@@ -8,7 +8,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-import numpy as np
 from pydantic import (
     BeforeValidator,
     Field,
@@ -20,11 +19,9 @@ from pydantic import (
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml
-from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import landmark_id
-from vislam2tag.survey.settings import SurveySettings
 
 CORRECTIONS_FILE = "corrections.toml"
 UNITS_M = {"ft": 0.3048, "in": 0.0254, "cm": 0.01, "mm": 0.001}
@@ -89,8 +86,8 @@ class ExcludeSession(Correction):
         return self
 
 
-class ExcludeSpan(Correction):
-    """Leave a time span out: frames from ``from_s`` (included) to ``to_s`` (excluded) after the first frame."""
+class _OfSpan(Correction):
+    """What concerns frames from ``from_s`` (included) to ``to_s`` (excluded) after the first frame."""
 
     from_s: FiniteFloat = 0.0
     to_s: float = float("inf")
@@ -100,6 +97,10 @@ class ExcludeSpan(Correction):
         if not self.from_s < self.to_s:
             raise ValueError("from_s must be less than to_s")
         return self
+
+
+class ExcludeSpan(_OfSpan):
+    """Leave a time span out."""
 
 
 class ExcludeLandmark(Correction):
@@ -141,19 +142,11 @@ class MoveLandmark(Correction):
         return (self.since is None or self.since <= start) and (self.until is None or start < self.until)
 
 
-class RenameLandmark(Correction):
-    """Sightings from ``from_s`` (included) to ``to_s`` (excluded) after the first frame are another sheet's."""
+class RenameLandmark(_OfSpan):
+    """A landmark's sightings within a time span are another sheet's."""
 
     id: _Id
     to: _Id
-    from_s: FiniteFloat = 0.0
-    to_s: float = float("inf")
-
-    @model_validator(mode="after")
-    def _is_span(self) -> Self:
-        if not self.from_s < self.to_s:
-            raise ValueError("from_s must be less than to_s")
-        return self
 
 
 class LandmarkUnits(Correction):
@@ -235,77 +228,6 @@ def read_corrections(root: Path) -> Corrections:
         return read_toml(root / CORRECTIONS_FILE, Corrections)
     except FileNotFoundError:
         return Corrections()
-
-
-def corrected_landmarks(
-    landmarks: Landmarks,
-    corrections: Corrections,
-    key: SessionKey,
-    default_sigma_m: float = SurveySettings().landmark_sigma_m,
-) -> tuple[Landmarks, tuple[str, ...]]:
-    """Landmarks that a session may use with its corrections applied, and one sentence for each use.
-
-    An entry's ``floor`` is the landmark's. Tables are put into metres, then mirrored, turned and shifted. Excluded
-    landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its heading.
-    """
-    landmarks, table_uses = _with_tables_corrected(landmarks, corrections, key)
-    places = list(zip(landmarks.ids, landmarks.floor.tolist(), strict=True))
-
-    def concerns(entry: ExcludeLandmark | MoveLandmark, name: str, floor: int) -> bool:
-        return entry.id == name and entry.applies(replace(key, floor=floor))
-
-    gone = {place for place in places for entry in corrections.exclude_landmark if concerns(entry, *place)}
-    chosen = landmarks.select([i for i, place in enumerate(places) if place not in gone])
-    uses = list(table_uses)
-    for entry in corrections.move_landmark:
-        for index, place in enumerate(zip(chosen.ids, chosen.floor.tolist(), strict=True)):
-            if concerns(entry, *place):
-                _move(chosen, index, entry, default_sigma_m)
-                uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
-    return chosen, tuple(uses)
-
-
-def _with_tables_corrected(
-    landmarks: Landmarks, corrections: Corrections, key: SessionKey
-) -> tuple[Landmarks, tuple[str, ...]]:
-    """Correct units, mirror and turn whole floors."""
-    chosen, uses = landmarks, []
-    entries: tuple[LandmarkUnits | TurnLandmarks, ...] = (*corrections.landmark_units, *corrections.turn_landmarks)
-    for entry in entries:
-        rows = np.flatnonzero(chosen.floor == entry.floor)
-        if len(rows) == 0 or not entry.applies(replace(key, floor=int(chosen.floor[rows[0]]))):
-            continue
-        if chosen is landmarks:
-            chosen = landmarks.select(list(range(len(landmarks.ids))))
-        if isinstance(entry, LandmarkUnits):
-            chosen.position_bcs[rows] *= UNITS_M[entry.unit]
-            chosen.z_m[rows] *= UNITS_M[entry.unit]
-            uses.append(f"The landmarks of floor {entry.floor} are taken to be in {entry.unit}{entry.because()}.")
-        else:
-            _turn(chosen, rows, entry)
-            how = "mirrored" if entry.mirrored else "turned"
-            uses.append(f"The landmarks of floor {entry.floor} are {how}{entry.because()}.")
-    return chosen, tuple(uses)
-
-
-def _turn(own: Landmarks, rows: IntArray, entry: TurnLandmarks) -> None:
-    """Mirror, turn and shift landmarks in arrays of our own."""
-    turn_rad = np.radians(entry.turn_deg)
-    cosine, sine = np.cos(turn_rad), np.sin(turn_rad)
-    matrix = np.array([[cosine, -sine], [sine, cosine]]) @ np.diag([-1.0 if entry.mirrored else 1.0, 1.0])
-    own.position_bcs[rows] = own.position_bcs[rows] @ matrix.T + entry.shift_m
-    surveyed = rows[own.surveyed[rows]]
-    own.covariance_bcs[surveyed] = matrix @ own.covariance_bcs[surveyed] @ matrix.T
-    heading = np.pi - own.heading_rad[rows] if entry.mirrored else own.heading_rad[rows]
-    own.heading_rad[rows] = heading + turn_rad
-
-
-def _move(own: Landmarks, index: int, entry: MoveLandmark, default_sigma_m: float) -> None:
-    """Write the new place of a landmark into arrays of our own (a selection copies)."""
-    own.position_bcs[index] = entry.x, entry.y
-    if not np.isfinite(own.covariance_bcs[index]).all():
-        own.covariance_bcs[index] = np.eye(2) * default_sigma_m**2
-    own.heading_rad[index] = own.heading_sigma_rad[index] = np.nan
 
 
 def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], landmarks: Landmarks) -> list[Finding]:
