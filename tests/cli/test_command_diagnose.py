@@ -35,7 +35,11 @@ def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> N
     swap_rows(copy / "floor_0" / "marker_dict.csv", "3", "6")
     (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "99"  # gone')
     before = bytes_of(copy)
-    assert vislam2tag("process", copy, "--out", tmp_path / "wrong", "--jobs", "1").returncode == 0
+    wrong = vislam2tag("process", copy, "--out", tmp_path / "wrong", "--jobs", "1")
+    assert wrong.returncode == 0, wrong.stderr
+    assert "wrong: landmarks 3 and 6 of floor 0 hang in each other's place" in wrong.stdout
+    assert f"next: vislam2tag diagnose {copy}" in wrong.stdout
+    assert "hang in each other" in (tmp_path / "wrong" / "report.html").read_text()
 
     said = vislam2tag("diagnose", copy, "--jobs", "1")
     assert said.returncode == 1, said.stderr

@@ -44,7 +44,6 @@ def made_walk(
         time_s=np.arange(0.0, 10.0 * count, 10.0),
         camera=seen - offset,
         offset=offset,
-        heading=np.zeros(count, dtype=np.complex128),
         sighting_m2=np.full(count, SIGHTING_M**2),
         drift=drift,
     )

@@ -10,6 +10,7 @@ import typer
 from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.terminal import next_step, say
 
 if TYPE_CHECKING:
     from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
@@ -57,20 +58,21 @@ def _diagnose(
         raise UsageError("--apply and --revert: give one of them")
     if revert:
         removed = remove_added(survey)
-        typer.echo(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
+        say(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
         return
     try:
         found = _with_progress(survey, settings_of(config, {}), jobs)
     except KeyboardInterrupt:
-        typer.echo("interrupted: nothing was written", err=True)
+        say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    typer.echo(found.model_dump_json(indent=1) if json else _text(found))
+    for line in [found.model_dump_json(indent=1)] if json else _text(found).split("\n"):
+        say(line)
     lines = "\n\n".join(fault.lines for fault in found.faults if fault.corrections)
     if apply and lines:
         add_entries(survey, lines)
-        typer.echo(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
-    elif lines and not json:
-        typer.echo(f"next: vislam2tag diagnose {survey} --apply, then process again")
+        say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
+    if not json:
+        next_step(*(("diagnose", survey, "--apply") if lines and not apply else ("run", survey, "--out", "out")))
     raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
 
 

@@ -112,7 +112,9 @@ def _process(
         )
         raise typer.Exit(INTERRUPTED) from None
     _print_summary(summary, out)
-    next_step("check", survey)
+    for fault in summary.faults:
+        say(f"wrong: {fault}")
+    next_step("diagnose" if summary.faults else "check", survey)
     raise typer.Exit(1 if summary.failed else 0)
 
 

@@ -27,9 +27,9 @@ class WalkPasses:
     """``p`` passes of one walk in the order of time, in the tracker's continuous frame.
 
     ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
-    camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``heading`` (p,) complex, unit, the sheet's
-    X axis (0: not logged); ``sighting_m2`` (p,) variance per axis of each pass; ``drift`` (p - 1, 4, 4) covariances of
-    the drift from pass to pass (states as in :mod:`vislam2tag.smoother.drift`).
+    camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
+    each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
+    :mod:`vislam2tag.smoother.drift`).
     """
 
     key: SessionKey
@@ -37,7 +37,6 @@ class WalkPasses:
     time_s: FloatArray
     camera: ComplexArray
     offset: ComplexArray
-    heading: ComplexArray
     sighting_m2: FloatArray
     drift: FloatArray
 
@@ -53,7 +52,6 @@ class WalkPasses:
             time_s=odometry.time_s[passes.at],
             camera=odometry.path[passes.at],
             offset=passes.offset,
-            heading=passes.heading,
             sighting_m2=sighting_variance(model, USUAL),
             drift=stretch_drift(model, even)[1:-1] if len(passes.at) else np.empty((0, STATES, STATES)),
         )

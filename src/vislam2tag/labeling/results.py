@@ -185,6 +185,24 @@ class Drawing(Record):
     """Mean labelled position of each Wi-Fi scan."""
 
 
+class PassesRecord(Record):
+    """Passes of landmarks in the tracker's own frame, in the order of time: what tells faults of the survey.
+
+    Each list has an entry a pass, but ``drift``, which has one between two; metres and seconds.
+    """
+
+    landmark: list[str]
+    time_s: list[float]
+    camera: Polyline
+    offset: Polyline
+    """From the camera to the landmark."""
+    sighting_m2: list[float]
+    drift: list[list[float]]
+    """Covariances, row by row, of how far the tracker may have drifted: x, y, scale and heading."""
+    places: dict[str, tuple[int, float, float]]
+    """Floor, x and y of the surveyed landmarks that the session may use."""
+
+
 class SessionResult(Record):
     """Everything about one processed session except its tables."""
 
@@ -235,6 +253,8 @@ class SessionResult(Record):
     """What lies on each other floor that the walk led to."""
     corrections: list[str] = []
     """Each use of corrections.toml, one sentence each."""
+    passes: PassesRecord | None = None
+    """None where the session has too few frames."""
 
 
 class Summary(Record):
@@ -262,5 +282,7 @@ class Summary(Record):
     """Landmarks that contradict the rest, those that most sessions say it of first."""
     sigma: SigmaStatistics | None = None
     errors: ErrorRecord | None = None
+    faults: list[str] = []
+    """What is wrong with the survey, by the walks themselves (`vislam2tag diagnose`)."""
     per_floor: dict[str, dict[str, float]]
     per_device: dict[str, dict[str, float]]

@@ -37,6 +37,7 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
             "sigma": None if rescaled else result.sigma,
             "errors": None if rescaled else result.errors,
             "findings": findings,
+            "passes": None,
         }
     )
 

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession, MappedShare, observe_session
+from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
 from vislam2tag.survey.correction_lines import with_entries
 from vislam2tag.survey.corrections import Corrections, read_corrections
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
 MOST_MAPPED_AGAIN = 12
 """The gain of a correction is told by so many of the sessions that it concerns, the first ones."""
@@ -43,7 +43,7 @@ def diagnose(
     settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m)
     corrections = read_corrections(survey_root)
-    refs = selected(survey, corrections, selection or Selection())
+    refs = thinned(selected(survey, corrections, selection or Selection()))
     sessions: list[DiagnosedSession] = []
 
     def keep(session: DiagnosedSession) -> None:
@@ -53,7 +53,8 @@ def diagnose(
     todo = [session_task(ref, survey, corrections, settings) for ref in refs]
     process_all(partial(observe_session, settings), todo, jobs, keep)
     sessions.sort(key=lambda session: session.key)
-    faults, _ = found_faults(evidence_of(survey.site, sessions))
+    walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
+    faults, _ = found_faults(survey_evidence(survey.site, walks))
     faults += stream_faults({session.key: session.signs for session in sessions if session.signs is not None})
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
@@ -61,34 +62,6 @@ def diagnose(
         sessions=len(sessions),
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
-    )
-
-
-def evidence_of(site: Site, sessions: Iterable[DiagnosedSession]) -> Evidence:
-    """All walks on the places that the survey, its corrections included, gives their landmarks."""
-    marks = site.landmarks
-    place = {
-        Mark(floor, name): complex(*at)
-        for floor, name, at, surveyed in zip(
-            marks.floor.tolist(), marks.ids, marks.position_bcs, marks.surveyed, strict=True
-        )
-        if surveyed
-    }
-    walks = []
-    for session in sessions:
-        if session.passes is not None and session.places is not None:
-            own = {Mark(floor, name): at for name, (floor, at) in session.places.items()}
-            place |= own
-            floors = {mark.landmark: mark.floor for mark in own}
-            walks.append((session.passes, floors, own))
-    size_m = {
-        floor.number: (floor.width_m, floor.height_m)
-        for floor in site.floors
-        if floor.width_m is not None and floor.height_m is not None
-    }
-    table = Table(place, size_m)
-    return Evidence(
-        table, tuple(PlacedWalk.of(passes, floors, replace(table, place=own)) for passes, floors, own in walks)
     )
 
 

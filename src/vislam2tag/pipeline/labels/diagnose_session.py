@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.kept_passes import Places, places_of
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -32,12 +33,12 @@ class MappedShare:
 
 @dataclass(frozen=True)
 class DiagnosedSession:
-    """What the worker tells: ``places`` are floor and position of each landmark that the session may use."""
+    """What the worker tells."""
 
     key: SessionKey
     error: str | None = None
     passes: WalkPasses | None = None
-    places: dict[str, tuple[int, complex]] | None = None
+    places: Places = field(default_factory=dict)
     signs: StreamSigns | None = None
     share: MappedShare = MappedShare()
 
@@ -57,12 +58,6 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     prepared = whole.longest_section()
     session, landmarks = prepared.session, prepared.landmarks
     observations = WalkObservations.of(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
-    own_frame = [not task.frames or floor == session.key.floor for floor in landmarks.floor.tolist()]
-    places = {
-        name: (int(landmarks.floor[i]), complex(*landmarks.position_bcs[i]))
-        for i, name in enumerate(landmarks.ids)
-        if own_frame[i] and landmarks.surveyed[i]
-    }
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:
@@ -73,7 +68,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     return DiagnosedSession(
         session.key,
         passes=WalkPasses.of(session.key, observations),
-        places=places,
+        places=places_of(prepared),
         signs=stream_signs(whole.session),
         share=share,
     )

@@ -17,10 +17,14 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.diagnosis.record import Fault
+from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
+from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.store import OutputFolder, claim
 from vislam2tag.pipeline.run.workers import process_all
@@ -172,7 +176,26 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, f
             if result is not None:
                 yield result
 
+    faults = _faults(survey, refs, folder)
+    survey = replace(survey, findings=(*survey.findings, *map(_fault_finding, faults)))
     summary = summarise(results(), settings.strategy, __version__, survey.findings)
+    summary = summary.model_copy(update={"faults": [fault.summary for fault in faults]})
     folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
     folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary
+
+
+def _faults(survey: Survey, refs: Sequence[SessionRef], folder: OutputFolder) -> list[Fault]:
+    """What the walks tell to be wrong with the survey."""
+    walks = []
+    for ref in thinned(refs):
+        result = folder.result(ref.slug)
+        if result is not None and result.passes is not None:
+            walks.append(kept_walk(ref.key, result.passes))
+    return found_faults(survey_evidence(survey.site, walks))[0]
+
+
+def _fault_finding(fault: Fault) -> Finding:
+    what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
+    message = f"{fault.summary}: {fault.evidence}; {what}"
+    return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)

@@ -15,6 +15,7 @@ from vislam2tag.pipeline.labels import statistics
 from vislam2tag.pipeline.labels.accuracy import error_record
 from vislam2tag.pipeline.labels.drawing import draw
 from vislam2tag.pipeline.labels.findings import mapping_findings, pose_lag_findings
+from vislam2tag.pipeline.labels.kept_passes import passes_record
 from vislam2tag.pipeline.labels.marks import contradiction_marks, event_marks, visit_marks
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask
@@ -55,6 +56,7 @@ def session_result(
         drawing=drawings.pop(own),
         elsewhere=drawings,
         corrections=list(prepared.corrections),
+        passes=passes_record(prepared, settings.mapping.smoother.sighting_range_m),
     )
     return turned_result(result, task.frames) if task.frames else result
 
