@@ -140,6 +140,16 @@ def _png(width: int, height: int) -> bytes:
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">L", len(data)) + kind + data + struct.pack(">L", zlib.crc32(kind + data))
 
-    rows = zlib.compress(bytes(min(width, 20_000) * 3 + 1) * min(height, 20_000), 9)
+    rows = _zeros((min(width, 20_000) * 3 + 1) * min(height, 20_000))
     head = struct.pack(">LLBBBBB", width, height, 8, 2, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", rows) + chunk(b"IEND", b"")
+
+
+def _zeros(count: int) -> bytes:
+    """So many zero bytes in zlib's format, put together of one compressed block: there may be a gigabyte of them."""
+    size = 2**20
+    one = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    block = one.compress(bytes(size)) + one.flush(zlib.Z_FULL_FLUSH)
+    end = zlib.compressobj(9, wbits=-zlib.MAX_WBITS)
+    last = end.compress(bytes(count % size)) + end.flush()
+    return b"\x78\xda" + block * (count // size) + last + struct.pack(">HH", count % 65521, 1)
