@@ -75,6 +75,9 @@ def _simulate(
     ] = None,
     pressure: Annotated[bool, typer.Option("--pressure", help="The phones log air pressure, too.")] = False,
     ble: Annotated[bool, typer.Option("--ble", help="There are BLE beacons, and the phones log them.")] = False,
+    without_poses: Annotated[
+        bool, typer.Option("--without-poses", help="No tracker: known positions every 20 s in place of poses.")
+    ] = False,
     column: Annotated[
         list[SiteColumn] | None,
         typer.Option(help="An optional column of the site's files; may be given again."),
@@ -121,7 +124,13 @@ def _simulate(
     if scripts and layout is not SessionLayout.PHONE:
         raise UsageError("--scripts: needs --format phone")
     options = WritingOptions(
-        locale, names is FileNames.PAPER, check_traps(trap or ()), frozenset(column or ()), layout, scripts
+        locale,
+        names is FileNames.PAPER,
+        check_traps(trap or ()),
+        frozenset(column or ()),
+        layout,
+        without_poses,
+        scripts,
     )
     if climb is not None and (like is not None or site is not None or floors < 2):
         raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")

@@ -1,16 +1,27 @@
-"""Sessions that no tracker took part in: their inertial readings, and frames that stand for their moments."""
+"""Sessions that no tracker took part in: their inertial readings, their fixes, and frames that stand for moments."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import pressure_log
 
+FIXES_FILE = "fixes.csv"
+"""Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
+_FIX_SCHEMA = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+_OF_TRACKERS = ("poses", "landmarks", "anchors")
+_ABSENCE = frozenset({"missing_file", "empty_file", "no_frames"})
 FRAME_NS = 200_000_000
 """Frames without poses are this far apart: a walk is straight for so long."""
 FEWEST_READINGS = 20
@@ -43,6 +54,50 @@ def track_without_poses(inertial: InertialLog, sensors: pl.DataFrame, fixes: Fix
         inertial=inertial,
         fixes=fixes,
     )
+
+
+def with_fixes(session: Session, reading: SessionFiles) -> Session:
+    """Give a session without poses that has a file of fixes the frames and sensors that dead reckoning needs.
+
+    It is then no fault that the tracker's files are missing. Any other session stays as it is.
+    """
+    if session.camera.usable.any() or not reading.has("fixes"):
+        return session
+    file, data = reading.load("fixes")
+    fixes, found = _fixes(reading.account("fixes", data, parse_table(data, file, _FIX_SCHEMA)), file)
+    inertial = inertial_log(session.tables["sensors"])
+    names = {name for role in _OF_TRACKERS for name in reading.names.get(role, ())}
+    findings = [each for each in reading.findings if not (each.kind in _ABSENCE and each.file in names)]
+    if inertial is None:
+        message = "no poses, and no accelerometer and gyroscope readings either; the session cannot be mapped"
+        problem = Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)
+        return replace(session, files=tuple(reading.files), findings=(*findings, *found, problem))
+    return replace(
+        session,
+        camera=track_without_poses(inertial, session.tables["sensors"], fixes),
+        landmarks=no_landmarks(),
+        files=tuple(reading.files),
+        findings=(*findings, *found),
+    )
+
+
+def _fixes(rows: pl.DataFrame, file: str) -> tuple[FixLog, list[Finding]]:
+    """Fixes in time order, each time once, and what is wrong with the rows of their file."""
+    finite = pl.all_horizontal(pl.col("x", "y").is_finite())
+    odd = rows.filter(~finite)["row"].to_list()
+    message = "coordinates must be finite numbers, metres; these fixes are not used"
+    findings = [Finding.at_lines("non_finite_values", file, odd, message)] if odd else []
+    kept = rows.filter(finite).unique("time_ns", keep="first").sort("time_ns")
+    if kept.height < 2:
+        findings.append(too_few_fixes(file, "t; x; y"))
+    names = tuple(f"line {row}" for row in kept["row"].to_list())
+    return FixLog(kept["time_ns"].to_numpy(), kept.select("x", "y").to_numpy(), names), findings
+
+
+def too_few_fixes(file: str, what: str) -> Finding:
+    """Report a session of whose places fewer than two are known; ``what`` is how its file says one."""
+    message = f"fewer than two known positions ({what}): it is not known where the walk was"
+    return Finding(kind="too_few_fixes", file=file, count=1, message=message, severity=Severity.ERROR)
 
 
 def no_landmarks() -> LandmarkLog:

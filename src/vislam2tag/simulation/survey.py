@@ -19,6 +19,7 @@ from vislam2tag.simulation.model import SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.scenario import PlannedSession, Scenario
 from vislam2tag.simulation.sensors.beacons import Beacons, make_beacons, simulate_ble
 from vislam2tag.simulation.sensors.devices import make_device, simulate_presses
+from vislam2tag.simulation.sensors.fixes import simulate_fixes
 from vislam2tag.simulation.sensors.imu import ImuSettings, simulate_imu, with_pressure
 from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
 from vislam2tag.simulation.sensors.station import (
@@ -44,8 +45,11 @@ STALE_SHARE = 0.04
 """Share of lost access points whose row is repeated at severity 1."""
 STATION_FILE = "tachymeter/20220214_Tracking.csv"
 SCRIPT_FILE = "script.txt"
-BESIDE = ("truth", "station")
+BESIDE = ("truth", "station", "fixes")
 """Roles of files that no phone writes."""
+TRACKED = ("poses", "landmarks")
+PHONE_TRACKED = ("CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv")
+"""What a phone without tracker does not write."""
 STATION_DAY_NS = 1_644_796_800_000_000_000
 """2022-02-14 00:00, the date in that file's name."""
 
@@ -62,6 +66,8 @@ class WritingOptions:
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
     layout: SessionLayout = SessionLayout.PUBLISHED
+    without_poses: bool = False
+    """Whether the phones have no tracker: known positions are written in place of poses and landmarks."""
     scripts: bool = False
     """Whether ``script.txt`` beside each session in the phone app's format tells what the phone saw."""
 
@@ -90,6 +96,10 @@ def simulate(
         beacons = make_beacons(scenario.building, scenario.place_seed) if scenario.ble else None
         for planned in scenario.sessions:
             session = simulate_session(scenario, planned, environment, chosen.locale, beacons)
+            if chosen.without_poses:
+                session = replace(
+                    session, fixes=simulate_fixes(session.walk, stream(scenario.seed, "fixes", planned.key))
+                )
             if chosen.layout is SessionLayout.PHONE:
                 _write_phone_session(session, planned, scenario.seed, out, chosen)
             else:
@@ -193,6 +203,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         **({"columns": sorted(options.columns)} if options.columns else {}),
         **({"pressure": True} if scenario.pressure else {}),
         **({"ble": True} if scenario.ble else {}),
+        **({"without_poses": True} if options.without_poses else {}),
         **({"site": scenario.site.name} if scenario.site else {}),
         **({"building": chosen} if chosen else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
@@ -217,7 +228,12 @@ def _write_session(session: SimulatedSession, key: SessionKey, out: Path, option
     names = PAPER_NAMES if options.paper_names else PUBLISHED_NAMES
     text = trap_text(session_text(trap_tables(session, options.traps)), options.traps)
     folder = out / f"floor_{key.floor}" / key.device / (session_name(key) if NO_COLONS else key.session)
-    _write_files(folder, {names[role]: content for role, content in text.items()})
+    _write_files(folder, {names[role]: content for role, content in text.items() if _written(session, role)})
+
+
+def _written(session: SimulatedSession, role: str) -> bool:
+    """Whether a role's file is written: a phone without tracker has no poses."""
+    return session.fixes is None or role not in TRACKED
 
 
 def _write_phone_session(
@@ -229,6 +245,8 @@ def _write_phone_session(
     beside = {PUBLISHED_NAMES[role]: text for role, text in session_text(session).items() if role in BESIDE}
     if options.scripts:
         beside[SCRIPT_FILE] = phone_script(log, key, planned.boot_unix_ns)
+    if session.fixes is not None:
+        files = {name: text for name, text in files.items() if name not in PHONE_TRACKED}
     _write_files(out / f"floor_{key.floor}" / key.device / session_name(key), files | beside)
 
 

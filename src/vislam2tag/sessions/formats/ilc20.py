@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.tables.wifi_table import wifi_findings
-from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
+from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, too_few_fixes, track_without_poses
 from vislam2tag.survey.model import SessionRef
 
 
@@ -42,8 +41,7 @@ class Ilc20Format:
             raise SessionError(f"{name}: no accelerometer and gyroscope readings; such a trace cannot be mapped")
         findings = [*trace.findings, *wifi_findings(trace.wifi, name, settings)]
         if len(trace.taps.time_ns) < 2:
-            message = "fewer than two taps (TYPE_WAYPOINT): it is not known where the walk was"
-            findings.append(Finding(kind="too_few_fixes", file=name, count=1, message=message, severity=Severity.ERROR))
+            findings.append(too_few_fixes(name, "TYPE_WAYPOINT"))
         tables = {"wifi": trace.wifi, "sensors": trace.sensors}
         if trace.ble.height:
             tables["ble"] = trace.ble

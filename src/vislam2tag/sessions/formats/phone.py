@@ -46,6 +46,7 @@ from vislam2tag.sessions.tables.radio_text import without_absurd_levels
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, wifi_findings
+from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.site_table import is_file
 
@@ -59,6 +60,7 @@ FILE_NAMES = {
     "presses": ("ControlPoint.csv",),
     "ble": ("Ble.csv",),
     "events": ("Events.csv",),
+    "fixes": (FIXES_FILE,),
 }
 """The name of each role's file."""
 
@@ -92,7 +94,7 @@ class PhoneFormat:
         presses_ns = _presses(reading, camera)
         recording = _recording(reading, record)
         camera = replace(camera, anchors=anchors, pressure=pressure_log(tables["sensors"]))
-        return Session(
+        session = Session(
             key=ref.key,
             camera=replace(camera, pose_lag_s=pose_lag_of(camera, tables["sensors"])),
             landmarks=landmarks,
@@ -102,6 +104,7 @@ class PhoneFormat:
             findings=tuple(reading.findings),
             recording=recording,
         )
+        return with_fixes(session, reading)
 
 
 def _has_header(path: Path) -> bool:

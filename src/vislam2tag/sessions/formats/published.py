@@ -22,6 +22,7 @@ from vislam2tag.sessions.tables.landmark_log import LANDMARK_SCHEMA, landmark_lo
 from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
+from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
 from vislam2tag.survey.model import SessionRef
 
 FILE_NAMES = {
@@ -31,6 +32,7 @@ FILE_NAMES = {
     "sensors": ("sensors.csv", "Sensors.csv"),
     "presses": ("refMarker.csv", "ControlPoint.csv"),
     "ble": ("ble.csv", "Ble.csv"),
+    "fixes": (FIXES_FILE,),
 }
 """The names of each role's file: the published one, and the paper's."""
 
@@ -60,7 +62,7 @@ class PublishedFormat:
             tables["ble"] = _ble(reading, camera)
         presses_ns = _presses(reading, camera)
         pose_lag_s = pose_lag_of(camera, tables["sensors"])
-        return Session(
+        session = Session(
             key=ref.key,
             camera=replace(camera, pressure=pressure_log(tables["sensors"]), pose_lag_s=pose_lag_s),
             landmarks=landmarks,
@@ -69,6 +71,7 @@ class PublishedFormat:
             files=tuple(reading.files),
             findings=tuple(reading.findings),
         )
+        return with_fixes(session, reading)
 
 
 def _camera(reading: SessionFiles, settings: FindingSettings) -> CameraTrack:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.simulation.model import SimulatedBuilding, SimulatedFloor, TrackerLog, TrueWalk
 from vislam2tag.simulation.sensors.beacons import BleLog
+from vislam2tag.simulation.sensors.fixes import SimulatedFixes
 from vislam2tag.simulation.sensors.imu import ImuLog
 from vislam2tag.simulation.sensors.radio import WifiLog
 from vislam2tag.simulation.sensors.station import SimulatedStationTrack
@@ -34,5 +35,7 @@ class SimulatedSession:
     marks: DecimalMarks
     ble: BleLog | None = None
     """None where the phone logs no BLE."""
+    fixes: SimulatedFixes | None = None
+    """None where the phone has a tracker."""
     station: SimulatedStationTrack | None = None
     station_offset_ns: int = 0

@@ -24,6 +24,7 @@ PUBLISHED_NAMES = {
     "ble": "ble.csv",
     "presses": "refMarker.csv",
     "station": "tachy.csv",
+    "fixes": "fixes.csv",
     "truth": "truth.csv",
 }
 """File name of each role, as the phone app writes them."""
@@ -56,6 +57,9 @@ def session_text(session: SimulatedSession) -> SessionText:
     if len(session.presses_ns):
         presses: _Columns = {"n": np.arange(len(session.presses_ns)), "t": session.presses_ns}
         text["presses"] = _csv(presses, ".")
+    if session.fixes is not None:
+        x, y = session.fixes.position_bcs.T
+        text["fixes"] = _csv({"t": session.fixes.time_ns, "x": x, "y": y}, ".")
     if session.station is not None:
         time_ns = session.station.time_ns + session.station_offset_ns
         text["station"] = station_table(time_ns, session.station.position)

@@ -1,0 +1,93 @@
+"""Sessions of phones without a tracker: a file of fixes in place of poses, from simulated survey to labels."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import polars as pl
+import pytest
+from typer.testing import CliRunner
+
+from vislam2tag.cli.app import app
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.simulation.choices import SessionLayout
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import WritingOptions, simulate
+
+
+def simulated(out: Path, layout: SessionLayout = SessionLayout.PUBLISHED) -> Path:
+    options = WritingOptions(without_poses=True, layout=layout)
+    simulate(regular_survey(5, "none", (0,), ("LG",), 1, 60.0), out, options)
+    return out
+
+
+def session_folder(survey: Path) -> Path:
+    return next(survey.glob("floor_0/LG/*"))
+
+
+def read(survey: Path) -> Session:
+    return read_session(open_survey(survey).sessions[0])
+
+
+def test_from_simulate_to_labels_on_the_command_line(tmp_path: Path) -> None:
+    survey, out = tmp_path / "survey", tmp_path / "out"
+    options = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "1", "--without-poses")
+    assert CliRunner().invoke(app, ["simulate", str(survey), *options]).exit_code == 0
+    assert not list(survey.rglob("poses.csv"))
+    assert CliRunner().invoke(app, ["process", str(survey), "--out", str(out)]).exit_code == 0
+    summary = json.loads((out / "summary.json").read_bytes())
+    assert (summary["sessions"], summary["failed"]) == (1, 0)
+    errors = summary["errors"]
+    known = sum(errors["inside"])
+    assert sum(row["sum_m"] for row in errors["rows"]) / known < 1.0
+    assert sum(errors["inside"][:95]) / known > 0.85
+    (wifi,) = (pl.read_parquet(path) for path in (out / "wifi").glob("*.parquet"))
+    assert set(wifi["status"]) <= {"ok", "duplicate", "outside_frames"}
+    assert wifi.filter(status="ok").select(pl.col("x", "y", "sigma").is_not_null().all()).row(0) == (True, True, True)
+
+
+def test_the_phone_apps_layout_without_poses_is_mapped_alike(tmp_path: Path) -> None:
+    summary = process(simulated(tmp_path / "survey", SessionLayout.PHONE), tmp_path / "out")
+    assert (summary.failed, summary.frames.keys()) == (0, {"ok"})
+
+
+def test_what_a_tracker_would_have_written_is_not_missed(tmp_path: Path) -> None:
+    session = read(simulated(tmp_path / "survey"))
+    assert session.findings == ()
+    assert session.camera.inertial is not None
+    assert session.camera.fixes is not None
+    assert len(session.camera.fixes.time_ns) == 4
+
+
+@pytest.mark.parametrize(
+    ("text", "kinds"),
+    [
+        ("100; 1.0; 2.0\n", {"too_few_fixes"}),
+        ("100; 1.0; nan\n200; 1.0; 2.0\n300; 2.0; 2.0\n", {"non_finite_values"}),
+        ("100; 1.0; 2.0\nabc\n300; 2.0; 2.0\n", {"malformed_lines"}),
+    ],
+)
+def test_bad_rows_of_fixes_are_findings(tmp_path: Path, text: str, kinds: set[str]) -> None:
+    survey = simulated(tmp_path / "survey")
+    (session_folder(survey) / "fixes.csv").write_text(text, encoding="utf-8")
+    assert {finding.kind for finding in read(survey).findings} == kinds
+
+
+def test_without_inertial_readings_nothing_can_be_mapped(tmp_path: Path) -> None:
+    survey = simulated(tmp_path / "survey")
+    (session_folder(survey) / "sensors.csv").unlink()
+    found = {finding.kind: finding.message for finding in read(survey).findings}
+    assert "no accelerometer and gyroscope" in found["no_frames"]
+
+
+def test_fixes_of_a_session_with_poses_change_nothing(tmp_path: Path) -> None:
+    survey = tmp_path / "survey"
+    simulate(regular_survey(5, "none", (0,), ("LG",), 1, 20.0), survey, WritingOptions())
+    before = read(survey).camera
+    (session_folder(survey) / "fixes.csv").write_text("1; 0; 0\n2; 1; 1\n", encoding="utf-8")
+    after = read(survey).camera
+    assert after.inertial is None
+    assert (after.position_acs == before.position_acs).all()
