@@ -42,6 +42,11 @@ def embedded(text: str) -> Markup:
     return Markup(text.replace("<", "\\u003c"))
 
 
+def data_uri(content: bytes, kind: str = "image/png") -> str:
+    """Return a file's content as an address that holds it, to be placed inside the page."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
 def _text_of(name: str) -> Markup:
     """A style or a script among the templates."""
     return Markup((resources.files("vislam2tag.report") / "templates" / name).read_text("utf-8"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
-from vislam2tag.report.page import write_page
+from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import Floor, Site
 from vislam2tag.survey.plans.load import floor_plan
@@ -90,7 +89,7 @@ def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
         raise UsageError(f"--out {out}: its name must end with {', '.join(f'.{each}' for each in KINDS)}")
     figure = site_plan([each.floor for each in summary.floors], summary.site.landmarks)
     if kind == "html":
-        image = base64.b64encode(rendered(figure, "png")).decode("ascii")
+        image = data_uri(rendered(figure, "png"))
         write_page(out, "site.html.j2", {"title": title, "summary": summary, "image": image})
         return
     data = rendered(figure, kind)

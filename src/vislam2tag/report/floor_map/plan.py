@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import base64
 import io
 
+from vislam2tag.report.page import data_uri
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.load import plan_picture
 
@@ -21,7 +21,7 @@ def plan_data_uri(floor: Floor) -> str:
     """
     buffer = io.BytesIO()
     plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
-    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return data_uri(buffer.getvalue(), "image/jpeg")
 
 
 def drawn_plan(floor: Floor) -> tuple[str | None, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import json
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 
 from vislam2tag.registration.clicks import HEADER
-from vislam2tag.report.page import embedded, write_page
+from vislam2tag.report.page import data_uri, embedded, write_page
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.load import floor_plan
 
@@ -36,6 +35,6 @@ def write_click_page(
     }
     buffer = io.BytesIO()
     Image.fromarray(plan.image).save(buffer, "PNG", optimize=True)
-    image = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    image = data_uri(buffer.getvalue())
     context = {"title": f"{floor.name}: click the landmarks", "image": image, "data": embedded(json.dumps(data))}
     write_page(out_file, "click.html.j2", context)

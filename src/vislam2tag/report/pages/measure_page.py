@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import json
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.report.page import embedded, write_page
+from vislam2tag.report.page import data_uri, embedded, write_page
 from vislam2tag.survey.plans.load import look_at_plan, unplaced_picture
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -27,7 +26,7 @@ def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: 
         raise SurveyError(f"{plan}: the plan {error}") from error
     buffer = io.BytesIO()
     picture.save(buffer, "PNG", optimize=True)
-    image = "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    image = data_uri(buffer.getvalue())
     data = {
         "box": look.box,
         "downwards": look.downwards,

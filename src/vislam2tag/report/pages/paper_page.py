@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from vislam2tag.evaluation.paper.table_text import figures_of, heads_of
 from vislam2tag.evaluation.paper.tables import PaperTable
 from vislam2tag.positioning.benchmark.table_4 import TITLE as TITLE_4
 from vislam2tag.positioning.benchmark.table_4 import Table4
-from vislam2tag.report.page import write_page
+from vislam2tag.report.page import data_uri, write_page
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class FigurePart:
     @property
     def data_uri(self) -> str:
         """The figure, to be placed inside the page."""
-        return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode("ascii")
+        return data_uri(self.svg, "image/svg+xml")
 
 
 def write_paper_page(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from vislam2tag.planning.records import FloorPlanRecord, PlannedLandmark, PlanSu
 from vislam2tag.report.floor_map.figures import site_figure
 from vislam2tag.report.floor_map.layers import Trace, plotly_text
 from vislam2tag.report.floor_map.plan import drawn_plan
-from vislam2tag.report.page import write_page
+from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.model import Floor
 
 _NEW, _TOUR = "#d55e00", "#0072b2"
@@ -45,7 +44,7 @@ class PlannedMap:
     @property
     def sigma(self) -> str:
         """The map of the sigma, to be placed inside the page."""
-        return "data:image/png;base64," + base64.b64encode(self.sigma_png).decode("ascii")
+        return data_uri(self.sigma_png)
 
     def figure(self, plan: FloorPlanRecord) -> str:
         """The map to hang sheets by, as Plotly's JSON."""

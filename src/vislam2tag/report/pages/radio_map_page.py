@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +22,7 @@ from vislam2tag.figures.radio_map_figures import (
     thumbnail,
 )
 from vislam2tag.report.floor_map.plan import drawn_plan
-from vislam2tag.report.page import write_page
+from vislam2tag.report.page import data_uri, write_page
 from vislam2tag.survey.model import Floor
 
 _STOPS = 9
@@ -97,21 +96,17 @@ class MapFloor:
             heard_width_m=maps.heard_width_m,
             offsets_db=maps.offsets_db,
             tiles=tuple(_tile(maps, number, file) for number, file in enumerate(files)),
-            strongest=_data_uri(strongest),
+            strongest=data_uri(strongest),
             classes=tuple(classes),
-            heard=_data_uri(heard),
+            heard=data_uri(heard),
             heard_scale=heard_scale,
             heard_median=heard_median,
         )
 
 
 def _tile(maps: FloorMaps, number: int, file: str) -> MapTile:
-    images = {layer: _data_uri(thumbnail(getattr(maps, layer)[number], scale)) for layer, scale in SCALES.items()}
+    images = {layer: data_uri(thumbnail(getattr(maps, layer)[number], scale)) for layer, scale in SCALES.items()}
     return MapTile(maps.maps[number], images, file)
-
-
-def _data_uri(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 
 def write_radio_map_page(out_file: Path, title: str, floors: Sequence[MapFloor]) -> None:
