@@ -119,6 +119,8 @@ def _process(
 
 
 def _print_summary(summary: Summary, out: Path) -> None:
+    from vislam2tag.report.run_page.verdict import accuracy_sentence
+
     say(
         f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
         f"{summary.distance_m:.0f} m; frames labelled: {_share(summary.frames)}"
@@ -128,6 +130,13 @@ def _print_summary(summary: Summary, out: Path) -> None:
     for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
         if counts:
             say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
+    if accuracy := accuracy_sentence(summary):
+        say(accuracy)
+    for found in summary.contradictions:
+        say(
+            f"landmark {found.landmark} on floor {found.floor} contradicts the rest in {found.sessions} of "
+            f"{found.seen} sessions, by up to {found.greatest_m:.2f} m: measure it again"
+        )
     say(f"report: {out / 'report.html'}")
 
 

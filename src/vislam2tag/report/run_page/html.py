@@ -23,6 +23,7 @@ from vislam2tag.report.floor_map.layers import session_part
 from vislam2tag.report.page import embedded, write_page
 from vislam2tag.report.run_page.floor_view import FloorView
 from vislam2tag.report.run_page.uncertainty_view import UncertaintyView, event_style
+from vislam2tag.report.run_page.verdict import accuracy_sentence, problems
 from vislam2tag.report.run_page.views import Overview, SessionView
 from vislam2tag.survey.model import Survey
 
@@ -89,6 +90,8 @@ def _context(
         "names": {ref.slug: str(ref.key) for ref in survey.sessions},
         "summary": summary,
         "overview": Overview(summary),
+        "accuracy": accuracy_sentence(summary),
+        "problems": problems(summary, survey.findings),
         "uncertainty": UncertaintyView(summary, settings.labels.max_sigma_m),
         "event_style": event_style,
         "size_m": size_m,
