@@ -40,9 +40,10 @@ def test_escape_sequences_in_names_are_not_obeyed(survey: Path, tmp_path: Path, 
 
 
 def test_styles_are_still_obeyed() -> None:
-    console = visible_console(file=io.StringIO(), force_terminal=True, color_system="standard")
+    stream = io.StringIO()
+    console = visible_console(file=stream, force_terminal=True, color_system="standard")
     console.print(f"[red]{EVIL}[/]")
-    shown = console.file.getvalue()
+    shown = stream.getvalue()
     assert "\x1b[31m" in shown
     assert EVIL not in shown
 

@@ -79,11 +79,19 @@ def _export(
     include_nomap: IncludeNomap = False,
     hash_bssid: HashBssid = None,
     no_ssid: NoSsid = False,
+    keep_formulas: Annotated[
+        bool,
+        typer.Option(
+            "--keep-formulas",
+            help="Leave names that begin with =, +, - or @ as they are in uji's tables of names; else an apostrophe "
+            "goes before them, which import takes off, so that no spreadsheet computes them.",
+        ),
+    ] = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
     from vislam2tag.pipeline.datasets.export import ExportOptions
 
-    options = ExportOptions(split, fold, survey, privacy_of(include_nomap, hash_bssid, no_ssid))
+    options = ExportOptions(split, fold, survey, privacy_of(include_nomap, hash_bssid, no_ssid), not keep_formulas)
     try:
         record = _exported(source, out, format_name, options, jobs)
     except KeyboardInterrupt:

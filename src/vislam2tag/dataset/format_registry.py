@@ -62,6 +62,8 @@ class ExportContext:
     """What formats made of labels leave out or hide; a data set comes without it already."""
     progress: Progress[str] = silent
     """Called after each part (table, walk) with its name."""
+    escape_formulas: bool = True
+    """Put an apostrophe before texts that a spreadsheet would take for formulas, where the format allows it."""
 
 
 class Writer(Protocol):

@@ -77,6 +77,19 @@ def test_names_come_back_however_odd(tmp_path: Path) -> None:
     assert back.access_points.collect()["ssid"].null_count() == 10
 
 
+def test_names_that_are_formulas_are_text_and_come_back(tmp_path: Path) -> None:
+    plain = small_dataset()
+    rows = plain.fingerprints.with_columns(device=pl.lit('=HYPERLINK("http://x")'), user=pl.lit("'-2+3"))
+    dataset = replace(plain, tables={**plain.tables, FINGERPRINTS: rows})
+    for escape, device in ((True, "'=HYPER"), (False, "=HYPER")):
+        out = tmp_path / str(escape)
+        exported(dataset, "uji", out, escape_formulas=escape)
+        assert f'1,"{device}' in (out / "phones.csv").read_text()
+        assert "1,''-2+3" in (out / "users.csv").read_text()
+        back = imported("uji", out, tmp_path / f"scratch {escape}").fingerprints.collect()
+        assert (set(back["device"]), set(back["user"])) == ({'=HYPERLINK("http://x")'}, {"'-2+3"})
+
+
 @pytest.mark.parametrize("name", ["uji", "comford"])
 def test_buildings_with_floors_of_the_same_number(tmp_path: Path, name: str) -> None:
     plain = small_dataset()

@@ -9,6 +9,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.common.spreadsheet_text import escaped
 from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.comparing.changes import (
     APPEARED,
@@ -123,7 +124,7 @@ def write_changes(folder: Path, record: SurveyChanges, changes: Sequence[Changes
     for name in ("access_points", "places"):
         tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
         if tables:
-            write_csv(_listed(pl.concat(tables)), folder / f"{name}.csv")
+            write_csv(escaped(_listed(pl.concat(tables))), folder / f"{name}.csv")
 
 
 def _listed(table: pl.DataFrame) -> pl.DataFrame:

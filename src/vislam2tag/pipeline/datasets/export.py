@@ -54,6 +54,7 @@ class ExportOptions:
     fold: str | None = None
     survey: Path | None = None
     privacy: Privacy = field(default_factory=Privacy)
+    escape_formulas: bool = True
 
 
 def is_export(folder: Path) -> bool:
@@ -90,6 +91,7 @@ def export(
         survey=options.survey,
         privacy=options.privacy,
         progress=lambda _part, total: progress("write", total),
+        escape_formulas=options.escape_formulas,
     )
     if chosen.write_labels:
         with whole_folder(out, is_export) as folder:

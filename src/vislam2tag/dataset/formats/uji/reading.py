@@ -11,6 +11,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.spreadsheet_text import unescaped
 from vislam2tag.common.table_files import read_csv
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
@@ -172,7 +173,7 @@ def _transmitters(file: Path) -> pl.DataFrame:
 
 def _beside(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     try:
-        return read_csv(file, schema_overrides=dict(columns)).select(*columns)
+        return unescaped(read_csv(file, schema_overrides=dict(columns)).select(*columns))
     except pl.exceptions.PolarsError as error:
         what = first_line(error)
         raise DatasetError(f"{file}: cannot be read ({what}); expected the columns {', '.join(columns)}") from error

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.spreadsheet_text import escaped
 from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.uji.reading import (
@@ -59,8 +60,11 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     )
     columns = wap_columns(transmitters.height)
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
-    write_csv(numbered, folder / ACCESS_POINTS_FILE)
-    numbers = {name: _write_numbers(folder, numbering, fingerprints) for name, numbering in NUMBERINGS.items()}
+    write_csv(escaped(numbered, formulas=context.escape_formulas), folder / ACCESS_POINTS_FILE)
+    numbers = {
+        name: _write_numbers(folder, numbering, fingerprints, context.escape_formulas)
+        for name, numbering in NUMBERINGS.items()
+    }
     whole = _all_whole(dataset)
     extra = parts.part.lazy().join(with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
     losses = MatrixLosses(NOT_HEARD)
@@ -86,11 +90,13 @@ def _all_whole(dataset: Dataset) -> bool:
     return bool(dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item())
 
 
-def _write_numbers(folder: Path, numbering: Numbering, fingerprints: pl.LazyFrame) -> dict[str, int]:
+def _write_numbers(
+    folder: Path, numbering: Numbering, fingerprints: pl.LazyFrame, escape_formulas: bool
+) -> dict[str, int]:
     source = pl.col(numbering.name)
     names = fingerprints.select(source).drop_nulls().unique().collect(engine="streaming")[numbering.name].sort()
     table = pl.DataFrame({numbering.name: names}).with_row_index(numbering.column, offset=numbering.first)
-    write_csv(table, folder / numbering.file)
+    write_csv(escaped(table, formulas=escape_formulas), folder / numbering.file)
     return dict(zip(names, table[numbering.column], strict=True))
 
 
