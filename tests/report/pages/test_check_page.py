@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.report.markup import own_part
+from tests.report.markup import own_part, tags_in_figures
 from tests.survey.site import write_survey
 from vislam2tag.report.pages.check_page import median_left_out_m, write_check_page
 from vislam2tag.self_check.gain_map import GainMap, session_gains
@@ -91,6 +91,7 @@ def test_the_page_needs_nothing_else_and_escapes_names(page: str) -> None:
     assert "A&lt;b&gt;" in body
     assert "no &lt;poses&gt;" in body
     assert "A<b>" not in body
+    assert not tags_in_figures(page)
 
 
 def test_tables_tell_accuracy_bad_landmarks_and_places(page: str) -> None:

@@ -16,7 +16,7 @@ from playwright.sync_api import Page
 
 from tests.dataset.factory import SCANS, small_dataset
 from tests.report.browser import note_problems, running_browser
-from tests.report.markup import own_part
+from tests.report.markup import own_part, tags_in_figures
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
@@ -52,6 +52,18 @@ def make_dataset(folder: Path) -> Dataset:
 def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     dataset = make_dataset(tmp_path_factory.mktemp("set"))
     return dataset_page.dataset_page(dataset, dataset_statistics(dataset, FieldWork(people=2, hours=1.0)))
+
+
+def test_hover_labels_hold_names_as_text(tmp_path: Path) -> None:
+    dataset = make_dataset(tmp_path)
+    evil = (pl.lit(EVIL) + pl.col("device", "session", "building")).name.keep()
+    tables = {
+        name: table.with_columns(evil) if name in (FINGERPRINTS, SESSIONS) else table
+        for name, table in dataset.tables.items()
+    }
+    named = replace(dataset, tables=tables, splits={})
+    page = dataset_page.dataset_page(named, dataset_statistics(named, FieldWork(people=2, hours=1.0)))
+    assert not tags_in_figures(page)
 
 
 def maps(page: str) -> list[dict[str, Any]]:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.evaluation.test_pooling import session, walk
+from tests.report.markup import tags_in_figures
 from vislam2tag.common.findings import Finding
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import DenseRow, SurveyEvaluation
@@ -74,6 +75,10 @@ def test_the_page_says_what_was_found(page: str) -> None:
         "By floor and device",
     ):
         assert text in page, text
+
+
+def test_hover_labels_hold_names_as_text(page: str) -> None:
+    assert not tags_in_figures(page)
 
 
 def test_the_page_needs_nothing_else(page: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 from markupsafe import escape
 
 from tests.report.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
-from tests.report.markup import own_part
+from tests.report.markup import own_part, tags_in_figures
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
@@ -109,6 +109,7 @@ def test_text_of_the_users_stays_text(tmp_path: Path) -> None:
     page = own_part(written(tmp_path / "out", survey, evil_results(survey)))
     assert "<script>alert" not in page
     assert "<!--" not in page
+    assert not tags_in_figures(page)
     data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', page, re.DOTALL)
     assert len(data) == 2 + 1 + 2 + 1
     parts = [part for part in map(json.loads, data) if "name" in part]
