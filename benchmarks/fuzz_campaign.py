@@ -16,10 +16,11 @@ import argparse
 import importlib
 import json
 import pkgutil
+import resource
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -28,7 +29,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
 from fuzzing.bases import make_bases  # noqa: E402
-from fuzzing.mutations import damage  # noqa: E402
+from fuzzing.mutations import damage, remove  # noqa: E402
 from fuzzing.runs import Outcome, run_apart  # noqa: E402
 from fuzzing.targets import TARGETS, Target  # noqa: E402
 
@@ -47,66 +48,91 @@ def main() -> int:
     if options.again:
         name, number = options.again
         target = next(each for each in TARGETS if each.name == name)
-        outcome = attack(target, int(number), options.out / "bases", keep=options.out / "again")
+        (outcome,) = attack(target, range(int(number), int(number) + 1), options.out)
         print(outcome.output, outcome, sep="\n")
         return bool(outcome.fault)
     chosen = [each for each in TARGETS if (not options.target or each.name in options.target)]
     chosen = [each for each in chosen if each.reader or not options.readers]
     failed = 0
-    for target, number in _plan(chosen, options.runs, _done(options.out)):
-        failed += _run(target, number, options.out)
-    print(f"{sum(_done(options.out).values())} runs in all, {failed} failed now")
+    for target, numbers in _plan(chosen, options.runs, _done(options.out)):
+        failed += _run(target, numbers, options.out)
+    seconds = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(
+        f"{sum(_done(options.out).values())} runs in all, {failed} failed now; "
+        f"{seconds.ru_utime + seconds.ru_stime:.0f} s of processor time now"
+    )
     return bool(failed)
 
 
 def _import_everything() -> None:
-    """So that no run has to: each is a process forked from this one."""
+    """So that no run has to: each is in a process forked from this one."""
     for module in pkgutil.walk_packages(vislam2tag.__path__, "vislam2tag."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
 
 
-def attack(target: Target, number: int, bases: Path, keep: Path | None = None) -> Outcome:
-    """Make one run: the same number damages in the same way. Where it fails, what it was made of goes to ``keep``."""
-    with tempfile.TemporaryDirectory() as scratch:
-        work = partial(_damage_and_work, target, number, bases, Path(scratch))
-        outcome = run_apart(work, target.codes, Path(scratch, "output.txt"))
-        if keep and outcome.fault:
-            shutil.rmtree(keep, ignore_errors=True)
-            shutil.copytree(Path(scratch, "damaged"), keep / "damaged", symlinks=True, ignore=_no_plain_file)
-            (keep / "what.txt").write_text(f"{outcome.fault}\n{outcome.output}")
-    return outcome
+def attack(target: Target, numbers: range, out: Path) -> Iterator[Outcome]:
+    """Make runs: the same number damages in the same way. Where one fails, what it was made of goes to ``failures``."""
+    with tempfile.TemporaryDirectory() as folder:
+        scratch, notes = Path(folder, "run"), Path(folder, "notes")
+        scratch.mkdir()
+        notes.mkdir()
+        works = [partial(_damage_and_work, target, number, out / "bases", scratch) for number in numbers]
+        for number, outcome in zip(numbers, run_apart(works, target.codes, notes), strict=True):
+            if outcome.fault:
+                _keep(target, number, outcome, out)
+            yield outcome
+
+
+def _keep(target: Target, number: int, outcome: Outcome, out: Path) -> None:
+    kept = out / "failures" / f"{target.name.replace(' ', '-')}-{number}"
+    shutil.rmtree(kept, ignore_errors=True)
+    kept.mkdir(parents=True)
+    _damaged(target, number, out / "bases", kept)
+    (kept / "what.txt").write_text(f"{outcome.fault}\n{outcome.output}")
 
 
 def _damage_and_work(target: Target, number: int, bases: Path, scratch: Path) -> None:
     """In the child: Polars must not be used before it is forked."""
-    rng = np.random.default_rng([number, *target.name.encode()])
-    folder, out = scratch / "damaged", scratch / "out"
-    shutil.copytree(bases / target.base, folder)
+    out = scratch / "out"
+    shutil.rmtree(out, ignore_errors=True)
     out.mkdir()
-    files = sorted({path for pattern in target.files for path in folder.glob(pattern) if path.is_file()})
-    count = min(len(files), int(rng.choice([1, 1, 1, 2, 3])))
-    for index in rng.choice(len(files), size=count, replace=False):
-        print(f"{files[index].relative_to(folder)}: {damage(files[index], rng)}", flush=True)
+    folder = _damaged(target, number, bases, scratch)
     target.work(folder, bases, out)
 
 
-def _no_plain_file(folder: str, names: Sequence[str]) -> list[str]:
-    return [name for name in names if not (Path(folder, name).is_file() or Path(folder, name).is_dir())]
+def _damaged(target: Target, number: int, bases: Path, scratch: Path) -> Path:
+    """Damage a copy of the target's base, below ``scratch``; one that an earlier run damaged is mended first."""
+    folder, base = scratch / "damaged", bases / target.base
+    changed = scratch / "changed.txt"
+    if not folder.exists():
+        shutil.copytree(base, folder)
+    for name in changed.read_text().splitlines() if changed.exists() else ():
+        remove(folder / name)
+        shutil.copy(base / name, folder / name)
+    rng = np.random.default_rng([number, *target.name.encode()])
+    files = sorted({path for pattern in target.files for path in base.glob(pattern) if path.is_file()})
+    count = min(len(files), int(rng.choice([1, 1, 1, 2, 3])))
+    names = [files[index].relative_to(base) for index in rng.choice(len(files), size=count, replace=False)]
+    changed.write_text("\n".join(map(str, names)))
+    for name in names:
+        print(f"{name}: {damage(folder / name, rng)}", flush=True)
+    return folder
 
 
-def _run(target: Target, number: int, out: Path) -> int:
-    """Make one run, tell of a failure, and note that it was made."""
-    slug = target.name.replace(" ", "-")
-    outcome = attack(target, number, out / "bases", keep=out / "failures" / f"{slug}-{number}")
-    if outcome.fault:
-        print(f"{target.name} {number}: {outcome.fault}", flush=True)
+def _run(target: Target, numbers: range, out: Path) -> int:
+    """Make runs, tell of failures, and note how far it got; returns how many failed."""
+    failed = 0
+    for number, outcome in zip(numbers, attack(target, numbers, out), strict=True):
+        if outcome.fault:
+            print(f"{target.name} {number}: {outcome.fault}", flush=True)
+            failed += 1
     done = _done(out)
-    done[target.name] = number + 1
+    done[target.name] = numbers.stop
     partial_file = out / "progress.json.part"
     partial_file.write_text(json.dumps(done, indent=1, sort_keys=True))
     partial_file.replace(out / "progress.json")
-    return bool(outcome.fault)
+    return failed
 
 
 def _done(out: Path) -> dict[str, int]:
@@ -117,16 +143,16 @@ def _done(out: Path) -> dict[str, int]:
     return found
 
 
-def _plan(targets: Sequence[Target], runs: int, done: dict[str, int]) -> list[tuple[Target, int]]:
-    """Which runs are left, the targets in turn, so that an early end has tried all."""
-    weights = {each.name: READERS_MORE if each.reader else 1 for each in targets}
-    share = runs / sum(weights.values())
-    left = [
-        (number / weights[target.name], target.name, target, number)
-        for target in targets
-        for number in range(done.get(target.name, 0), round(share * weights[target.name]))
-    ]
-    return [(target, number) for _, _, target, number in sorted(left, key=lambda each: each[:2])]
+def _plan(targets: Sequence[Target], runs: int, done: dict[str, int]) -> Iterator[tuple[Target, range]]:
+    """Which runs are left, a few of each target in turn, so that an early end has tried all."""
+    at_once = {each.name: READERS_MORE if each.reader else 1 for each in targets}
+    rounds = round(runs / sum(at_once.values()))
+    for turn in range(1, rounds + 1):
+        for target in targets:
+            first, last = done.get(target.name, 0), turn * at_once[target.name]
+            for start in range(first, last, at_once[target.name]):
+                yield target, range(start, min(start + at_once[target.name], last))
+            done[target.name] = max(first, last)
 
 
 def _options() -> argparse.Namespace:

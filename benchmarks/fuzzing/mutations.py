@@ -194,7 +194,7 @@ def _zip(path: Path, rng: Rng) -> str:
     inside.write_bytes(members.pop(name))
     way = damage(inside, rng)
     data = inside.read_bytes() if inside.is_file() and not inside.is_symlink() else b""
-    _remove(inside)
+    remove(inside)
     if rng.random() < 0.1:
         name = ("../x", "/x", name.upper(), "a\x00b", "x" * 300)[rng.integers(5)]
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -216,7 +216,8 @@ def _tar(path: Path, rng: Rng) -> str:
     return way
 
 
-def _remove(path: Path) -> None:
+def remove(path: Path) -> None:
+    """Remove a file, a folder or a link."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:

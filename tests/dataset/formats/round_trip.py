@@ -23,7 +23,7 @@ ODD_BSSID = 'a,b";c'
 Signature = tuple[int, float, float, str | None, tuple[tuple[str, float], ...]]
 
 
-def exported(dataset: Dataset, name: str, folder: Path, **context: str) -> tuple[Finding, ...]:
+def exported(dataset: Dataset, name: str, folder: Path, **context: str | bool) -> tuple[Finding, ...]:
     """Write a format; return its findings."""
     folder.mkdir()
     writer = export_named(name).write
