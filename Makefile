@@ -19,9 +19,10 @@ test: $(VENV)/.torch
 test-all: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign"
 
-# Hundreds of runs, outside CI: goes on where it was stopped. docs/campaign.md holds results with date and commit.
+# Hundreds of runs, outside CI: goes on where it was stopped. docs/campaign.md and docs/hostile_input.md hold results with date and commit.
 campaign: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --campaign campaign.jsonl
+	$(BIN)/python benchmarks/fuzz_campaign.py
 
 lint: $(VENV)/.installed
 	$(BIN)/ruff check .

@@ -6,7 +6,7 @@ in OUT/failures, with the damaged folder and what was said.
 
     python benchmarks/fuzz_campaign.py                            100,000 runs, spread over all targets
     python benchmarks/fuzz_campaign.py --runs 500 --target site --target "import uji"
-    python benchmarks/fuzz_campaign.py --readers --runs 5000      the functions only, not the commands
+    python benchmarks/fuzz_campaign.py --ci                       as CI: 500 runs a reader, 100 an importer
     python benchmarks/fuzz_campaign.py --again "site" 17          one run again, with its output
 """
 
@@ -52,9 +52,9 @@ def main() -> int:
         print(outcome.output, outcome, sep="\n")
         return bool(outcome.fault)
     chosen = [each for each in TARGETS if (not options.target or each.name in options.target)]
-    chosen = [each for each in chosen if each.reader or not options.readers]
+    plan = _in_ci(chosen) if options.ci else _plan(chosen, options.runs, _done(options.out))
     failed = 0
-    for target, numbers in _plan(chosen, options.runs, _done(options.out)):
+    for target, numbers in plan:
         failed += _run(target, numbers, options.out)
     seconds = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(
@@ -97,12 +97,16 @@ def _damage_and_work(target: Target, number: int, bases: Path, scratch: Path) ->
     out = scratch / "out"
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir()
-    folder = _damaged(target, number, bases, scratch)
+    folder, what = _damaged(target, number, bases, scratch)
+    print(what, flush=True)
     target.work(folder, bases, out)
 
 
-def _damaged(target: Target, number: int, bases: Path, scratch: Path) -> Path:
-    """Damage a copy of the target's base, below ``scratch``; one that an earlier run damaged is mended first."""
+def _damaged(target: Target, number: int, bases: Path, scratch: Path) -> tuple[Path, str]:
+    """Damage a copy of the target's base, below ``scratch``; one that an earlier run damaged is mended first.
+
+    Returns the copy, and in which ways it was damaged.
+    """
     folder, base = scratch / "damaged", bases / target.base
     changed = scratch / "changed.txt"
     if not folder.exists():
@@ -115,9 +119,7 @@ def _damaged(target: Target, number: int, bases: Path, scratch: Path) -> Path:
     count = min(len(files), int(rng.choice([1, 1, 1, 2, 3])))
     names = [files[index].relative_to(base) for index in rng.choice(len(files), size=count, replace=False)]
     changed.write_text("\n".join(map(str, names)))
-    for name in names:
-        print(f"{name}: {damage(folder / name, rng)}", flush=True)
-    return folder
+    return folder, "\n".join(f"{name}: {damage(folder / name, rng)}" for name in names)
 
 
 def _run(target: Target, numbers: range, out: Path) -> int:
@@ -155,12 +157,16 @@ def _plan(targets: Sequence[Target], runs: int, done: dict[str, int]) -> Iterato
             done[target.name] = max(first, last)
 
 
+def _in_ci(targets: Sequence[Target]) -> Iterator[tuple[Target, range]]:
+    return ((target, range(target.runs_in_ci)) for target in targets if target.reader)
+
+
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("fuzz-campaign"))
     parser.add_argument("--runs", type=int, default=RUNS, help="of all targets together, those of before among them")
     parser.add_argument("--target", action="append")
-    parser.add_argument("--readers", action="store_true")
+    parser.add_argument("--ci", action="store_true", help="readers only, from the first run on")
     parser.add_argument("--again", nargs=2, metavar=("TARGET", "NUMBER"))
     return parser.parse_args()
 

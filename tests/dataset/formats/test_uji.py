@@ -77,6 +77,17 @@ def test_names_come_back_however_odd(tmp_path: Path) -> None:
     assert back.access_points.collect()["ssid"].null_count() == 10
 
 
+def test_a_place_beyond_the_solar_system_is_no_error(tmp_path: Path) -> None:
+    folder = published(tmp_path / "UJIndoorLoc")
+    file = folder / "validationData.csv"
+    head, row = file.read_text().splitlines()
+    cells = row.split(",")
+    cells[head.split(",").index("LONGITUDE")] = "1.8e18"
+    file.write_text(f"{head}\n{','.join(cells)}\n")
+    read = imported("uji", file, tmp_path / "scratch")
+    assert read.access_points.collect().height == 1
+
+
 def test_names_that_are_formulas_are_text_and_come_back(tmp_path: Path) -> None:
     plain = small_dataset()
     rows = plain.fingerprints.with_columns(device=pl.lit('=HYPERLINK("http://x")'), user=pl.lit("'-2+3"))

@@ -94,9 +94,10 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
 def _tally(tables: SessionTables) -> _TransmitterCounts:
     scans = tables.fingerprints.select("scan_id", "technology", "building")
     readings = tables.readings.join(scans, on="scan_id", how="left").with_columns(
-        column=(pl.col("x") // _CELL_M).cast(pl.Int32), row=(pl.col("y") // _CELL_M).cast(pl.Int32)
+        column=(pl.col("x") // _CELL_M).cast(pl.Int32, strict=False),
+        row=(pl.col("y") // _CELL_M).cast(pl.Int32, strict=False),
     )
-    strong = readings.filter((pl.col("rssi_dbm") >= STRONG_DBM) & pl.col("x").is_not_null())
+    strong = readings.filter((pl.col("rssi_dbm") >= STRONG_DBM) & pl.col("column").is_not_null())
     return _TransmitterCounts(
         readings.group_by("bssid").agg(
             technology=pl.col("technology").min(),
