@@ -86,8 +86,8 @@ def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: p
         {"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"].str.to_uppercase(), "rssi": wifi["rssi_dbm"]}
     )
     made = label(table, str(labels))
-    assert "by access points that both heard" in made.told[1]
-    assert f"{BOOT_TO_UNIX_S}.0" in made.told[1]
+    assert "by access points that both heard" in made.notes[1]
+    assert f"{BOOT_TO_UNIX_S}.0" in made.notes[1]
     same(made.table, wifi)
 
 

@@ -32,12 +32,12 @@ class Phone:
     def __init__(self, uploads: Uploads) -> None:
         self.uploads = uploads
         self.now_s = 0.0
-        self.told: list[str] = []
-        listener = Listener(filed=self._filed, refused=lambda address, message: self.told.append(message))
+        self.heard: list[str] = []
+        listener = Listener(filed=self._filed, refused=lambda address, message: self.heard.append(message))
         self._app = Receiver(uploads, Guard(TOKEN, lambda: self.now_s), listener).app()
 
     def _filed(self, name: str, filed: FiledSession) -> None:
-        self.told.append(f"{'already' if filed.already else 'filed'} {filed.path}")
+        self.heard.append(f"{'already' if filed.already else 'filed'} {filed.path}")
 
     def ask(self, method: str, path: str, **options: Any) -> httpx.Response:
         async def asked() -> httpx.Response:
@@ -82,14 +82,14 @@ def test_a_session_in_two_requests(phone: Phone, tmp_path: Path) -> None:
     assert last.status_code == 200
     assert (last.json()["state"], last.json()["session"]) == ("filed", PLACE)
     assert (tmp_path / PLACE / "session.json").is_file()
-    assert phone.told == [f"filed {PLACE}"]
+    assert phone.heard == [f"filed {PLACE}"]
 
 
 def test_a_filed_session_is_answered_so_whatever_comes(phone: Phone) -> None:
     phone.bring(DATA)
     assert phone.bring(DATA).json()["state"] == "filed"
     assert phone.bring(DATA[5:], 5).json()["state"] == "filed"
-    assert phone.told == [f"filed {PLACE}"]
+    assert phone.heard == [f"filed {PLACE}"]
 
 
 def test_the_same_session_packed_otherwise_is_there_already(phone: Phone) -> None:
@@ -98,7 +98,7 @@ def test_the_same_session_packed_otherwise_is_there_already(phone: Phone) -> Non
     repacked = other[:-2] + b"\x04\x00note"  # the same entries, with a comment
     answer = phone.bring(repacked, 0, len(repacked), digest(repacked))
     assert (answer.status_code, answer.json()["session"]) == (200, PLACE)
-    assert phone.told == [f"filed {PLACE}", f"already {PLACE}"]
+    assert phone.heard == [f"filed {PLACE}", f"already {PLACE}"]
 
 
 @pytest.mark.parametrize("authorization", ["", f"Bearer {TOKEN}", f"Basic {TOKEN}", "wrong token"])
@@ -283,11 +283,11 @@ def test_a_full_disk_is_told(phone: Phone, number: int, told: str, monkeypatch: 
 def test_of_strangers_the_log_tells_some_and_how_many_more(phone: Phone) -> None:
     for _ in range(50):
         phone.ask("GET", f"/v2/uploads/{NAME}")
-    assert len(phone.told) == REPORTED_A_MINUTE
+    assert len(phone.heard) == REPORTED_A_MINUTE
     phone.now_s += 61
     phone.ask("GET", f"/v2/uploads/{NAME}")
-    assert phone.told[REPORTED_A_MINUTE] == f"{50 - REPORTED_A_MINUTE} more requests without the token in a minute"
-    assert len(phone.told) == REPORTED_A_MINUTE + 2
+    assert phone.heard[REPORTED_A_MINUTE] == f"{50 - REPORTED_A_MINUTE} more requests without the token in a minute"
+    assert len(phone.heard) == REPORTED_A_MINUTE + 2
 
 
 def test_the_page_needs_no_token_and_tells_none(phone: Phone) -> None:

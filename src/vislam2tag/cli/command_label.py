@@ -16,8 +16,8 @@ HELP = """
 Give any time-stamped table the positions of the walks it was taken on: BLE, UWB, CO2, 5G, whatever was logged.
 
 TABLE is CSV (; , or tab) or Parquet with a column of times: since the phone's boot (ns, us, ms, s), Unix times, or ISO
-8601 with a zone; which one is found by name and magnitude, and told. Its rows stay as they are and get x_m, y_m, z_m,
-floor, sigma and status; rows outside a walk are counted and have no position.
+8601 with a zone; which one is found by name and magnitude, and printed. Its rows stay as they are and get x_m, y_m,
+z_m, floor, sigma and status; rows outside a walk are counted and have no position.
 
 Unix times and dates need to know how far that clock is ahead of the phone's boot clock: --survey takes it from what
 the phone app recorded; a table with bssid and rssi is aligned by the access points that both heard; else --offset-s.
@@ -81,7 +81,7 @@ def _label(
         session=session,
         survey=survey,
     )
-    for sentence in made.told:
+    for sentence in made.notes:
         say(sentence)
     outside = made.counts.get(Status.OUTSIDE_FRAMES.label, 0)
     labelled = made.table["x_m"].count()

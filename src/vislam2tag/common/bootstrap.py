@@ -12,7 +12,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 
 ROUNDS = 1000
 FEWEST_WALKS = 5
-"""Of fewer walks no interval is told."""
+"""Of fewer walks no interval is stated."""
 LEVEL = 0.95
 _SEED = 20221010
 """Fixed, so that the same survey gives the same figures."""

@@ -116,11 +116,11 @@ class Registry(Generic[Item]):
         """Everything by name, in order; what cannot be loaded of other packages is left out with one warning."""
         usable = {}
         for name in self.names():
-            told = name in self._unusable
+            reported = name in self._unusable
             try:
                 usable[name] = self.named(name)
             except _UnusablePluginError as error:
-                if not told:
+                if not reported:
                     _warn(str(error))
         return MappingProxyType(usable)
 

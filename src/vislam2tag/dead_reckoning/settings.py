@@ -29,4 +29,4 @@ class DeadReckoningSettings(FiniteRecord):
     north_memory_s: float = Field(default=6.0, gt=0)
     """How long such an error lasts, seconds."""
     standing_s: float = Field(default=2.0, gt=0)
-    """Shortest time without steps that is told as standing, seconds."""
+    """Shortest time without steps that counts as standing, seconds."""

@@ -34,7 +34,7 @@ SIGHTING_REACH_M = 2.5
 BLOCK_S = 1.0
 """Sightings of a landmark within this time count once."""
 PINNED_M = 1e-3
-"""What is known exactly is met within this: no height is told better."""
+"""What is known exactly is met within this: no height is stated better."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def estimate_heights(
     ``odometry`` is the session's, where it is known already; a session without a step has none, and no heights.
 
     Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m`` and ``camera.pressure``. A session starts on its
-    own floor. Where several floors are possible and none has an elevation, floors are told by the landmarks' floors and
+    own floor. Where several floors are possible and none has an elevation, floors follow from the landmarks' floors and
     the vertical change between them.
     """
     settings = settings or HeightSettings()

@@ -39,7 +39,7 @@ class TableTimes:
     time_ns: IntArray
     usable: BoolArray
     clock: Clock
-    told: str
+    interpretation: str
     """Column, clock and unit, in words."""
 
 
@@ -63,7 +63,7 @@ def table_times(
 ) -> TableTimes:
     """Read times; ``spans_ns`` (s, 2) are the walks', boot clock.
 
-    Clock and unit are told by the name's unit and by magnitude, unless given. Raises UsageError where nothing can be
+    Clock and unit follow from the name's unit and by magnitude, unless given. Raises UsageError where nothing can be
     read, or ISO 8601 times have no zone and ``zone`` is not given.
     """
     if not values.dtype.is_numeric():
@@ -77,7 +77,7 @@ def table_times(
     usable = np.isfinite(numbers)
     if not usable.any():
         raise UsageError(f"column {values.name}: holds no time that can be read: give numbers or ISO 8601")
-    found_clock, found_unit = _told(values.name, numbers[usable], spans_ns, clock, unit)
+    found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
     factor = _UNITS_NS[found_unit]
     if values.dtype.is_integer():
         time_ns = values.fill_null(0).cast(pl.Int64).to_numpy() * factor
@@ -87,7 +87,7 @@ def table_times(
     return TableTimes(time_ns, usable, found_clock, f"column {values.name}: {named} in {found_unit}")
 
 
-def _told(
+def _clock_and_unit(
     name: str, numbers: FloatArray, spans_ns: IntArray, clock: Clock | None, unit: str | None
 ) -> tuple[Clock, str]:
     """Clock and unit: as given, by the column's name, by rows within walks, by magnitude."""

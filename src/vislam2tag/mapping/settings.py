@@ -1,4 +1,4 @@
-"""What mapping strategies may be told."""
+"""Settings of the mapping strategies."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ OUTSIDE_M = 1.0
 """A fixed landmark farther off the walkable space than this hangs in another building."""
 FIXED_PASS_M = 0.6
 TRIED = 60
-"""Landmarks move to where they help most on so many walks; what is expected is told on others."""
+"""Landmarks move to where they help most on so many walks; what to expect is estimated on others."""
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 @dataclass(frozen=True)
 class Listener:
-    """Who is told what happens: bytes kept of an upload, a session filed, something refused (by whom)."""
+    """Who hears what happens: bytes kept of an upload, a session filed, something refused (by whom)."""
 
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
     filed: Callable[[str, FiledSession], None] = lambda _name, _filed: None

@@ -1,6 +1,6 @@
 """Points as a surveyor's file lists them: shots of stations, or known points.
 
-Which column is which is told by a header in German or English, by the user, or by custom.
+Which column is which follows from a header in German or English, by the user, or by custom.
 """
 
 from __future__ import annotations

@@ -30,9 +30,9 @@ from vislam2tag.registration.tape_file import TapeDistance, Target
 from vislam2tag.registration.trilateration import PlanBounds, TapeResult, trilaterate
 
 FAR_M = 1.0
-"""A landmark farther than this from where the site has it is told."""
+"""A landmark farther than this from where the site has it is reported."""
 CLICK_SIGMAS = 4.0
-"""A landmark clicked so far from where it was measured is told."""
+"""A landmark clicked so far from where it was measured is reported."""
 
 
 def expected_findings(

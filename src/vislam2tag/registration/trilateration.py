@@ -1,4 +1,4 @@
-"""Landmarks by tape: placed from distances, gross errors named, mirror solutions told."""
+"""Landmarks by tape: placed from distances, gross errors named, mirror solutions reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When something odd in a session is told."""
+"""From when on something odd in a session is a finding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the smoother may be told of a tracker."""
+"""Settings of the smoother: what is known of a tracker."""
 
 from __future__ import annotations
 

@@ -129,7 +129,7 @@ def table_path(path: Path) -> Path:
     other = path.with_suffix(XLSX)
     try:
         return other if is_file(other) and not is_file(path) else path
-    except OSError:  # told where the file itself is read
+    except OSError:  # reported where the file itself is read
         return path
 
 

@@ -53,5 +53,5 @@ class WalkableSettings(FiniteRecord):
     entrance_m: float = Field(default=3.0, ge=0)
     """Gaps in the outer wall up to this width do not make the inside part of the outside, metres."""
     region_m2: float = Field(default=4.0, gt=0)
-    """Closed-off regions smaller than this are not told of, square metres."""
+    """Closed-off regions smaller than this are not reported, square metres."""
     graph: GraphSettings = GraphSettings()

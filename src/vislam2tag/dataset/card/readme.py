@@ -38,7 +38,7 @@ _KINDS: Mapping[str, str] = {
 
 
 def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
-    """Write ``README.md``; what nobody stated is told as not stated."""
+    """Write ``README.md``; what nobody stated stands there as not stated."""
     info = dataset.info
     context: dict[str, Any] = {
         "front_matter": front_matter(info),

@@ -39,7 +39,7 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Read both files, or the one given; what was recorded together is not told, so that each file is one session."""
+    """Read both files, or the one given; which rows belong together is not known: each file is one session."""
     files = _files(path, folder_of(path, context.scratch, context.most_unpacked))
     rows, heard = [], []
     findings: list[Finding] = []

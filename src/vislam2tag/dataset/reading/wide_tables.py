@@ -39,8 +39,8 @@ class WideTable:
 def read_wide(path: Path, columns: Mapping[str, pl.DataType], is_access_point: Callable[[str], bool]) -> WideTable:
     """Read a wide table with a header. ``columns`` are the others to take, with their types.
 
-    Columns that are neither are left out and told. Raises DatasetError, naming file and line, where it has no access
-    points or a cell is no number.
+    Columns that are neither are left out and reported. Raises DatasetError, naming file and line, where it has no
+    access points or a cell is no number.
     """
     header = _top_line(path).split(",")
     return _read(path, tuple(name.strip().strip('"') for name in header), columns, is_access_point, has_header=True)

@@ -1,6 +1,6 @@
 """Label errors at control points: who pressed where, how late, and how far the label then was.
 
-The truth of a press is told once a session, from one strategy's labels (the reference), and holds for all strategies.
+The truth of a press is found once a session, from one strategy's labels (the reference), and holds for all strategies.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class PressTruth:
     lead: PressLead
     """Estimated from the reference's labels."""
     by_route: bool
-    """Whether a written route told the order of the points."""
+    """Whether a written route gave the order of the points."""
     outside: int
     """Further presses, before the first or after the last frame."""
     elsewhere: int

@@ -55,9 +55,9 @@ class BuildOptions:
     labels: Path | None = None
     """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
     labelling: ProcessSettings = field(default_factory=ProcessSettings)
-    """What ``process`` is told if the source is a survey."""
+    """Settings of ``process`` where the source is a survey."""
     max_sigma_m: float | None = None
-    """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as ``process`` was told."""
+    """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as in the settings of ``process``."""
     merge_radios: bool = False
     """Make one reading of all networks that one radio sends."""
     privacy: Privacy | None = field(default_factory=Privacy)

@@ -48,7 +48,7 @@ class ExportRecord(Record):
 
 @dataclass(frozen=True)
 class ExportOptions:
-    """What an export may be told besides its format."""
+    """Options of an export besides its format."""
 
     split: str | None = None
     fold: str | None = None

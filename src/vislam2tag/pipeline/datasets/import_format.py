@@ -25,7 +25,7 @@ _OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What an import may be told besides where the files are."""
+    """Options of an import besides where the files are."""
 
     format_name: str | None = None
     """None: found by the files' names and first lines."""

@@ -1,4 +1,4 @@
-"""From raw sessions to labels and what is told of them: process, check, evaluate, survey-landmarks.
+"""From raw sessions to labels and what is reported of them: process, check, evaluate, survey-landmarks.
 
 Each command has a module that goes over a survey (``process``, ``check``, ``evaluate``, ``landmark_survey`` with
 ``landmark_results``) and one for a worker's part, one session (``session``, ``check_session``, ``evaluate_session``,

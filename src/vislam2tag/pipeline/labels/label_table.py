@@ -38,7 +38,7 @@ class TableLabels:
 
     table: pl.DataFrame
     """The rows and columns as they were, then :data:`ADDED`; metres in the BCS of the floor."""
-    told: tuple[str, ...]
+    notes: tuple[str, ...]
     """What was taken for what, a sentence each."""
     counts: Mapping[str, int]
     """Rows by status."""
@@ -91,7 +91,7 @@ def label(
     walks, why = _with_offsets(walks, times, rows, offset_s, None if survey is None else Path(survey))
     settings = LabelSettings.model_validate(open_labelled(Path(labels)).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
-    return TableLabels(made, (times.told, *why), counts)
+    return TableLabels(made, (times.interpretation, *why), counts)
 
 
 def read_table(path: Path) -> pl.DataFrame:
@@ -128,7 +128,7 @@ def _with_offsets(
     """Say how far the table's clock is ahead of each walk's; walks of which that is not known are left out."""
     if offset_s is not None or times.clock is Clock.BOOT:
         return [_shifted(walk, round((offset_s or 0.0) * 1e9)) for walk in walks], []
-    told: list[str] = []
+    notes: list[str] = []
     found: list[_Walk] = []
     heard = _heard(rows, times)
     for walk in walks:
@@ -138,14 +138,14 @@ def _with_offsets(
             offset_ns, how = offset_by_wifi(heard, _wifi_of(walk.session)), "access points that both heard"
         if offset_ns is not None:
             found.append(_shifted(walk, offset_ns))
-            told.append(f"{walk.session.slug}: the table's clock is {offset_ns / 1e9:.3f} s ahead of boot, by {how}")
+            notes.append(f"{walk.session.slug}: the table's clock is {offset_ns / 1e9:.3f} s ahead of boot, by {how}")
     if not found:
         raise UsageError(
             "the table's times are Unix times, the walks' are since the phone's boot, and nothing tells how they "
             "relate: give --survey where the phone app recorded it, a column bssid with levels, or --offset-s, the "
             "seconds from one to the other"
         )
-    return found, told
+    return found, notes
 
 
 def _shifted(walk: _Walk, offset_ns: int) -> _Walk:

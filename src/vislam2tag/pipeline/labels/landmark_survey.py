@@ -45,7 +45,7 @@ class LandmarkPlace(NamedTuple):
 class ReducedSession:
     """All that a joint survey needs of a session; ``places``, ``z_m`` (k,) are those of the map's landmarks.
 
-    ``z_m`` is the height above the floor, metres, NaN where it cannot be told; ``unused`` are logged ids that only
+    ``z_m`` is the height above the floor, metres, NaN where it is not known; ``unused`` are logged ids that only
     other floors have; ``error`` says why the session cannot be read.
     """
 
@@ -74,7 +74,7 @@ class JointSurvey:
 
 
 def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSession:
-    """Read a session and map its landmarks in its own frame; what ends it is told in its error."""
+    """Read a session and map its landmarks in its own frame; what ends it stands in its error."""
     key = task.ref.key
     try:
         return _reduced(settings, task)
@@ -175,7 +175,7 @@ def survey_landmarks(
 
     ``progress`` is called after each session with it and their total number. With ``jobs`` > 1 sessions are reduced in
     that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
-    OutputError where a worker is ended from outside; a session that cannot be read is told in its own ``error``.
+    OutputError where a worker is ended from outside; a session that cannot be read has an ``error``.
     """
     settings = settings or ProcessSettings()
     survey = open_survey(root, settings.survey.landmark_sigma_m)

@@ -52,7 +52,7 @@ class PaperWalks:
 
 
 def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[int] = silent) -> PaperWalks:
-    """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only told."""
+    """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only reported."""
     pressed, phones = _sorted_out(data)
     total = len(pressed) + sum(map(len, phones.values()))
     walks = PaperWalks()

@@ -80,7 +80,7 @@ def benchmark(dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progre
 
     ``dataset`` lies in a folder (:func:`~vislam2tag.dataset.folder.open_dataset`). Raises UsageError for a model,
     parameter or split that there is not, DatasetError where nothing is labelled, OutputError where ``out`` cannot be
-    written; a run that fails is told in ``Benchmark.failed``.
+    written; a run that fails stands in ``Benchmark.failed``.
     """
     splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
     runs = list(planned(plan.models, splits, plan.seeds))

@@ -41,7 +41,7 @@ def rebase_dataset(
 
     Tables, floors, plans, page, statistics and card are of the new frame; splits stay as they are. ``replace`` allows
     ``out`` to hold a data set of another command. Raises DatasetError where ``source`` is none, SurveyError where a
-    floor has no change or the new site no such floor, UsageError where there are several buildings and none is told,
+    floor has no change or the new site no such floor, UsageError where there are several buildings and none is named,
     OutputError where ``out`` cannot be written.
     """
     dataset = open_dataset(source)

@@ -161,8 +161,8 @@ def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     file, data, table = _table(reading, "landmarks", LANDMARKS)
     rows = unit_poses(reading.account("landmarks", data, table))
     # A row that is not tracked may have no pose: it says no more than that.
-    told = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
-    log, findings = landmark_log(told, file, camera)
+    logged = rows.filter((pl.col("state") == TRACKING) | pl.col("tx").is_not_null())
+    log, findings = landmark_log(logged, file, camera)
     by_row = rows.select("row", tracked=pl.col("state") == TRACKING, seen=pl.col("method") == SIGHTING)
     state = pl.DataFrame({"row": log.row}).join(by_row, on="row", how="left", maintain_order="left")
     lost = ~state["tracked"].to_numpy()

@@ -59,8 +59,8 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
         return []
     spans = runs(lost)
     reasons = Counter(state.reason(first, after) for first, after in spans)
-    told = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in _by_count(reasons)]
-    why = f" for {', '.join(told)}" if told else ""
+    counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in _by_count(reasons)]
+    why = f" for {', '.join(counted)}" if counted else ""
     message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; it splits the walk"
     return [Finding.at_lines("tracking_lost", file, camera.row[lost].tolist(), message)]
 
@@ -75,5 +75,5 @@ def _restarted(camera: CameraTrack, state: TrackerState, file: str) -> list[Find
 
 
 def _by_count(reasons: Counter[str]) -> list[tuple[str, int]]:
-    """Words that are told, the commonest first."""
+    """Words with how often each was logged, the commonest first."""
     return sorted(((word, count) for word, count in reasons.items() if word), key=lambda each: (-each[1], each[0]))

@@ -57,7 +57,7 @@ def frames_of(time_ns: IntArray, camera: CameraTrack) -> tuple[IntArray, BoolArr
     matched = (frame >= 0) & (camera.time_ns[frame] == time_ns) if len(usable) else np.zeros(len(time_ns), dtype=bool)
     orphans = ~matched
     if len(usable) < len(camera.time_ns):
-        # Rows of an unusable frame are told by that frame's own finding.
+        # Rows of an unusable frame are reported by that frame's own finding.
         orphans &= ~np.isin(time_ns, camera.time_ns)
     return np.where(matched, frame, -1), orphans
 

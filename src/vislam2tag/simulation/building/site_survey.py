@@ -82,7 +82,7 @@ def _site_floor(
 
 
 def _column(ids: Sequence[str], widths: Mapping[str, float]) -> FloatArray:
-    """Widths (m,) of some landmarks, metres, NaN where not told."""
+    """Widths (m,) of some landmarks, metres, NaN where not given."""
     return np.array([widths.get(name, np.nan) for name in ids], dtype=np.float64)
 
 

@@ -94,6 +94,8 @@ def _beacons(ble: pl.DataFrame) -> pl.DataFrame:
         f"0215{uuid.replace('-', '')}{major:04x}{minor:04x}{_POWER_AT_1_M:02x}"
         for uuid, major, minor in ble.select("uuid", "major", "minor").iter_rows()
     ]
-    told = ble.with_columns(_escaped("name"), manufacturer=pl.lit(_APPLE), hex=pl.Series("hex", data, dtype=pl.String))
+    escaped = ble.with_columns(
+        _escaped("name"), manufacturer=pl.lit(_APPLE), hex=pl.Series("hex", data, dtype=pl.String)
+    )
     columns = ("time_ns", "time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "manufacturer", "hex")
-    return told.with_columns(pl.col("time_ns").cast(pl.Int64)).select(now="time_ns", text=_line("ble", *columns))
+    return escaped.with_columns(pl.col("time_ns").cast(pl.Int64)).select(now="time_ns", text=_line("ble", *columns))

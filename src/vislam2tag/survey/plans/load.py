@@ -88,7 +88,7 @@ def _is_upright_image(path: Path, source: PlanSource) -> bool:
 def plan_extent(path: Path, source: PlanSource, georeference: Georeference | None) -> Bounds:
     """Left, right, lower and upper edge of a plan in the BCS, metres.
 
-    Raises OSError as :func:`plan_picture` does, also for a picture whose size is told but which cannot be drawn.
+    Raises OSError as :func:`plan_picture` does, also for a picture whose size is known but which cannot be drawn.
     """
     return read_guarded(path, _extent, path, source, georeference)
 

@@ -41,7 +41,7 @@ _NEEDED = {WIFI_FILE: ("id", "time", "mac"), SENSORS_FILE: ("time", "type")}
 
 
 def read_annotated(path: Path) -> pl.DataFrame:
-    """Read one of :data:`ANNOTATED_FILES`, told by its name; white space around fields goes, what is empty is null.
+    """Read one of :data:`ANNOTATED_FILES`, known by its name; white space around fields goes, what is empty is null.
 
     Raises DatasetError, naming file and line, where it has other columns or a number is none.
     """

@@ -147,8 +147,8 @@ def _epsg(whole: Mapping[str, Any], bounds: Bounds) -> int | None:
     """Reference system: what the member ``crs`` of the format's first version says, else degrees if it can be."""
     if "crs" in whole:
         crs = whole["crs"]
-        told = crs.get("properties") if isinstance(crs, dict) else None
-        named = str(told.get("name", "")) if isinstance(told, dict) else ""
+        properties = crs.get("properties") if isinstance(crs, dict) else None
+        named = str(properties.get("name", "")) if isinstance(properties, dict) else ""
         number = re.search(r"EPSG:{1,2}(\d+)$", named)
         return int(number.group(1)) if number else (WGS84 if named.endswith("CRS84") else None)
     left, right, low, high = bounds
