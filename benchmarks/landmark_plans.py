@@ -158,7 +158,7 @@ def walkable(floor: Floor) -> SiteFloor:
     """A floor for the simulator, without landmarks yet."""
     plan = floor_plan(floor)
     space = walkable_space(plan)
-    nobody = SiteLandmarks((), np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0))
+    nobody = SiteLandmarks((), np.empty((0, 2)), *(np.empty(0) for _ in range(4)))
     return SiteFloor(floor.number, floor.name, plan.extent_m, 0.0, space, corridor_graph(space), nobody)
 
 
@@ -180,6 +180,7 @@ def hung(places: SheetPlaces, choice: IntArray) -> SiteLandmarks:
         ids=tuple(str(number) for number in range(1, len(choice) + 1)),
         position=chosen.position.round(3),
         z_m=np.full(len(choice), 1.4),
+        sigma_m=np.full(len(choice), 0.02),
         heading_rad=np.arctan2(chosen.normal[:, 0], -chosen.normal[:, 1]),
         width_m=np.full(len(choice), np.nan),
     )

@@ -138,4 +138,4 @@ def test_a_sites_access_points_and_survey_stay_whoever_walks(tmp_path: Path) -> 
     )
     head, *rows = (outs[0] / "floor_0" / "marker_dict.csv").read_text().splitlines()
     assert head == "id,x,y,z,sigma_m"
-    assert all(row.endswith(",1.45,0.07") for row in rows)
+    assert all(row.endswith(",1.4500,0.0700") for row in rows)
