@@ -19,7 +19,18 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 
 
 def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    options = ["--seed", "9", "--severity", "mild", "--trap", "missing_plan", "--names", "paper", "--landmarks", "8"]
+    options = [
+        "--seed",
+        "9",
+        "--severity",
+        "mild",
+        "--trap",
+        "missing_plan",
+        "--names",
+        "paper",
+        "--landmark-count",
+        "8",
+    ]
     assert run(monkeypatch, str(tmp_path / "out"), *SMALL, *options) == 0
     assert "1 sessions on 1 floors" in capsys.readouterr().out
     description = json.loads((tmp_path / "out" / "simulation.json").read_text())
@@ -32,7 +43,7 @@ def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys
 def test_a_file_furnishes_the_building_and_options_win(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     config = tmp_path / "own.toml"
     config.write_text("[simulation.building]\nlandmarks = 8\nwidth_m = 50.0\n")
-    for name, *options in (("file",), ("option", "--landmarks", "7")):
+    for name, *options in (("file",), ("option", "--landmark-count", "7")):
         assert run(monkeypatch, str(tmp_path / name), *SMALL, "--config", str(config), *options) == 0
     for name, landmarks in (("file", 8), ("option", 7)):
         description = json.loads((tmp_path / name / "simulation.json").read_text())
@@ -113,7 +124,7 @@ def test_a_later_survey_walks_through_the_same_building(tmp_path: Path) -> None:
         (("--like", "paper", "--minutes", "3"), "--minutes: has no effect with --like; leave one of the two out"),
         (("--like", "paper", "--later", "2022-06-01"), "--later: has no effect with --like"),
         (("--site", "here", "--floors", "2"), "--floors: has no effect with --site; leave one of the two out (name"),
-        (("--site", "here", "--landmarks", "9"), "--landmarks: has no effect with --site"),
+        (("--site", "here", "--landmark-count", "9"), "--landmark-count: has no effect with --site"),
     ],
 )
 def test_options_that_would_be_ignored_are_refused(tmp_path: Path, options: tuple[str, ...], message: str) -> None:

@@ -25,7 +25,7 @@ def label(monkeypatch: pytest.MonkeyPatch, root: Path, seed: int) -> pl.DataFram
     """Simulate a survey below ``root``, label it, make a data set of it, and return what is exported of that."""
     root.mkdir(parents=True)
     survey, labels, made = root / "survey[1]", root / "labels*", root / "set[1]"
-    shape = ("--floors", "1", "--devices", "1", "--sessions", "2", "--minutes", "1", "--landmarks", "20")
+    shape = ("--floors", "1", "--devices", "1", "--sessions", "2", "--minutes", "1", "--landmark-count", "20")
     run(monkeypatch, "simulate", survey, *shape, "--severity", "none", "--seed", str(seed))
     (device,) = (folder for folder in (survey / "floor_0").iterdir() if folder.is_dir() and any(folder.glob("*/*.csv")))
     device.rename(survey / "floor_0" / "LG[1]")

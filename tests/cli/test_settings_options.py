@@ -84,3 +84,13 @@ def test_the_spelling_of_before_is_refused_with_the_new_one(command: str, old: s
     assert done.exit_code == 2
     assert f"No such option: {old}" in done.output
     assert new in done.output
+
+
+def test_settings_beside_the_survey_are_taken_and_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "vislam2tag.toml").write_text("[labels]\nmax_sigma_m = 0.25\n")
+    assert settings_of(None, {}, tmp_path).labels.max_sigma_m == 0.25
+    assert capsys.readouterr().err == f"settings of {tmp_path / 'vislam2tag.toml'}\n"
+    (tmp_path / "other.toml").write_text("[labels]\nmax_sigma_m = 0.5\n")
+    assert settings_of(tmp_path / "other.toml", {}, tmp_path).labels.max_sigma_m == 0.5
+    assert settings_of(None, {"labels.max_sigma_m": 0.75}, tmp_path).labels.max_sigma_m == 0.75
+    assert capsys.readouterr().err.count("settings of") == 1

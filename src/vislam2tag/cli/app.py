@@ -134,7 +134,6 @@ app = typer.Typer(
     help="Label Wi-Fi and sensor readings with where they were taken.",
     epilog="`vislam2tag COMMAND --help` tells more of each, with examples.",
     no_args_is_help=True,
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

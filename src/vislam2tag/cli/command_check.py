@@ -66,7 +66,7 @@ def _check(
 ) -> None:
     from vislam2tag.pipeline.labels.check import PAGE_FILE
 
-    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m})
+    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m}, survey)
     selection = selection_of(floor, device)
     try:
         found = _with_progress(survey, settings, out, landmarks, selection, jobs)

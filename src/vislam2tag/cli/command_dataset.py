@@ -143,6 +143,7 @@ def _dataset(
             "dataset.imu.length_s": imu_s,
             "dataset.imu.step_s": imu_s,  # one window after the other
         },
+        sources[0],
     )
     options = BuildOptions(
         name=name,

@@ -61,7 +61,7 @@ def _diagnose(
         say(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
         return
     try:
-        found = _with_progress(survey, settings_of(config, {}), jobs)
+        found = _with_progress(survey, settings_of(config, {}, survey), jobs)
     except KeyboardInterrupt:
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None

@@ -82,7 +82,7 @@ def _evaluate(
 ) -> None:
     from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
 
-    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m})
+    settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m}, survey)
     try:
         with session_bar("walks") as bar:
             found = evaluate(

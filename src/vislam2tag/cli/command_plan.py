@@ -101,6 +101,7 @@ def _plan(
             "plan.further": further,
             "plan.time_limit_s": time_limit_s,
         },
+        site,
     )
     request = PlanRequest(tuple(floor or ()), first_id, anew, forbid, mask, write, settings.walkable)
     try:

@@ -90,6 +90,7 @@ def _process(
             "mapping.max_step_m": max_step_m,
             "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
         },
+        survey,
     )
     selection = selection_of(floor, device)
     try:

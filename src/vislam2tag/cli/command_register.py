@@ -38,7 +38,7 @@ Examples:
   vislam2tag register site --floor 1 --station S1.csv --station S2.txt \\
       --control known.csv --out registered
   vislam2tag register site --floor 1 --station S1.csv --known all \\
-      --landmarks 'LM*' --write
+      --landmark-names 'LM*' --write
   vislam2tag register site --floor 1 --tape tape.csv --targets walls.csv \\
       --write --replace
   vislam2tag register site --floor 1 --click clicks.html
@@ -67,7 +67,7 @@ def _register(
         str | None, typer.Option(help="Columns of the exports, in order: point,E,N,H,code,station; -: not used.")
     ] = None,
     code: Annotated[list[str] | None, typer.Option(help="Use only shots with this point code; repeatable.")] = None,
-    landmarks: Annotated[str, typer.Option(help="How landmarks are named; * is the id.")] = "*",
+    landmark_names: Annotated[str, typer.Option(help="How landmarks are named; * is the id.")] = "*",
     control_points: Annotated[str, typer.Option(help="How the floor's control points are named; * is the number.")] = (
         "CP*"
     ),
@@ -116,7 +116,7 @@ def _register(
         clicks=clicks,
         columns=None if columns is None else parse_columns(columns),
         codes=code or (),
-        rules=NameRules(landmarks, control_points, ties),
+        rules=NameRules(landmark_names, control_points, ties),
         free_scale=scale == "free",
     )
     found = registering.register(whole, chosen, sources, settings)

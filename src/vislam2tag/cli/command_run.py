@@ -46,7 +46,7 @@ def _run(
     jobs: Jobs = ALL_CORES,
     config: ConfigFile = None,
 ) -> None:
-    settings = settings_of(config, {})
+    settings = settings_of(config, {}, survey)
     try:
         made = _with_progress(survey, out, settings, landmarks, jobs)
     except KeyboardInterrupt:

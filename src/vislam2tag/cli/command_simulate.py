@@ -64,7 +64,7 @@ def _simulate(
     devices: Annotated[int, typer.Option(min=1, help="Number of phones.")] = 2,
     sessions: Annotated[int, typer.Option(min=1, help="Walks on each floor with each phone.")] = 2,
     minutes: Annotated[float, typer.Option(min=0.25, max=600, help="Length of each walk.")] = 2.0,
-    landmarks: Annotated[int | None, setting("simulation.building.landmarks")] = None,
+    landmark_count: Annotated[int | None, setting("simulation.building.landmarks")] = None,
     severity: Annotated[SeverityLevel, typer.Option(help="How much goes wrong with tracking.")] = SeverityLevel.DEFAULT,
     seed: Annotated[int, typer.Option(help="One seed, same bytes.")] = 0,
     locale: Annotated[Locale, typer.Option(help="Decimal comma, point, or each phone its own.")] = Locale.MIXED,
@@ -142,7 +142,7 @@ def _simulate(
         raise UsageError("--floor, --landmark-file and --mask: need --site")
     if mask is not None and len(floor or ()) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
-    settings = settings_of(config, {"simulation.building.landmarks": landmarks})
+    settings = settings_of(config, {"simulation.building.landmarks": landmark_count})
     if site is not None:
         from vislam2tag.simulation.building.site_building import site_building
         from vislam2tag.simulation.building.site_survey import site_floors
@@ -176,8 +176,8 @@ def _simulate(
 
 
 _IGNORED = {
-    "--like": ("floors", "devices", "sessions", "minutes", "landmarks", "later"),
-    "--site": ("floors", "landmarks"),
+    "--like": ("floors", "devices", "sessions", "minutes", "landmark_count", "later"),
+    "--site": ("floors", "landmark_count"),
 }
 """What an option decides itself, by the names of parameters."""
 
@@ -191,7 +191,9 @@ def _refuse_ignored(context: typer.Context, like: CopiedSurvey | None, site: Pat
             source = context.get_parameter_source(name)
             if source is not None and source.name == "COMMANDLINE":
                 instead = " (name floors of the site by --floor)" if (option, name) == ("--site", "floors") else ""
-                raise UsageError(f"--{name}: has no effect with {option}; leave one of the two out{instead}")
+                raise UsageError(
+                    f"--{name.replace('_', '-')}: has no effect with {option}; leave one of the two out{instead}"
+                )
 
 
 def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:

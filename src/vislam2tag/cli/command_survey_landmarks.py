@@ -58,7 +58,7 @@ def _survey_landmarks(
     from vislam2tag.pipeline.labels.landmark_results import check_targets, landmark_survey, write_completed
 
     check_targets(survey, out, *([] if report is None else [report]))
-    result = landmark_survey(_with_progress(survey, settings_of(config, {}), tuple(floor or ()), jobs))
+    result = landmark_survey(_with_progress(survey, settings_of(config, {}, survey), tuple(floor or ()), jobs))
     write_completed(result, out, report)
     _print(result, out)
     raise typer.Exit(0 if all(session.used for session in result.sessions) else 1)

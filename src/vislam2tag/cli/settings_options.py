@@ -14,6 +14,7 @@ import typer
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.toml_file import toml_value
@@ -22,7 +23,9 @@ from vislam2tag.settings import Settings, part_of, read_settings, setting_fields
 ConfigFile: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/settings.md); options win over it.")
 ]
-_NAMES = {"labels.rule": "label-rule", "plan.sheets": "sheet"}
+SETTINGS_FILE = "vislam2tag.toml"
+"""In a survey's folder: settings of the commands that read it."""
+_NAMES = {"simulation.building.landmarks": "landmark-count", "labels.rule": "label-rule", "plan.sheets": "sheet"}
 """Options that are not named like their setting, hyphens for underscores."""
 
 
@@ -41,11 +44,16 @@ def setting(name: str) -> Any:
     return typer.Option(names, help=text if default is None else f"{text}  [default: {str(default).lower()}]")
 
 
-def settings_of(config: Path | None, given: Mapping[str, object]) -> Settings:
+def settings_of(config: Path | None, given: Mapping[str, object], survey: Path | None = None) -> Settings:
     """Settings of a file with those that options give, by full name, in their place; None: not given.
+
+    Without a file, that of the ``survey`` counts, where there is one, and is told.
 
     Raises UsageError that names the file and the setting, or the option as it was typed.
     """
+    if config is None and survey is not None and (survey / SETTINGS_FILE).is_file():
+        config = survey / SETTINGS_FILE
+        say(f"settings of {config}", err=True)
     settings = Settings() if config is None else read_settings(config)
     try:
         return with_values(settings, {name: value for name, value in given.items() if value is not None})
@@ -88,8 +96,9 @@ sighting_range_m = 4.0
 max_sigma_m = 0.3
 ```
 
-and of the file what concerns it. Options win over the file; the resolved settings are kept with each result. An
-option is named like its setting and ends, as that does, with the unit of its number.
+and of the file what concerns it. Without it, `vislam2tag.toml` in the survey's folder is taken, and told, by `process`,
+`run`, `check`, `diagnose`, `evaluate`, `dataset`, `survey-landmarks` and `plan`. Options win over the file; the resolved
+settings are kept with each result. An option is named like its setting and ends, as that does, with the unit of its number.
 
 A positioning model's parameters are no settings of this tree but arguments of its `__init__`, as in scikit-learn, and
 described there with their defaults (`vislam2tag.positioning.models`). `train --model knn --set k=3` and

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from vislam2tag.common.visible_text import visible
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.segment import Segment
+    from rich.table import Table
 
 
 _shown = {"progress": True}
@@ -35,14 +36,51 @@ def next_step(*words: str | Path) -> None:
     say(f"next: {shlex.join(['vislam2tag', *map(str, words)])}")
 
 
+def tables_that_fit(table: Table, console: Console) -> list[Table]:
+    """Split a table too wide for a console into several, each with its columns of text, so that no number is cut."""
+    from rich.table import Table
+
+    def part(columns: Sequence[int]) -> Table:
+        made = Table(title=table.title, title_justify="left", box=table.box)
+        for i in columns:
+            old = table.columns[i]
+            made.add_column(old.header, justify=old.justify, overflow=old.overflow)
+        cells = [list(table.columns[i].cells) for i in columns]
+        for number, row in enumerate(zip(*cells, strict=True)):
+            made.add_row(*row, end_section=table.rows[number].end_section)
+        return made
+
+    def fits(columns: Sequence[int]) -> bool:
+        wide = console.options.update(max_width=10_000)
+        return part(columns).__rich_measure__(console, wide).minimum <= console.width
+
+    count = len(table.columns)
+    if fits(range(count)):
+        return [table]
+    texts = [i for i in range(count) if table.columns[i].justify == "left"]
+    groups: list[list[int]] = [[]]
+    for i in (i for i in range(count) if i not in texts):
+        if groups[-1] and not fits([*texts, *groups[-1], i]):
+            groups.append([])
+        groups[-1].append(i)
+    return [part([*texts, *group]) for group in groups]
+
+
 def visible_console(**options: Any) -> Console:
     """Return Rich's console with its own options; only what Rich itself adds is obeyed by the terminal."""
     from rich.console import Console
+    from rich.table import Table
 
     class Visible(Console):
         def render(self, *arguments: Any, **options: Any) -> Iterable[Segment]:
             for segment in super().render(*arguments, **options):
                 yield segment if segment.control else segment._replace(text=visible(segment.text))
+
+        def print(self, *objects: Any, **options: Any) -> None:
+            for each in objects:
+                parts = tables_that_fit(each, self) if isinstance(each, Table) else [each]
+                for part in parts:
+                    super().print(part, **options)
 
     if options.get("stderr") and not _shown["progress"]:
         options["force_terminal"] = False

@@ -22,10 +22,14 @@ PLANS = "plans"
 
 @dataclass(frozen=True)
 class LabelledSource:
-    """One labelled survey, the building it is of, and its plans by floor number."""
+    """One labelled survey, the building it is of, and its plans by floor number.
+
+    ``floors`` are those of the labels, with the georeference that the raw survey has by now, where it is known.
+    """
 
     labelled: LabelledSurvey
     building: str
+    floors: tuple[FloorRecord, ...]
     plans: dict[int, Path]
     named: Path
     """The folder that was asked for: the labels, or the survey that they were made of on the way."""
@@ -67,14 +71,20 @@ def open_sources(
         )
     names = list(buildings) or [""] * len(outs)
     opened = [open_labelled(out) for out in outs]
-    return tuple(
-        LabelledSource(labelled, building, {} if survey is None else _plans(survey, labelled, scratch / str(i)), folder)
-        for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True))
-    )
+    found = []
+    for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
+        floors, plans = (labelled.floors, {}) if survey is None else _of_survey(survey, labelled, scratch / str(i))
+        found.append(LabelledSource(labelled, building, floors, plans, folder))
+    return tuple(found)
 
 
-def _plans(survey: Path, labelled: LabelledSurvey, scratch: Path) -> dict[int, Path]:
-    """Find the plans of a survey; raises UsageError where its floors are not those that were labelled."""
+def _of_survey(
+    survey: Path, labelled: LabelledSurvey, scratch: Path
+) -> tuple[tuple[FloorRecord, ...], dict[int, Path]]:
+    """Find the plans of a survey, and where its floors lie on earth.
+
+    Raises UsageError where its floors are not those that were labelled.
+    """
     site, _ = read_site(survey)
     for record in labelled.floors:
         floors = [floor for floor in site.floors if floor.number == record.number]
@@ -84,7 +94,12 @@ def _plans(survey: Path, labelled: LabelledSurvey, scratch: Path) -> dict[int, P
                 "give that survey, or process this one anew"
             )
     drawn = {floor.number: plan_file(floor, scratch) for floor in site.floors}
-    return {number: plan for number, plan in drawn.items() if plan is not None}
+    earth = {floor.number: floor.georeference for floor in site.floors if floor.georeference is not None}
+    records = tuple(
+        record.model_copy(update={"georeference": earth.get(record.number, record.georeference)})
+        for record in labelled.floors
+    )
+    return records, {number: plan for number, plan in drawn.items() if plan is not None}
 
 
 def _extent(record: FloorRecord) -> tuple[float, float, float, float] | None:
@@ -102,7 +117,7 @@ def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, .
     found: dict[tuple[str, int], tuple[FloorInfo, LabelledSource]] = {}
     plans: dict[str, Path] = {}
     for source in sources:
-        for record in source.labelled.floors:
+        for record in source.floors:
             key = (source.building, record.number)
             plan = source.plans.get(record.number)
             path = None if plan is None else plan_path(source.building, record.number, plan)
