@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import polars as pl
@@ -105,7 +106,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
-        ((labels, "--out", labels), "was not made by this command"),
+        ((labels, "--out", labels), "holds what `vislam2tag process` wrote"),
     ):
         done = CliRunner().invoke(app, ["--out", str(tmp_path / "set"), *map(str, arguments)])
         assert isinstance(done.exception, Vislam2tagError)
@@ -124,3 +125,14 @@ def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> No
     assert "session_without_label 1" in done.stdout
     assert "failed" in done.stderr
     assert open_dataset(tmp_path / "set").fingerprints.collect()["x"].is_null().all()
+
+
+def test_a_georeference_that_came_later_reaches_the_set(survey: Path, labels: Path, tmp_path: Path) -> None:
+    placed = tmp_path / "campus"
+    shutil.copytree(survey, placed)
+    assert vislam2tag("site", "init", placed, "--georeference", "50.78,6.06,12").returncode == 0
+    done = vislam2tag("dataset", labels, "--survey", placed, "--out", tmp_path / "set", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    georeference = open_dataset(tmp_path / "set").info.floors[0].georeference
+    assert georeference is not None
+    assert georeference.latitude_deg == pytest.approx(50.78)
