@@ -278,6 +278,11 @@ def units(made: MadeSurvey, rng: np.random.Generator) -> bool:
     return _whole_floor(made, rng, FaultKind.UNITS, lambda place, _: place / metres)
 
 
+def turn(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Turn a floor's table by a quarter, as on a plan that was drawn upright."""
+    return _whole_floor(made, rng, FaultKind.TURNED, lambda place, width_m: complex(place.imag, width_m - place.real))
+
+
 def mirror(made: MadeSurvey, rng: np.random.Generator) -> bool:
     """Mirror a floor's table."""
     return _whole_floor(made, rng, FaultKind.MIRRORED, lambda place, width_m: complex(width_m - place.real, place.imag))
@@ -308,6 +313,7 @@ PUT_IN: tuple[Callable[[MadeSurvey, np.random.Generator], bool], ...] = (
     other_floor,
     units,
     mirror,
+    turn,
 )
 
 

@@ -122,3 +122,14 @@ def test_a_tracker_that_slips_is_no_fault_of_the_survey() -> None:
     found = evidence(walks, PLACES)
     assert found.walks[0].alignment.cuts == (4,)
     assert found_faults(found)[0] == []
+
+
+def test_a_table_turned_by_a_quarter_lies_beside_the_plan() -> None:
+    (fault,) = named(made_survey(), {name: complex(place.imag, 45 - place.real) for name, place in PLACES.items()})
+    assert fault.kind is FaultKind.TURNED
+    assert fault.corrections[0].values == {
+        "floor": 0,
+        "turn_deg": 90.0,
+        "shift_m": [45.0, 0.0],
+        "reason": "vislam2tag diagnose",
+    }

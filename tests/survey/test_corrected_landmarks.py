@@ -7,6 +7,7 @@ import numpy as np
 from tests.survey.test_corrections import EXAMPLE, KEY, corrections_of
 from tests.walks import landmarks_at
 from vislam2tag.survey.corrected_landmarks import corrected_landmarks
+from vislam2tag.survey.model import SessionKey
 
 
 def test_landmarks_are_moved_and_excluded_on_their_floor(tmp_path: Path) -> None:
@@ -36,3 +37,26 @@ def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
     corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, EXAMPLE), KEY, 0.25)
     assert corrected.surveyed.all()
     assert corrected.covariance_bcs.tolist() == [[[0.0625, 0.0], [0.0, 0.0625]]]
+
+
+def test_tables_in_feet_mirrored_and_turned(tmp_path: Path) -> None:
+    """In feet, then mirrored about x = 0, a quarter turn, a shift; the other floor stays."""
+    text = """
+[[landmark_units]]
+floor = 0
+unit = "ft"
+
+[[turn_landmarks]]
+floor = 0
+mirrored = true
+turn_deg = 90.0
+shift_m = [10.0, 1.0]
+"""
+    corrections = corrections_of(tmp_path, text)
+    before = landmarks_at({"1": (10.0, 20.0)})
+    corrected, uses = corrected_landmarks(before, corrections, KEY)
+    np.testing.assert_allclose(corrected.position_bcs, [[10 - 6.096, 1 - 3.048]])
+    np.testing.assert_allclose(corrected.covariance_bcs, before.covariance_bcs)
+    np.testing.assert_allclose(before.position_bcs, [[10.0, 20.0]])
+    assert len(uses) == 2
+    assert corrected_landmarks(before, corrections.for_session(SessionKey(7, "LG", "x")), KEY)[1] == ()

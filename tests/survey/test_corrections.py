@@ -171,3 +171,19 @@ def test_damaged_files_raise_only_our_error(tmp_path: Path, files: int) -> None:
         path.write_bytes(mutate(EXAMPLE.encode(), rng))
         with suppress(SurveyError):
             read_corrections(tmp_path)
+
+
+def test_a_sessions_true_floor_and_device(tmp_path: Path) -> None:
+    text = """
+[[set_floor]]
+session = "2022-01-14T163530"
+to = 2
+
+[[set_device]]
+floor = 0
+device = "LG"
+to = "Galaxy"
+"""
+    corrections = corrections_of(tmp_path, text)
+    assert corrections.true_key(KEY) == SessionKey(2, "Galaxy", KEY.session)
+    assert corrections.true_key(SessionKey(1, "LG", "other")) == SessionKey(1, "LG", "other")

@@ -86,7 +86,6 @@ def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
 
 def _text(found: Diagnosis) -> str:
     parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
-    parts += [f"cannot be told: {doubt.message}" for doubt in found.doubts]
     named = f"{len(found.faults)} named" if found.faults else "nothing is wrong that the walks could tell"
     failed = f", {len(found.failed)} failed" if found.failed else ""
     return "\n\n".join([*parts, f"faults: {named} (sessions: {found.sessions}{failed})"])

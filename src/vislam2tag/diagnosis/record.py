@@ -78,14 +78,6 @@ class Fault(Record):
         return "\n\n".join(entry.lines() for entry in self.corrections)
 
 
-class Doubt(Record):
-    """Something that contradicts the rest, of which the data do not tell what it is."""
-
-    floor: int
-    landmark: str
-    message: str
-
-
 class Diagnosis(Record):
     """A whole survey (``diagnosis.json``)."""
 
@@ -93,4 +85,3 @@ class Diagnosis(Record):
     sessions: int = 0
     failed: list[str] = []
     faults: list[Fault] = []
-    doubts: list[Doubt] = []

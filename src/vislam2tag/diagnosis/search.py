@@ -6,6 +6,7 @@ from vislam2tag.diagnosis.evidence import Evidence
 from vislam2tag.diagnosis.faults import displaced, frames, other_floor, swapped
 from vislam2tag.diagnosis.hypothesis import Hypothesis, Propose
 from vislam2tag.diagnosis.record import Fault
+from vislam2tag.diagnosis.turned_table import turned_tables
 
 FAULTS: tuple[Propose, ...] = (frames.propose, other_floor.propose, swapped.propose, displaced.propose)
 """In the order of their extent."""
@@ -27,7 +28,7 @@ def found_faults(evidence: Evidence) -> tuple[list[Fault], Evidence]:
         evidence = evidence.with_targets(best.targets, best.place)
         faults.append(best.describe(evidence, gain))
         done.add(best.key)
-    return faults, evidence
+    return [*faults, *turned_tables(evidence.table)], evidence
 
 
 def _best(evidence: Evidence, done: set[tuple[object, ...]]) -> tuple[Hypothesis | None, float]:

@@ -16,13 +16,17 @@ SAME_START_S = 120.0
 """Walks of one phone that was not restarted between them agree on when it was started within this."""
 OTHER_START_S = 600.0
 """Phones that were started this far apart are told apart."""
+LEAST_OFFSET_S = 0.7
+"""Sensors whose clock is off by more than poses are ever stamped late; less is a lag."""
+SAME_OFFSET_S = 0.3
+"""Walks of one device whose offsets are this alike need one entry."""
 REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
 """Repeated scans are a fault from this share on, and so many of them."""
 
 
 def stream_faults(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
     """Name what the streams of all sessions tell."""
-    return [*_repeated_scans(signs), *_other_devices(signs)]
+    return [*_repeated_scans(signs), *_other_devices(signs), *_clocks(signs)]
 
 
 def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
@@ -78,4 +82,36 @@ def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> 
         evidence=f"its phone had been started within {alike_s:.0f} s of {other}, but {own_s / 3600:.1f} h from the "
         f"other walks of {key.device}",
         corrections=[CorrectionEntry(table="set_device", values=values)],
+    )
+
+
+def _clocks(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
+    """Sensors on another clock than the poses: of single walks, or of all walks of a device alike."""
+    found = []
+    for device in sorted({key.device for key in signs}):
+        own = {
+            key: one.sensor_offset_s
+            for key, one in sorted(signs.items())
+            if key.device == device and one.sensor_offset_s is not None
+        }
+        off = {key: offset_s for key, offset_s in own.items() if abs(offset_s) > LEAST_OFFSET_S}
+        middle_s = float(np.median(list(off.values()))) if off else 0.0
+        if len(off) == len(own) > 1 and all(abs(offset_s - middle_s) < SAME_OFFSET_S for offset_s in off.values()):
+            found.append(_clock(f"device {device}", {"device": device}, list(off), middle_s))
+        else:
+            for key, offset_s in off.items():
+                selectors = {"floor": key.floor, "device": key.device, "session": key.session}
+                found.append(_clock(f"session {key}", selectors, [key], offset_s))
+    return found
+
+
+def _clock(whose: str, selectors: dict[str, object], keys: list[SessionKey], offset_s: float) -> Fault:
+    size, way = abs(offset_s), "behind" if offset_s > 0 else "ahead of"
+    values = {**selectors, "table": "sensors", "offset_s": round(offset_s, 2), "reason": REASON}
+    return Fault(
+        kind=FaultKind.CLOCK,
+        sessions=[str(key) for key in keys],
+        summary=f"the clock of the sensors of {whose} is {size:.1f} s {way} that of its poses",
+        evidence=f"shifted by {offset_s:+.2f} s, the gyroscope turns as the camera does, and at no other offset",
+        corrections=[CorrectionEntry(table="shift_clock", values=values)],
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
+from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.survey.corrections import session_start
@@ -15,12 +16,14 @@ _EPOCH = datetime(1970, 1, 1)
 @dataclass(frozen=True)
 class StreamSigns:
     """``switched_on_s``: when the phone was started, Unix seconds of its own wall clock, None where the session's name
-    is no time; ``scans`` and how many of them repeat the one before.
+    is no time; ``scans`` and how many of them repeat the one before; ``sensor_offset_s``: what to add to the times of
+    the inertial sensors so that they turn as the poses do, None where that cannot be told.
     """
 
     switched_on_s: float | None
     scans: int
     repeated: int
+    sensor_offset_s: float | None = None
 
 
 def stream_signs(session: Session) -> StreamSigns:
@@ -31,4 +34,5 @@ def stream_signs(session: Session) -> StreamSigns:
     if start is not None and len(usable_ns):
         switched_on_s = (start - _EPOCH).total_seconds() - float(usable_ns[0]) * 1e-9
     wifi = session.tables["wifi"]
-    return StreamSigns(switched_on_s, wifi["scan"].n_unique(), len(repeated_scans(wifi)))
+    offset_s = sensor_clock_offset_s(session.camera, session.tables["sensors"])
+    return StreamSigns(switched_on_s, wifi["scan"].n_unique(), len(repeated_scans(wifi)), offset_s)

@@ -75,6 +75,9 @@ def _with_gains(
     """Map the sessions that each correction concerns again, all before it applied."""
     lines, before, told = "", dict(shares), []
     for fault in faults:
+        if fault.odds is None:  # not told by how walks fit, and so nothing that mapping them again would tell
+            told.append(fault)
+            continue
         lines += f"{fault.lines}\n\n"
         after = with_entries(survey.root, lines)
         concerned = [ref for ref in refs if _concerns(fault, ref)][:MOST_MAPPED_AGAIN]
