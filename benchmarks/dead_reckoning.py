@@ -126,7 +126,7 @@ def between(taps: FixLog, kept: BoolArray, path: FloatArray) -> FloatArray:
     at_s = (taps.time_ns - taps.time_ns[0]) * 1e-9
     error = taps.position_bcs[kept] - path[kept]
     spread = [np.interp(at_s[~kept], at_s[kept], error[:, axis]) for axis in (0, 1)]
-    return path[~kept] + np.column_stack(spread)
+    return np.asarray(path[~kept] + np.column_stack(spread))
 
 
 def reckoned(walk: Walk, kept: BoolArray, model: SpeedModel) -> tuple[FloatArray, FloatArray]:
@@ -149,7 +149,7 @@ def step_path(log: InertialLog, taps: FixLog) -> FloatArray:
     rising, falling = off > np.maximum(before, least), off < np.minimum(before, -least)
     peaks = np.flatnonzero(rising[:-1] & ~rising[1:] & ~falling[1:]) + 1
     valleys = np.flatnonzero(falling[:-1] & ~falling[1:] & ~rising[1:]) + 1
-    steps = []
+    steps: list[tuple[int, int]] = []
     for valley in valleys.tolist():
         earlier = peaks[(peaks < valley) & (peaks > (steps[-1][1] if steps else -1))]
         if len(earlier) and (not steps or log.force_ns[valley] - log.force_ns[steps[-1][1]] > 250_000_000):
