@@ -282,7 +282,7 @@ def _improved(
     passes = StationPasses.of(walks, candidates.stations.point)
     costs = gap_costs(settings.survey_sigma_m)
     rows = list(demands.rows)
-    for _ in range(5):
+    for _ in range(5):  # a limit: where each better choice breaks the spacing anew, the fewest ones stay
         better = improve_stations(fewest.chosen, fewest.chosen & ~fixed, usable, rows, distance_m, passes, costs)
         broken = broken_spacing(candidates.corridors, candidates.stations, candidates.all, better, settings.spacing_m)
         if not broken:

@@ -10,6 +10,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.scans.places import ScanPlaces
 
 MEDIAN_STEPS = 12
+"""Of the geometric median: a fixed number, so that an exported network takes the same ones."""
 SMOOTH_M = 1.0
 """Distances below this count as this in the geometric median."""
 

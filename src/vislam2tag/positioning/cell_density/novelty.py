@@ -29,6 +29,7 @@ signals hardly tell both apart, familiar ones would pay for the others."""
 _GROWTH_QUANTILE = 0.75
 """Radii grow up to the novelty that this share of scans from left-out places has: beyond, nothing was tried."""
 _BISECTIONS = 40
+"""Each halves where the root may lie: what is left is 1e-12 of it."""
 
 
 @dataclass(frozen=True)
