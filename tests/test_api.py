@@ -14,7 +14,9 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
+import vislam2tag
 from vislam2tag import api
+from vislam2tag.cli.app import COMMANDS
 
 EXPORTED = {getattr(api, name) for name in api.__all__}
 FUNCTIONS = [each for each in EXPORTED if not inspect.isclass(each)]
@@ -49,13 +51,13 @@ def fields_of(made: type) -> list[object]:
 
 def test_types_and_names_are_of_the_same_modules() -> None:
     checked = {
-        alias.name: node.module
+        alias.asname: (node.module, alias.name)
         for node in ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vislam2tag.")
         for alias in node.names
         if alias.asname
     }
-    assert checked == api._MODULE_OF
+    assert checked == api._PLACES
 
 
 def test_every_name_can_be_imported_and_no_other() -> None:
@@ -84,3 +86,19 @@ def test_what_no_function_returns_can_be_made() -> None:
     returned = within(each for function in FUNCTIONS for each in classes_in(hints(function)["return"]))
     taken = {each for function in FUNCTIONS for hint in hints(function).values() for each in classes_in(hint)}
     assert sorted(each.__qualname__ for each in within(taken, returned) - EXPORTED) == []
+
+
+def test_every_command_but_the_server_has_a_function_of_its_name() -> None:
+    commands = {name for group in COMMANDS.values() for name in group} - {"receive", "site"}
+    names = {name.replace("-", "_") for name in commands} | {"site_init", "site_show", "site_write", "site_rebase"}
+    lacking = {name for name in names if not {name, f"{name}_"} & set(api.__all__)}
+    assert lacking == set()
+    assert all(callable(getattr(api, name if name in api.__all__ else f"{name}_")) for name in names)
+
+
+def test_folders_and_files_may_be_text(tmp_path: Path) -> None:
+    api.simulate(api.regular_survey(seed=2, floors=(0,), sessions=1, duration_s=30.0), str(tmp_path / "survey"))  # type: ignore[arg-type]
+    summary = api.process(str(tmp_path / "survey"), str(tmp_path / "labels"))  # type: ignore[arg-type]
+    assert summary.sessions == 2
+    assert (tmp_path / "labels" / "report.html").is_file()
+    assert api.__version__ == vislam2tag.__version__

@@ -2,7 +2,10 @@
 
     from vislam2tag.api import Settings, process
 
-    summary = process(Path("survey"), Path("labels"), Settings(strategy="local"))
+    summary = process("survey", "labels", Settings(strategy="local"))
+
+Each command has its function here, of its own name (``import_`` for ``import``, ``site_init`` for ``site init``;
+``receive`` alone is a server and has none). Folders and files may be given as text.
 
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
 ``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
@@ -16,7 +19,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from vislam2tag import __version__ as __version__
 from vislam2tag.common.extras import import_extra
+from vislam2tag.common.text_paths import with_paths
 
 if TYPE_CHECKING:
     from vislam2tag.common.errors import DatasetError as DatasetError
@@ -33,17 +38,29 @@ if TYPE_CHECKING:
     from vislam2tag.core.tracks import LandmarkLog as LandmarkLog
     from vislam2tag.core.tracks import Landmarks as Landmarks
     from vislam2tag.core.tracks import Trajectory as Trajectory
+    from vislam2tag.dataset.comparing.change_record import SurveyChanges as SurveyChanges
+    from vislam2tag.dataset.comparing.comparison import Comparison as Comparison
+    from vislam2tag.dataset.comparing.comparison import compare as verify
+    from vislam2tag.dataset.coverage.record import CoverageRecord as CoverageRecord
     from vislam2tag.dataset.description import Description as Description
     from vislam2tag.dataset.folder import open_dataset as open_dataset
     from vislam2tag.dataset.folder import write_dataset as write_dataset
     from vislam2tag.dataset.model import Dataset as Dataset
+    from vislam2tag.dataset.model import Split as Split
+    from vislam2tag.dataset.model import Storey as Storey
     from vislam2tag.dataset.settings import CoverageSettings as CoverageSettings
     from vislam2tag.dataset.settings import DatasetSettings as DatasetSettings
     from vislam2tag.dataset.settings import ImuWindowSettings as ImuWindowSettings
     from vislam2tag.dataset.settings import RadioMapSettings as RadioMapSettings
+    from vislam2tag.dataset.settings import SplitKind as SplitKind
     from vislam2tag.dataset.settings import SplitSettings as SplitSettings
+    from vislam2tag.dataset.splitting.splits import make_split as split
     from vislam2tag.dataset.statistics.record import FieldWork as FieldWork
     from vislam2tag.dataset.transmitters.privacy import Privacy as Privacy
+    from vislam2tag.diagnosis.passes import WalkPasses as WalkPasses
+    from vislam2tag.diagnosis.record import Diagnosis as Diagnosis
+    from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
+    from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
@@ -62,23 +79,59 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
     from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
     from vislam2tag.pipeline.datasets.build import build_dataset as build_dataset
+    from vislam2tag.pipeline.datasets.build import build_dataset as dataset
     from vislam2tag.pipeline.datasets.export import ExportOptions as ExportOptions
     from vislam2tag.pipeline.datasets.export import ExportRecord as ExportRecord
     from vislam2tag.pipeline.datasets.export import export as export
+    from vislam2tag.pipeline.datasets.figures import make_dataset_figures as figures
+    from vislam2tag.pipeline.datasets.finish import add_split as add_split
     from vislam2tag.pipeline.datasets.import_format import ImportOptions as ImportOptions
+    from vislam2tag.pipeline.datasets.import_format import import_format as import_
     from vislam2tag.pipeline.datasets.import_format import import_format as import_format
+    from vislam2tag.pipeline.datasets.join import join as join
+    from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex as RadioMapIndex
+    from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as radio_maps
+    from vislam2tag.pipeline.demo import run_demo as demo
     from vislam2tag.pipeline.labels.check import check as check
+    from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
+    from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession as DiagnosedSession
+    from vislam2tag.pipeline.labels.diagnose_session import MappedShare as MappedShare
     from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
+    from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
+    from vislam2tag.pipeline.labels.landmark_survey import ReducedSession as ReducedSession
+    from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
+    from vislam2tag.pipeline.paper.reproduce import ReproducedPaper as ReproducedPaper
+    from vislam2tag.pipeline.paper.reproduce import reproduce as paper
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan as BenchmarkPlan
     from vislam2tag.pipeline.positioning.benchmark import benchmark as benchmark
     from vislam2tag.pipeline.positioning.benchmark import public_dataset as public_dataset
+    from vislam2tag.pipeline.positioning.locate import LocatedScans as LocatedScans
+    from vislam2tag.pipeline.positioning.locate import WalkPlan as WalkPlan
+    from vislam2tag.pipeline.positioning.locate import locate as locate
+    from vislam2tag.pipeline.positioning.train import TrainedModel as TrainedModel
+    from vislam2tag.pipeline.positioning.train import TrainPlan as TrainPlan
+    from vislam2tag.pipeline.positioning.train import train as train
     from vislam2tag.pipeline.run.selection import Selection as Selection
+    from vislam2tag.pipeline.site.init import NewFloor as NewFloor
+    from vislam2tag.pipeline.site.init import add_floor as site_init
+    from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
+    from vislam2tag.pipeline.site.plan import write_plans as plan
+    from vislam2tag.pipeline.site.rebase import rebase as site_rebase
+    from vislam2tag.pipeline.site.register import FloorFiles as FloorFiles
+    from vislam2tag.pipeline.site.register import register as register
+    from vislam2tag.pipeline.site.show import SiteSummary as SiteSummary
+    from vislam2tag.pipeline.site.show import summarise_site as site_show
+    from vislam2tag.pipeline.site.walkable import WalkableFloor as WalkableFloor
+    from vislam2tag.pipeline.site.walkable import write_walkable as site_walkable
+    from vislam2tag.pipeline.site.write import write_published as site_write
     from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
+    from vislam2tag.pipeline.survey_run import run_survey as run
     from vislam2tag.pipeline.survey_run import run_survey as run_survey
+    from vislam2tag.planning.records import PlanSummary as PlanSummary
     from vislam2tag.planning.settings import CameraSettings as CameraSettings
     from vislam2tag.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.positioning.benchmark.protocol import ModelChoice as ModelChoice
@@ -91,15 +144,25 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scans.learning_data import LearningData as LearningData
     from vislam2tag.positioning.scans.learning_data import learning_data as learning_data
+    from vislam2tag.positioning.scans.track_file import Tracks as Tracks
+    from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
+    from vislam2tag.registration.names import NameRules as NameRules
+    from vislam2tag.registration.point_file import PointColumn as PointColumn
+    from vislam2tag.registration.record import Registration as Registration
     from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
+    from vislam2tag.sessions.inspection import Inspection as Inspection
+    from vislam2tag.sessions.inspection import inspect_survey as inspect
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
     from vislam2tag.sessions.settings import FindingSettings as FindingSettings
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
+    from vislam2tag.sheets.making import SheetOptions as SheetOptions
+    from vislam2tag.sheets.making import make_sheets as sheets
+    from vislam2tag.sheets.sheet_folder import SheetsRecord as SheetsRecord
     from vislam2tag.simulation.choices import Climb as Climb
     from vislam2tag.simulation.choices import Locale as Locale
     from vislam2tag.simulation.choices import SessionLayout as SessionLayout
@@ -112,11 +175,16 @@ if TYPE_CHECKING:
     from vislam2tag.simulation.survey import WritingOptions as WritingOptions
     from vislam2tag.simulation.survey import simulate as simulate
     from vislam2tag.smoother.settings import SmootherSettings as SmootherSettings
+    from vislam2tag.survey.frame_change import FrameChanges as FrameChanges
+    from vislam2tag.survey.model import Floor as Floor
     from vislam2tag.survey.model import SessionKey as SessionKey
     from vislam2tag.survey.model import SessionRef as SessionRef
     from vislam2tag.survey.model import Site as Site
     from vislam2tag.survey.model import Survey as Survey
     from vislam2tag.survey.settings import SurveySettings as SurveySettings
+    from vislam2tag.survey.site_file import GeoreferencePart as GeoreferencePart
+    from vislam2tag.survey.site_file import SiteFile as SiteFile
+    from vislam2tag.walkable.settings import WalkableSettings as WalkableSettings
 
 _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
@@ -124,12 +192,20 @@ _NAMES = {
     "common.progress": "Stage",
     "core.status": "Status",
     "core.tracks": "CameraTrack LandmarkLog Landmarks Trajectory",
+    "dataset.comparing.change_record": "SurveyChanges",
+    "dataset.comparing.comparison": "Comparison verify=compare",
+    "dataset.coverage.record": "CoverageRecord",
     "dataset.description": "Description",
     "dataset.folder": "open_dataset write_dataset",
-    "dataset.model": "Dataset",
-    "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitSettings",
+    "dataset.model": "Dataset Split Storey",
+    "dataset.settings": "CoverageSettings DatasetSettings ImuWindowSettings RadioMapSettings SplitKind SplitSettings",
+    "dataset.splitting.splits": "split=make_split",
     "dataset.statistics.record": "FieldWork",
     "dataset.transmitters.privacy": "Privacy",
+    "diagnosis.passes": "WalkPasses",
+    "diagnosis.record": "Diagnosis",
+    "diagnosis.streams": "StreamSigns",
+    "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
     "labeling.clocks": "Clock",
@@ -138,40 +214,74 @@ _NAMES = {
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
     "mapping.registry": "MappingStrategy strategy_named strategy_names",
     "mapping.settings": "MappingSettings",
-    "pipeline.datasets.build": "SessionStep BuildOptions build_dataset",
+    "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
     "pipeline.datasets.export": "ExportOptions ExportRecord export",
-    "pipeline.datasets.import_format": "ImportOptions import_format",
+    "pipeline.datasets.figures": "figures=make_dataset_figures",
+    "pipeline.datasets.finish": "add_split",
+    "pipeline.datasets.import_format": "ImportOptions import_=import_format import_format",
+    "pipeline.datasets.join": "join",
+    "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
+    "pipeline.demo": "demo=run_demo",
     "pipeline.labels.check": "check",
+    "pipeline.labels.diagnose": "diagnose",
+    "pipeline.labels.diagnose_session": "DiagnosedSession MappedShare",
     "pipeline.labels.evaluate": "evaluate",
     "pipeline.labels.label_table": "TableLabels label",
+    "pipeline.labels.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
     "pipeline.labels.process": "process",
-    "pipeline.survey_run": "SurveyRun run_survey",
     "pipeline.labels.session": "Outcome",
+    "pipeline.paper.reproduce": "ReproducedPaper paper=reproduce",
     "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
+    "pipeline.positioning.locate": "LocatedScans WalkPlan locate",
+    "pipeline.positioning.train": "TrainPlan TrainedModel train",
     "pipeline.run.selection": "Selection",
+    "pipeline.site.init": "NewFloor site_init=add_floor",
+    "pipeline.site.plan": "PlanRequest plan=write_plans",
+    "pipeline.site.rebase": "site_rebase=rebase",
+    "pipeline.site.register": "FloorFiles register",
+    "pipeline.site.show": "SiteSummary site_show=summarise_site",
+    "pipeline.site.walkable": "WalkableFloor site_walkable=write_walkable",
+    "pipeline.site.write": "site_write=write_published",
+    "pipeline.survey_run": "SurveyRun run=run_survey run_survey",
+    "planning.records": "PlanSummary",
     "planning.settings": "CameraSettings PlanSettings",
     "positioning.benchmark.protocol": "ModelChoice",
     "positioning.benchmark.record": "Benchmark",
     "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
     "positioning.registry": "Positioner model_named",
     "positioning.scans.learning_data": "LearningData learning_data",
+    "positioning.scans.track_file": "Tracks",
+    "positioning.settings": "SequenceMethod",
+    "registration.names": "NameRules",
+    "registration.point_file": "PointColumn",
+    "registration.record": "Registration",
     "registration.settings": "RegistrationSettings",
     "self_check.record": "SessionCheck SurveyCheck",
+    "sessions.inspection": "Inspection inspect=inspect_survey",
     "sessions.model": "Session",
     "sessions.registry": "open_survey read_session",
     "sessions.settings": "FindingSettings",
     "settings": "Settings read_settings",
+    "sheets.making": "SheetOptions sheets=make_sheets",
+    "sheets.sheet_folder": "SheetsRecord",
     "simulation.choices": "Climb Locale SessionLayout SiteColumn",
     "simulation.scenario": "Scenario paper_evaluation regular_survey",
     "simulation.settings": "BuildingSettings WalkSettings",
     "simulation.survey": "WritingOptions simulate",
     "smoother.settings": "SmootherSettings",
-    "survey.model": "SessionKey SessionRef Site Survey",
+    "survey.frame_change": "FrameChanges",
+    "survey.model": "Floor SessionKey SessionRef Site Survey",
     "survey.settings": "SurveySettings",
+    "survey.site_file": "GeoreferencePart SiteFile",
+    "walkable.settings": "WalkableSettings",
 }
-"""What each module of the package holds of the interface; the same as above."""
-_MODULE_OF = {name: f"vislam2tag.{module}" for module, names in _NAMES.items() for name in names.split()}
-__all__ = sorted(_MODULE_OF)
+"""What each module of the package holds of the interface, ``name=its name there`` where a command's name differs."""
+_PLACES = {
+    word.partition("=")[0]: (f"vislam2tag.{module}", word.rpartition("=")[2])
+    for module, words in _NAMES.items()
+    for word in words.split()
+}
+__all__ = sorted(_PLACES)
 
 
 def __dir__() -> list[str]:
@@ -182,7 +292,8 @@ if not TYPE_CHECKING:  # type checkers take the imports above, and report names 
 
     def __getattr__(name: str) -> object:
         """Import a public name; raises MissingExtraError where it needs an extra that is not installed."""
-        if name not in _MODULE_OF:
+        if name not in _PLACES:
             raise AttributeError(f"module 'vislam2tag.api' has no attribute '{name}'")
-        globals()[name] = value = getattr(import_extra(_MODULE_OF[name]), name)
+        module, original = _PLACES[name]
+        globals()[name] = value = with_paths(getattr(import_extra(module), original))
         return value
