@@ -54,7 +54,7 @@ class CameraSettings(FiniteRecord):
 class PlanSettings(FiniteRecord):
     """What is demanded of a plan, and where sheets may hang (docs/planning.md)."""
 
-    spacing_m: float = Field(default=15.0, ge=2)
+    spacing_m: float = Field(default=15.0, ge=2, le=1000)
     """No walk leads farther than this without passing a landmark, metres."""
     short_m: float = Field(default=3.0, ge=0)
     """Turns nearer to each other than this count as one: no landmark is asked for between them, metres."""
