@@ -76,7 +76,8 @@ def _check(
     _print(found)
     if out is not None:
         say(f"page: {out / PAGE_FILE}")
-    next_step("dataset", survey, "--out", "fingerprints")
+    if not found.failed:
+        next_step("dataset", survey, "--out", "fingerprints")
     raise typer.Exit(1 if found.failed else 0)
 
 

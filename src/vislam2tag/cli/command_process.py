@@ -115,7 +115,8 @@ def _process(
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
-    next_step("diagnose" if summary.faults else "check", survey)
+    if not summary.failed:
+        next_step("diagnose" if summary.faults else "check", survey)
     raise typer.Exit(1 if summary.failed else 0)
 
 

@@ -39,6 +39,8 @@ Examples:
       --georeference EPSG:25832,294405,5628801,-12
   vislam2tag site init old-survey
 """
+_LARGEST_M = 1000.0
+"""Few buildings are larger; more drawings are in other units than was thought."""
 _PAGE = "page"
 """``--area``: all of it."""
 
@@ -151,7 +153,11 @@ def site_init(
     say(f"floor {new.part.number} added: {site / SITE_FILE}")
     for note in notes:
         say(f"note: {note}")
-    print_site(summarise_site(site))
+    summary = summarise_site(site)
+    print_site(summary)
+    for each in summary.floors:
+        if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M:
+            say(f"note: floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?")
     next_step("plan", site, "--out", "plan", "--write")
 
 

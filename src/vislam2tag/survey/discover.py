@@ -94,8 +94,20 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
     folders, findings = _numbered_folders(root)
     if not folders:
-        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it")
+        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it{_instead(root)}")
     return folders, findings
+
+
+def _instead(root: Path) -> str:
+    """What a folder is that is no survey, and what to give, where that is plain to see."""
+    for parent in (root.resolve(), *root.resolve().parents[:2]):
+        if _FLOOR_FOLDER.fullmatch(parent.name):
+            return f"; it lies in a floor's folder: give the survey's, {parent.parent}"
+    if (root / "run.json").is_file():
+        return "; it holds what another command wrote: give the survey that was made of"
+    if (root / "dataset.json").is_file():
+        return "; it is a data set"
+    return ""
 
 
 def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:

@@ -41,7 +41,8 @@ _MESSAGES = {
         "file for several floors, a floor; these rows are left out: correct them"
     ),
     "non_finite_values": (
-        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are left out: correct them"
+        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are left out: correct them (those of a "
+        "national grid are brought to the plan by vislam2tag register --control)"
     ),
     "duplicate_landmarks": "an id may appear once on a floor; the first row counts: remove the others",
 }

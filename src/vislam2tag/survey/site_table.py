@@ -64,6 +64,9 @@ class SiteTable:
         missing = [name for name in columns.needed if name not in found]
         if not missing:
             return None
+        if any(map(_is_number, self.header)):
+            shown = ",".join(self.header)[:_SHOWN]
+            return f"there is no header: '{shown}' looks like data; put id,x,y or the like above it"
         optional = [name for name in columns.names if name not in ("id", *columns.needed)]
         names = list(dict.fromkeys((*columns.first, *columns.needed)))
         return (
@@ -208,6 +211,13 @@ def _fields(line: str, separator: str) -> tuple[str, ...]:
         return tuple(field.strip() for field in next(reader))
     except (csv.Error, StopIteration):
         return ("",)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def number_or_none(text: str) -> float | None:

@@ -52,7 +52,7 @@ def read_guarded(path: Path, function: Callable[P, R], *args: P.args, **kwargs: 
         raise OSError(f"is larger than {MOST_BYTES // 1_000_000} MB; make a smaller one")
     if _is_small_image(path):
         return call_raising_os_error(function, *args, **kwargs)
-    request = pickle.dumps((CPU_S, function, args, kwargs))
+    request = pickle.dumps((CPU_S, str(Path.cwd()), function, args, kwargs))
     asked = (request, path.stat().st_mtime_ns if path.is_file() else None)
     if asked in _refused:
         raise OSError(_refused[asked])
@@ -172,7 +172,8 @@ def serve() -> None:
             request = pickle.load(sys.stdin.buffer)  # noqa: S301 - of our own parent
         except EOFError:
             return
-        cpu_s, *call = request
+        cpu_s, folder, *call = request
+        os.chdir(folder)  # the parent may have gone elsewhere since: paths may be relative
         _limit_resources(cpu_s)
         _send(answers, _answer(*call))
 
