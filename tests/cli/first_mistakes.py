@@ -75,6 +75,18 @@ def plans(world: Path) -> None:
     drawn_floor.svg(world, 'width="200mm" height="100mm"')
 
 
+def described(world: Path) -> None:
+    """Plans, and a survey whose site.toml has the floor."""
+    plans(world)
+    write("survey/site.toml", "[[floors]]\nnumber = 0\n")(world)
+
+
+def deviceless(world: Path) -> None:
+    """A walk that lies in its floor's folder."""
+    move(WALK, "survey/floor_0/walk")(world)
+    remove("survey/floor_0/LG")(world)
+
+
 def rows(change: Callable[[list[str]], list[str]]) -> Callable[[str], str]:
     """Change the rows below a table's header."""
 
@@ -180,7 +192,7 @@ MISTAKES = (
         "site init survey --plan plan.png --floor 0 --width-m 20",
         "has that floor already; edit it there",
         2,
-        lambda world: (plans(world), write("survey/site.toml", "[[floors]]\nnumber = 0\n")(world)),
+        described,
     ),
     Mistake(
         SITE,
@@ -334,7 +346,7 @@ MISTAKES = (
         "inspect survey",
         "no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it",
         2,
-        lambda world: (move(WALK, "survey/floor_0/walk")(world), remove("survey/floor_0/LG")(world)),
+        deviceless,
     ),
     Mistake(
         RECORD,
@@ -622,8 +634,8 @@ _HEAD = """# First mistakes
 
 What people do who were never told how, and what the program answers. Each is a test through the command line
 (`tests/cli/test_first_mistakes.py`); this page is made of its table by
-`python -m tests.cli.first_mistakes > docs/first_mistakes.md`. Those with an asterisk were found by trying. Where a command
-ends with 0 the answer is a finding or a note, and it goes on.
+`python -m tests.cli.first_mistakes > docs/first_mistakes.md`. Those with an asterisk were found by trying. Where a
+command ends with 0 the answer is a finding or a note, and it goes on.
 """
 
 
