@@ -2,6 +2,7 @@
 
     python benchmarks/dead_reckoning.py site2/F4                 # with the speed model of the package
     python benchmarks/dead_reckoning.py site1/F1 --cross-validate # learned on the other four fifths of these walks
+    python benchmarks/dead_reckoning.py site2/F4 --carried        # other phones, carried otherwise
 
 The folder is a floor of the Indoor Location Competition 2.0. The step model is the one that its organisers gave out
 (steps from peaks of the accelerometer, stride from their period and strength, heading from the rotation vector), its
@@ -22,9 +23,10 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.dead_reckoning.carrying import held, sampled, swung
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
-from vislam2tag.dead_reckoning.training import train
+from vislam2tag.dead_reckoning.training import carried_walks, train
 from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
@@ -53,6 +55,9 @@ Guess = Callable[[Walk, BoolArray], tuple[FloatArray, FloatArray | None]]
 def main() -> None:
     """Print the table of a floor."""
     walks, seconds = read_walks(Path(sys.argv[1]))
+    if "--carried" in sys.argv:
+        carried_table(walks)
+        return
     models = cross_validated(walks) if "--cross-validate" in sys.argv else [speed_model()] * len(walks)
     own = {id(walk): model for walk, model in zip(walks, models, strict=True)}
     steps = {id(walk): step_path(walk.log, walk.taps) for walk in walks}
@@ -72,6 +77,32 @@ def main() -> None:
         print(f"| {name} | " + " | ".join(cell(walks, every, guess) for every in COLUMNS.values()) + " |")
 
 
+def carried_table(walks: list[Walk]) -> None:
+    """Print the errors of dead reckoning by how the phone is carried and what its sensors are like."""
+    print("| phone | " + " | ".join(COLUMNS) + " |")
+    for name, change in CARRIED.items():
+        logs = [change(walk.log) for walk in walks]
+        changed = [
+            Walk(log, sensed, walk.taps)
+            for walk, log in zip(walks, logs, strict=True)
+            if (sensed := SensedWalk.of(log)) is not None
+        ]
+        cells = (
+            cell(changed, every, lambda walk, kept: reckoned(walk, kept, speed_model())) for every in COLUMNS.values()
+        )
+        print(f"| {name} | " + " | ".join(cells) + " |")
+
+
+CARRIED: dict[str, Callable[[InertialLog], InertialLog]] = {
+    "as recorded: in the hand": lambda log: log,
+    "upright": lambda log: held(log, (0, 0, 75)),
+    "pocket": lambda log: held(log, (100, 20, 75)),
+    "swinging hand": swung,
+    "16.7 Hz": lambda log: sampled(log, 3, 0.0),
+    "noise of 0.3 m/s^2": lambda log: sampled(log, 1, 0.3),
+}
+
+
 def read_walks(folder: Path) -> tuple[list[Walk], float]:
     """Read the walks of a floor that have two taps or more, and how long one takes on average, seconds."""
     walks, start = [], time.perf_counter()
@@ -86,10 +117,10 @@ def read_walks(folder: Path) -> tuple[list[Walk], float]:
 
 def cross_validated(walks: list[Walk]) -> list[SpeedModel]:
     """The model for each walk, learned from the other folds."""
-    learned = [
-        train([(walk.sensed, walk.taps) for i, walk in enumerate(walks) if i % FOLDS != fold], SETTINGS)
-        for fold in range(FOLDS)
-    ]
+    learned = []
+    for fold in range(FOLDS):
+        others = [(walk.log, walk.taps) for i, walk in enumerate(walks) if i % FOLDS != fold]
+        learned.append(train(carried_walks(others), SETTINGS))
     return [learned[i % FOLDS] for i in range(len(walks))]
 
 

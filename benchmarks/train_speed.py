@@ -12,37 +12,36 @@ import json
 import sys
 from pathlib import Path
 
-from vislam2tag.core.context import FixLog
+from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.dead_reckoning.features import NAMES
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
-from vislam2tag.dead_reckoning.training import train
-from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.dead_reckoning.training import carried_walks, train
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
 
 
-def sensed_walks(folder: Path) -> list[tuple[SensedWalk, FixLog]]:
-    """Read the traces below a floor's folder that have taps and inertial readings."""
+def logged_walks(folder: Path) -> list[tuple[InertialLog, FixLog]]:
+    """Read the traces below a floor's folder that have inertial readings, and their taps."""
     walks = []
     for path in sorted(folder.glob("path_data_files/*.txt")):
         trace = parse_trace(path.read_bytes(), path.name)
         inertial = inertial_log(trace.sensors)
-        sensed = None if inertial is None else SensedWalk.of(inertial)
-        if sensed is not None and len(trace.taps.time_ns) > 1:
-            walks.append((sensed, trace.taps))
+        if inertial is not None:
+            walks.append((inertial, trace.taps))
     return walks
 
 
 def main() -> None:
     """Train and write."""
     folder, target = Path(sys.argv[1]), Path(sys.argv[2])
-    walks = sensed_walks(folder)
-    model = train(walks, DeadReckoningSettings())
+    walks = logged_walks(folder)
+    model = train(carried_walks(walks), DeadReckoningSettings())
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("path_data_files/*.txt"))))
     record = {
         "learned_from": f"Indoor Location Competition 2.0, {folder.parent.name}/{folder.name}",
         "licence": "MIT (data: Microsoft Research, location-competition/indoor-location-competition-20)",
         "walks": len(walks),
+        "each_walk": "as recorded, phone in the hand, and as a swinging hand would have recorded it",
         "sha256": digest.hexdigest(),
         "command": "python benchmarks/train_speed.py site1/F1 src/vislam2tag/dead_reckoning/speed_model.json",
         "unit": "m/s",

@@ -19,7 +19,9 @@ CADENCE_RANGE_HZ = (1.3, 2.6)
 SPECTRUM = 512
 STANDING_M_S2 = 0.6
 """Vertical acceleration (root mean square) below which somebody rather stands."""
-NAMES = (
+SWINGING_RAD_S = 0.9
+"""A phone that tilts to and fro by more (root mean square) swings in a hand rather than being looked at."""
+_SHAPES = (
     "one",
     "cadence",
     "cadence squared",
@@ -35,11 +37,13 @@ NAMES = (
     "turn rate",
     "skewness",
 )
+NAMES = (*_SHAPES, *(f"{name}, swinging" for name in _SHAPES))
+"""Each number counts for a quiet phone or for a swinging one: the speeds that it tells of differ."""
 
 
 @dataclass(frozen=True)
 class WindowFeatures:
-    """``time_s`` (m,) the windows' middles; ``values`` (m, 14) by :data:`NAMES`; ``moving`` (m,) from 0, standing, to
+    """``time_s`` (m,) the windows' middles; ``values`` (m, 28) by :data:`NAMES`; ``moving`` (m,) from 0, standing, to
     1; ``cadence_hz`` (m,) steps a second.
     """
 
@@ -73,7 +77,7 @@ class WindowFeatures:
         low, high = np.percentile(windows, (3, 97), axis=1)
         bounce = (high - low) ** 0.25 - 1.6
         skewness = (windows**3) @ taper / (power + 1e-6) ** 1.5
-        values = np.column_stack(
+        shapes = np.column_stack(
             (
                 np.ones(len(middle)),
                 cadence - 1.8,
@@ -86,7 +90,9 @@ class WindowFeatures:
                 skewness,
             )
         )
-        moving = 1 / (1 + np.exp(-4 * (_log_rms(power) - np.log(STANDING_M_S2))))
+        moving = _rather(_log_rms(power), STANDING_M_S2)
+        swinging = _rather(_log_rms(mean["tilt"]), SWINGING_RAD_S)[:, None]
+        values = np.column_stack((shapes * (1 - swinging), shapes * swinging))
         return cls(signals.time_s[middle], values, moving, cadence)
 
 
@@ -98,6 +104,11 @@ def _windows(values: FloatArray, middle: IntArray, size: int) -> FloatArray:
 
 def _log_rms(power: FloatArray) -> FloatArray:
     return np.asarray(0.5 * np.log(np.maximum(power, 1e-3)))
+
+
+def _rather(log_rms: FloatArray, limit: float) -> FloatArray:
+    """From 0, far below the limit, to 1, far above it."""
+    return np.asarray(1 / (1 + np.exp(-4 * (log_rms - np.log(limit)))))
 
 
 def _spectrum(windows: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,7 +19,7 @@ FASTEST_M_S = 3.0
 
 @dataclass(frozen=True)
 class SpeedModel:
-    """``coefficients`` (14,) by :data:`~vislam2tag.dead_reckoning.features.NAMES`, m/s."""
+    """``coefficients`` (28,) by :data:`~vislam2tag.dead_reckoning.features.NAMES`, m/s."""
 
     coefficients: FloatArray
 

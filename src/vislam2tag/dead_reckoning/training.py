@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.context import FixLog
+from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.dead_reckoning.carrying import swung
 from vislam2tag.dead_reckoning.features import NAMES
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.signals import RATE_HZ
@@ -25,13 +26,22 @@ LEG_SIGMA_GROWTH = 0.1
 TAIL = 4.0
 
 
+def carried_walks(walks: Sequence[tuple[InertialLog, FixLog]]) -> list[tuple[SensedWalk, FixLog]]:
+    """Walks to learn from, each as it was recorded, phone in the hand, and as a swinging hand would have recorded it.
+
+    Those without two fixes, or without inertial readings of a few seconds, are left out.
+    """
+    logs = [(each, fixes) for log, fixes in walks if len(fixes.time_ns) > 1 for each in (log, swung(log))]
+    return [(sensed, fixes) for log, fixes in logs if (sensed := SensedWalk.of(log)) is not None]
+
+
 def train(walks: Sequence[tuple[SensedWalk, FixLog]], settings: DeadReckoningSettings) -> SpeedModel:
     """Learn the speed from walks whose fixes are dense, by ridge regression; each must have two fixes or more.
 
     The headings come from the smoothed paths of the model before, so that it is learned in a few rounds.
     """
     spread = np.concatenate([sensed.features.values for sensed, _ in walks]).std(axis=0)
-    usual = np.where(np.arange(len(NAMES)) == 0, USUAL_M_S, 0.0)
+    usual = np.array([USUAL_M_S * name.startswith("one") for name in NAMES])
     model = SpeedModel(usual)
     for _ in range(ROUNDS):
         legs = [_legs(sensed.path(fixes, model, settings)) for sensed, fixes in walks]
@@ -41,7 +51,7 @@ def train(walks: Sequence[tuple[SensedWalk, FixLog]], settings: DeadReckoningSet
 
 
 def _legs(walk: ReckonedWalk) -> tuple[FloatArray, FloatArray]:
-    """Sums (2 l, 14) of the features along the l legs of a walk, east and north, and what they make (2 l,), metres.
+    """Sums (2 l, 28) of the features along the l legs of a walk, east and north, and what they make (2 l,), metres.
 
     Both are in parts of what a leg's length is known to.
     """

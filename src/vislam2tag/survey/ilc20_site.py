@@ -11,6 +11,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import plain, read_json
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey
 from vislam2tag.survey.names import floor_number
+from vislam2tag.survey.plans.source import Extent, PlanSource
 
 TRACES, INFO, PLAN, OUTLINES = "path_data_files", "floor_info.json", "floor_image.png", "geojson_map.json"
 SITE_FILES = (f"*/{INFO}", f"*/{PLAN}", f"*/{OUTLINES}")
@@ -41,7 +42,7 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
             findings.append(
                 Finding(kind="floor_without_size", file=name, count=1, message=message, severity=Severity.WARNING)
             )
-        plan = folder / PLAN
+        plan, source = _plan(folder, width_m, height_m)
         floors.append(
             Floor(
                 number=number,
@@ -49,11 +50,22 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
                 width_m=width_m,
                 height_m=height_m,
                 elevation_m=None,
-                plan=plan if plan.is_file() and width_m is not None else None,
+                plan=plan,
                 control_points=ControlPoints((), np.empty((0, 2))),
+                source=source,
             )
         )
     return floors, findings
+
+
+def _plan(folder: Path, width_m: float | None, height_m: float | None) -> tuple[Path | None, PlanSource | None]:
+    """The floor's outlines, which tell where it can be walked, else its picture; both cover its extent."""
+    if width_m is None or height_m is None:
+        return None, None
+    if (folder / OUTLINES).is_file():
+        file = f"{folder.name}/{OUTLINES}"
+        return folder / OUTLINES, PlanSource(file=file, extent=Extent(width_m=width_m, height_m=height_m))
+    return (folder / PLAN if (folder / PLAN).is_file() else None), None
 
 
 def ilc20_sessions(root: Path) -> list[tuple[SessionKey, Path]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from shapely.geometry import MultiPoint, Point, Polygon
 
 from tests.conftest import shared_folder
 from tests.dead_reckoning.ilc20 import make_site
@@ -21,6 +22,9 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.plans.model import Use
+from vislam2tag.survey.plans.placing import placed
+from vislam2tag.survey.plans.registry import read_drawing
 
 
 def test_a_site_is_a_survey_of_its_traces(tmp_path: Path) -> None:
@@ -82,6 +86,23 @@ def mapped(site: Path, which: int) -> tuple[Trajectory, np.ndarray[tuple[int, ..
     taps = np.column_stack((camera.fixes.time_ns - camera.time_ns[0], camera.fixes.position_bcs))
     strategy = strategy_named("smoother", MappingSettings())
     return strategy.map(camera, prepared.session.landmarks, prepared.landmarks), taps
+
+
+def test_the_outlines_of_a_real_floor_are_its_plan_and_taps_lie_between_them(tmp_path: Path) -> None:
+    site = folder_of(shared_folder("ilc20") / "site2-F4.tar.xz", tmp_path) / "site2"
+    survey = open_survey(site)
+    (floor,) = survey.site.floors
+    assert floor.plan is not None
+    assert floor.source is not None
+    drawing, bcs_T_plan = placed(read_drawing(floor.plan, floor.source), floor.source, None)
+    camera = read_session(survey.sessions[0]).camera
+    assert camera.fixes is not None
+    taps = [Point(*place) for place in camera.fixes.position_bcs.tolist()]
+    outlines = [(each.use, Polygon(bcs_T_plan @ each.outline)) for each in drawing.polygons]
+    shops = [shape for use, shape in outlines if use is Use.OBSTACLE]
+    assert len(shops) > 50
+    assert not any(shop.contains(tap) for shop in shops for tap in taps)
+    assert any(shape.contains(MultiPoint(taps)) for use, shape in outlines if use is not Use.OBSTACLE)
 
 
 def test_real_walks_pass_their_taps(tmp_path: Path) -> None:
