@@ -33,8 +33,8 @@ def turned_tables(table: Table) -> list[Fault]:
                 floor=floor,
                 summary=f"the landmark table of floor {floor} is turned by a quarter against its plan",
                 evidence=f"{beside} of {len(places)} landmarks lie beside the plan of {width_m:g} x {height_m:g} m, "
-                "and none once the table is turned; whether by 90 or by 270 degrees the plan must tell (270: turn_deg = "
-                f"270.0, shift_m = [0.0, {height_m:g}])",
+                "and none once the table is turned; whether by 90 or by 270 degrees the plan must tell (270: "
+                f"turn_deg = 270.0, shift_m = [0.0, {height_m:g}])",
                 corrections=[CorrectionEntry(table="turn_landmarks", values=values)],
             )
         )

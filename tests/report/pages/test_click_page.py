@@ -18,6 +18,7 @@ from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.report.pages.click_page import write_click_page
 from vislam2tag.survey.model import ControlPoints, Floor
 
+pytestmark = pytest.mark.slow
 IDS = ("7", "8", "</script>")
 
 

@@ -14,6 +14,8 @@ from tests.report.browser import note_problems, running_browser
 from tests.survey.plans import drawn_floor
 from vislam2tag.survey.discover import read_site
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:

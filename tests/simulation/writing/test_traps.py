@@ -55,13 +55,9 @@ def test_a_clean_survey_has_no_findings(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("trap", TRAP_FINDINGS)
-def test_reading_finds_the_trap(trap: str, tmp_path: Path) -> None:
-    assert read_kinds(trapped(tmp_path, trap)) == TRAP_FINDINGS[trap] - FOUND_BY_PROCESSING
-
-
-@pytest.mark.parametrize("trap", TRAP_FINDINGS)
-def test_processing_finds_the_trap(trap: str, tmp_path: Path) -> None:
+def test_reading_and_processing_find_the_trap(trap: str, tmp_path: Path) -> None:
     root = trapped(tmp_path / "survey", trap)
+    assert read_kinds(root) == TRAP_FINDINGS[trap] - FOUND_BY_PROCESSING
     strategy = "local-corrected" if trap == VISITS_ONLY else Settings().strategy
     assert processed_kinds(root, tmp_path / "out", strategy) == TRAP_FINDINGS[trap]
 
