@@ -50,14 +50,22 @@ def fields_of(made: type) -> list[object]:
 
 
 def test_types_and_names_are_of_the_same_modules() -> None:
-    checked = {
+    nodes = list(ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8"))))
+    imported = {
         alias.asname: (node.module, alias.name)
-        for node in ast.walk(ast.parse(Path(api.__file__).read_text(encoding="utf-8")))
+        for node in nodes
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vislam2tag.")
         for alias in node.names
         if alias.asname
     }
-    assert checked == api._PLACES
+    commands = {
+        node.targets[0].id: imported[node.value.id]
+        for node in nodes
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and isinstance(node.value, ast.Name)
+        if node.value.id in imported
+    }
+    own = {name: place for name, place in imported.items() if not name.startswith("_")}
+    assert own | commands == api._PLACES
 
 
 def test_every_name_can_be_imported_and_no_other() -> None:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from vislam2tag.core.tracks import Trajectory as Trajectory
     from vislam2tag.dataset.comparing.change_record import SurveyChanges as SurveyChanges
     from vislam2tag.dataset.comparing.comparison import Comparison as Comparison
-    from vislam2tag.dataset.comparing.comparison import compare as verify
+    from vislam2tag.dataset.comparing.comparison import compare as _compare
     from vislam2tag.dataset.coverage.record import CoverageRecord as CoverageRecord
     from vislam2tag.dataset.description import Description as Description
     from vislam2tag.dataset.folder import open_dataset as open_dataset
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from vislam2tag.dataset.settings import RadioMapSettings as RadioMapSettings
     from vislam2tag.dataset.settings import SplitKind as SplitKind
     from vislam2tag.dataset.settings import SplitSettings as SplitSettings
-    from vislam2tag.dataset.splitting.splits import make_split as split
+    from vislam2tag.dataset.splitting.splits import make_split as _make_split
     from vislam2tag.dataset.statistics.record import FieldWork as FieldWork
     from vislam2tag.dataset.transmitters.privacy import Privacy as Privacy
     from vislam2tag.diagnosis.passes import WalkPasses as WalkPasses
@@ -78,20 +78,20 @@ if TYPE_CHECKING:
     from vislam2tag.mapping.settings import MappingSettings as MappingSettings
     from vislam2tag.pipeline.datasets.build import BuildOptions as BuildOptions
     from vislam2tag.pipeline.datasets.build import SessionStep as SessionStep
+    from vislam2tag.pipeline.datasets.build import build_dataset as _build_dataset
     from vislam2tag.pipeline.datasets.build import build_dataset as build_dataset
-    from vislam2tag.pipeline.datasets.build import build_dataset as dataset
     from vislam2tag.pipeline.datasets.export import ExportOptions as ExportOptions
     from vislam2tag.pipeline.datasets.export import ExportRecord as ExportRecord
     from vislam2tag.pipeline.datasets.export import export as export
-    from vislam2tag.pipeline.datasets.figures import make_dataset_figures as figures
+    from vislam2tag.pipeline.datasets.figures import make_dataset_figures as _make_dataset_figures
     from vislam2tag.pipeline.datasets.finish import add_split as add_split
     from vislam2tag.pipeline.datasets.import_format import ImportOptions as ImportOptions
-    from vislam2tag.pipeline.datasets.import_format import import_format as import_
+    from vislam2tag.pipeline.datasets.import_format import import_format as _import_format
     from vislam2tag.pipeline.datasets.import_format import import_format as import_format
     from vislam2tag.pipeline.datasets.join import join as join
     from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex as RadioMapIndex
-    from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as radio_maps
-    from vislam2tag.pipeline.demo import run_demo as demo
+    from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as _write_radio_maps
+    from vislam2tag.pipeline.demo import run_demo as _run_demo
     from vislam2tag.pipeline.labels.check import check as check
     from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
     from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession as DiagnosedSession
@@ -105,7 +105,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
     from vislam2tag.pipeline.paper.reproduce import ReproducedPaper as ReproducedPaper
-    from vislam2tag.pipeline.paper.reproduce import reproduce as paper
+    from vislam2tag.pipeline.paper.reproduce import reproduce as _reproduce
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan as BenchmarkPlan
     from vislam2tag.pipeline.positioning.benchmark import benchmark as benchmark
     from vislam2tag.pipeline.positioning.benchmark import public_dataset as public_dataset
@@ -117,19 +117,19 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.train import train as train
     from vislam2tag.pipeline.run.selection import Selection as Selection
     from vislam2tag.pipeline.site.init import NewFloor as NewFloor
-    from vislam2tag.pipeline.site.init import add_floor as site_init
+    from vislam2tag.pipeline.site.init import add_floor as _add_floor
     from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
-    from vislam2tag.pipeline.site.plan import write_plans as plan
-    from vislam2tag.pipeline.site.rebase import rebase as site_rebase
+    from vislam2tag.pipeline.site.plan import write_plans as _write_plans
+    from vislam2tag.pipeline.site.rebase import rebase as _rebase
     from vislam2tag.pipeline.site.register import FloorFiles as FloorFiles
     from vislam2tag.pipeline.site.register import register as register
     from vislam2tag.pipeline.site.show import SiteSummary as SiteSummary
-    from vislam2tag.pipeline.site.show import summarise_site as site_show
+    from vislam2tag.pipeline.site.show import summarise_site as _summarise_site
     from vislam2tag.pipeline.site.walkable import WalkableFloor as WalkableFloor
-    from vislam2tag.pipeline.site.walkable import write_walkable as site_walkable
-    from vislam2tag.pipeline.site.write import write_published as site_write
+    from vislam2tag.pipeline.site.walkable import write_walkable as _write_walkable
+    from vislam2tag.pipeline.site.write import write_published as _write_published
     from vislam2tag.pipeline.survey_run import SurveyRun as SurveyRun
-    from vislam2tag.pipeline.survey_run import run_survey as run
+    from vislam2tag.pipeline.survey_run import run_survey as _run_survey
     from vislam2tag.pipeline.survey_run import run_survey as run_survey
     from vislam2tag.planning.records import PlanSummary as PlanSummary
     from vislam2tag.planning.settings import CameraSettings as CameraSettings
@@ -153,7 +153,7 @@ if TYPE_CHECKING:
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
     from vislam2tag.sessions.inspection import Inspection as Inspection
-    from vislam2tag.sessions.inspection import inspect_survey as inspect
+    from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
@@ -161,7 +161,7 @@ if TYPE_CHECKING:
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.sheets.making import SheetOptions as SheetOptions
-    from vislam2tag.sheets.making import make_sheets as sheets
+    from vislam2tag.sheets.making import make_sheets as _make_sheets
     from vislam2tag.sheets.sheet_folder import SheetsRecord as SheetsRecord
     from vislam2tag.simulation.choices import Climb as Climb
     from vislam2tag.simulation.choices import Locale as Locale
@@ -185,6 +185,24 @@ if TYPE_CHECKING:
     from vislam2tag.survey.site_file import GeoreferencePart as GeoreferencePart
     from vislam2tag.survey.site_file import SiteFile as SiteFile
     from vislam2tag.walkable.settings import WalkableSettings as WalkableSettings
+
+    dataset = _build_dataset
+    demo = _run_demo
+    figures = _make_dataset_figures
+    import_ = _import_format
+    inspect = _inspect_survey
+    paper = _reproduce
+    plan = _write_plans
+    radio_maps = _write_radio_maps
+    run = _run_survey
+    sheets = _make_sheets
+    site_init = _add_floor
+    site_rebase = _rebase
+    site_show = _summarise_site
+    site_walkable = _write_walkable
+    site_write = _write_published
+    split = _make_split
+    verify = _compare
 
 _NAMES = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",

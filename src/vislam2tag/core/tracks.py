@@ -15,6 +15,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState
 from vislam2tag.core.faults import Contradiction, TrackerEvent
+from vislam2tag.core.notebook import Drawable, Summarised
 from vislam2tag.core.status import Status
 
 
@@ -140,8 +141,8 @@ class LandmarkLog:
         return to_plane(self.position_acs)
 
 
-@dataclass(frozen=True)
-class Landmarks:
+@dataclass(frozen=True, repr=False)
+class Landmarks(Summarised):
     """Landmarks of a site in the BCS, ``m`` of them.
 
     ``position_bcs`` (m, 2) metres; ``covariance_bcs`` (m, 2, 2) m^2, infinite on the diagonal where unsurveyed;
@@ -160,6 +161,10 @@ class Landmarks:
     """(m) file and 1-based line of each, ``floor_1/marker_dict.csv:3``; empty where they come from no file."""
     storeys: Storeys | None = None
     """The building's floors as the session sees them; None where nobody asks for heights."""
+
+    def _facts(self) -> dict[str, object]:
+        floors = ", ".join(map(str, np.unique(self.floor).tolist()))
+        return {"landmarks": len(self.ids), "surveyed": int(self.surveyed.sum()), "floors": floors or "none"}
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -219,8 +224,8 @@ class Segment:
     last_landmark: str = ""
 
 
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Drawable):
     """A mapped session: one entry for each frame of the camera track, in the same order.
 
     ``position_bcs`` (n, 3) metres, NaN where there is none (z NaN where no height is known);
@@ -244,6 +249,12 @@ class Trajectory:
     """Landmarks that contradict the rest, greatest first."""
     not_converged: tuple[str, ...] = ()
     """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
+
+    def _facts(self) -> dict[str, object]:
+        frames = len(self.time_ns)
+        seconds = (self.time_ns[-1] - self.time_ns[0]) / 1e9 if frames else 0.0
+        share = f"{100 * float(np.mean(self.status == Status.OK)):.0f} %" if frames else "none"
+        return {"frames": frames, "duration": f"{seconds:.1f} s", "labelled": share, "visits": len(self.visits)}
 
     @property
     def sigma_m(self) -> FloatArray:

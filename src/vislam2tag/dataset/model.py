@@ -14,6 +14,7 @@ from pydantic import Field
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.core.notebook import Drawable
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import ControlPoints, Floor
@@ -183,8 +184,8 @@ class Split:
         return grouped.filter(~tests)["id"], grouped.filter(tests)["id"]
 
 
-@dataclass(frozen=True)
-class Dataset:
+@dataclass(frozen=True, repr=False)
+class Dataset(Drawable):
     """A data set; ``tables`` by the names of :mod:`vislam2tag.dataset.schema`, each with exactly that schema."""
 
     info: DatasetInfo
@@ -192,6 +193,14 @@ class Dataset:
     splits: Mapping[str, Split] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
     """Further files by their path in the folder (plans); the values say where they lie now."""
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "name": self.info.title or self.info.name,
+            "floors": len(self.info.floors),
+            "tables": ", ".join(sorted(self.tables)),
+            "splits": ", ".join(sorted(self.splits)) or "none",
+        }
 
     @property
     def fingerprints(self) -> pl.LazyFrame:

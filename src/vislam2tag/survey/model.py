@@ -9,6 +9,7 @@ import numpy as np
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.georeference import Georeference
@@ -103,8 +104,8 @@ class Site:
         raise KeyError(number)
 
 
-@dataclass(frozen=True)
-class Survey:
+@dataclass(frozen=True, repr=False)
+class Survey(Drawable):
     """A survey folder, looked at but not read: the site, its sessions and what is odd about them."""
 
     root: Path
@@ -113,3 +114,12 @@ class Survey:
     """Sorted by key."""
     findings: tuple[Finding, ...]
     """What is odd about the site's own files."""
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "folder": self.root,
+            "floors": len(self.site.floors),
+            "landmarks": len(self.site.landmarks.ids),
+            "sessions": len(self.sessions),
+            "findings": len(self.findings),
+        }

@@ -17,6 +17,7 @@ from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.notebook import Drawable
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.dataset.radio_mapping.map_heard import best_width, heard_error, heard_matrix, heard_share
 from vislam2tag.dataset.radio_mapping.map_process import (
@@ -78,8 +79,8 @@ class RadioMap(Record):
     """Mean squared error of the share of scans that hear it, predicted without those of their own fold (Brier)."""
 
 
-@dataclass(frozen=True)
-class FloorMaps:
+@dataclass(frozen=True, repr=False)
+class FloorMaps(Drawable):
     """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
 
     place: MapPlace
@@ -99,6 +100,15 @@ class FloorMaps:
     """Standard deviation of the mean itself."""
     heard: MapLayer
     """Share of scans that hear it, 0 to 1."""
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "floor": self.place.floor,
+            "technology": self.place.technology,
+            "access points": len(self.maps),
+            "cells": f"{self.grid.rows} x {self.grid.columns} of {self.grid.cell_m:g} m",
+            "fingerprints": self.scans,
+        }
 
 
 def radio_maps(
