@@ -89,8 +89,13 @@ def main() -> None:
     parser.add_argument("--show", action="store_true", help="Print every survey that went wrong.")
     options = parser.parse_args()
     seeds = range(options.first_seed, options.first_seed + options.surveys)
+    outcomes: list[Outcome] = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        outcomes = list(pool.map(partial(outcome_of, options.cache), seeds))
+        for outcome in pool.map(partial(outcome_of, options.cache), seeds):
+            outcomes.append(outcome)
+            if len(outcomes) % 20 == 0:
+                print(f"\nafter {len(outcomes)} surveys", flush=True)
+                _print(outcomes, show=False)
     _print(outcomes, show=options.show)
 
 

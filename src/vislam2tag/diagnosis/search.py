@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from vislam2tag.diagnosis.evidence import Evidence
 from vislam2tag.diagnosis.faults import displaced, frames, other_floor, swapped
 from vislam2tag.diagnosis.hypothesis import Hypothesis, Propose
@@ -35,17 +37,19 @@ def _best(evidence: Evidence, done: set[tuple[object, ...]]) -> tuple[Hypothesis
     best, most = None, 0.0
     for propose in FAULTS:
         for hypothesis in propose(evidence):
-            if hypothesis.key not in done and (gain := gain_of(evidence, hypothesis)) > most:
+            if hypothesis.key not in done and (gain := gain_of(evidence, hypothesis, most)) > most:
                 best, most = hypothesis, gain
         if best is not None and most > SETTLES * sum(evidence.walks[i].alignment.cost for i in best.targets):
             break
     return best, most
 
 
-def gain_of(evidence: Evidence, hypothesis: Hypothesis) -> float:
-    """By how much the squared residuals fall with a hypothesis, its price deducted."""
+def gain_of(evidence: Evidence, hypothesis: Hypothesis, least: float = -inf) -> float:
+    """By how much the squared residuals fall with a hypothesis, its price deducted; at most ``least`` where less."""
     changed = evidence.with_targets(hypothesis.targets)
-    return (
-        sum(evidence.walks[i].alignment.cost - changed.walks[i].alignment.cost for i in hypothesis.targets)
-        - hypothesis.price
-    )
+    gain = sum(evidence.walks[i].alignment.cost for i in hypothesis.targets) - hypothesis.price
+    for i in hypothesis.targets:
+        if gain <= least:
+            return least
+        gain -= changed.walks[i].alignment.cost
+    return gain
