@@ -1,6 +1,7 @@
 """How often diagnosis names what is wrong with a survey, and how often it names something where nothing is.
 
 Usage: python benchmarks/diagnosis.py --surveys 200 [--first-seed 20000] [--cache FOLDER] [--jobs 2]
+       python benchmarks/diagnosis.py --real
 
 Every generated survey (one or two floors, four or five walks of two and a half minutes on each, any severity of the
 tracker's faults) is diagnosed as it is, and again with one, two or three faults put in, each of a landmark that was
@@ -18,15 +19,18 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
+from data_sets import SHARED
 
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
 from vislam2tag.simulation.survey import walk_and_track
@@ -35,6 +39,7 @@ from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.survey.corrections import UNITS_M
 
 FEWEST_PASSES, FEWEST_OTHERS = 3, 3
+LONGER = 1.2
 LEAST_M, GREATEST_M = 1.0, 12.0
 DURATION_S = 150.0
 SEVERITIES = ("none", "mild", "default", "default", "severe")
@@ -87,7 +92,11 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, help="Keep what is simulated there, to go on after an interruption.")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--show", action="store_true", help="Print every survey that went wrong.")
+    parser.add_argument("--real", action="store_true", help="Every swap of two landmarks in the real walks instead.")
     options = parser.parse_args()
+    if options.real:
+        _print_real_swaps()
+        return
     seeds = range(options.first_seed, options.first_seed + options.surveys)
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(options.jobs) as pool:
@@ -97,6 +106,33 @@ def main() -> None:
                 print(f"\nafter {len(outcomes)} surveys", flush=True)
                 _print(outcomes, show=False)
     _print(outcomes, show=options.show)
+
+
+def _print_real_swaps() -> None:
+    """Exchange every two landmarks that a real walk passed in its table, and see what is named."""
+    survey = open_survey(SHARED / "real-walks")
+    print("| walk | landmarks passed (passes) | swaps | named rightly | named otherwise | nothing named |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for ref in survey.sessions:
+        session = read_session(ref)
+        observations = WalkObservations.of(session.camera, session.landmarks, SmootherSettings().sighting_range_m)
+        walk = WalkPasses.of(ref.key, observations)
+        known = survey.site.landmarks.on_floor(ref.key.floor)
+        place = {
+            Mark(ref.key.floor, name): complex(*at) for name, at in zip(known.ids, known.position_bcs, strict=True)
+        }
+        count = Counter(name for name in walk.landmark if Mark(ref.key.floor, name) in place)
+        told = defaultdict(list)
+        for one, other in combinations(sorted(count), 2):
+            made = MadeSurvey([walk], dict(place), {})
+            marks = Mark(ref.key.floor, one), Mark(ref.key.floor, other)
+            made.place[marks[0]], made.place[marks[1]] = made.place[marks[1]], made.place[marks[0]]
+            named = [_named(fault)[:2] for fault in _diagnosed(made)]
+            right = named == [(FaultKind.SWAPPED, (one, other))]
+            told["right" if right else "otherwise" if named else "nothing"].append(f"{one}-{other}")
+        cells = [f"{len(told[what])}: {', '.join(told[what])}" for what in ("right", "otherwise", "nothing")]
+        passed = ", ".join(f"{name} ({times})" for name, times in sorted(count.items()))
+        print(f"| {ref.key.session} | {passed} | {sum(map(len, told.values()))} | {' | '.join(cells)} |")
 
 
 @dataclass(frozen=True)
@@ -284,7 +320,9 @@ def units(made: MadeSurvey, rng: np.random.Generator) -> bool:
 
 
 def turn(made: MadeSurvey, rng: np.random.Generator) -> bool:
-    """Turn a floor's table by a quarter, as on a plan that was drawn upright."""
+    """Turn a floor's table by a quarter, as on a plan that was drawn upright; a square plan would not tell."""
+    if any(width_m < LONGER * height_m for width_m, height_m in made.size_m.values()):
+        return False
     return _whole_floor(made, rng, FaultKind.TURNED, lambda place, width_m: complex(place.imag, width_m - place.real))
 
 

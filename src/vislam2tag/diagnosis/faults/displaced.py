@@ -25,6 +25,10 @@ FEWEST_SIGHTS = 3
 """So many passes must tell a new place."""
 LEAST_M = 0.5
 """What is nearer to the table's place than this is not told from it."""
+LEAST_MOVED_M = 0.7
+"""... nor is a landmark's own place, by all passes there, when it is nearer than this."""
+LEAST_APART_M = 2.0
+"""Two sheets of one id that hang nearer to each other are one, seen badly."""
 SECOND_SHEET_PRICE = 3.0
 """Two sheets with one id are rarer than one that was moved."""
 ANYWHERE_M = 20.0
@@ -48,7 +52,9 @@ def _new_places(sights: Sequence[Sight], own: complex) -> Iterator[tuple[complex
         group = max(([other for other in away if _together(one, other)] for one in away), key=len)
         if len(group) < FEWEST_SIGHTS:
             return
-        yield _mean(group)
+        found = _mean(group)
+        if abs(found[0] - own) > LEAST_MOVED_M:
+            yield found
         away = [sight for sight in away if all(sight is not one for one in group)]
 
 
@@ -82,7 +88,7 @@ def _hypotheses(
     own = evidence.table.place[mark]
     there = {(sight.walk, sight.row) for sight in sights if abs(sight.place - place) < abs(sight.place - own)}
     here = {(sight.walk, sight.row) for sight in sights} - there
-    if there and here and not _one_after_the_other(evidence, here, there):
+    if abs(place - own) > LEAST_APART_M and there and here and not _one_after_the_other(evidence, here, there):
         yield _moved(
             evidence, mark, found, sorted(there), price + SECOND_SHEET_PRICE, partial(_two_places, mark, found, there)
         )
