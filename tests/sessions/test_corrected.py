@@ -128,3 +128,38 @@ def test_the_clock_of_ble_is_shifted_where_there_is_one(session: Session, tmp_pa
     corrected, uses = corrected_session(logged, shift)
     assert corrected.tables["ble"]["time_ns"].to_list() == [frame_ns(3) + 250_000_000]
     assert uses == ("The clock of ble is shifted by +0.25 s.",)
+
+
+def test_sightings_of_a_span_become_another_landmarks(session: Session) -> None:
+    rename = {"id": "10", "to": "10 (second)", "from_s": 0.5}
+    corrected, uses = corrected_session(session, corrections_of(rename_landmark=[rename]))
+    before, after = session.landmarks, corrected.landmarks
+    assert after.ids == ("10", "7", "10 (second)")
+    seconds = (session.camera.time_ns[after.frame[after.rows_of(2)]] - frame_ns(0)) / 1e9
+    assert seconds.min() >= 0.5
+    assert len(after.frame) == len(before.frame)
+    assert (np.diff(after.landmark) >= 0).all()
+    assert len(uses) == 1
+    late = corrections_of(rename_landmark=[{**rename, "from_s": 1e6}])
+    assert corrected_session(session, late) == (session, ())
+
+
+def test_one_row_of_a_landmark_stays_in_a_frame_where_two_would_be(session: Session) -> None:
+    both = corrections_of(rename_landmark=[{"id": "10", "to": "7"}])
+    log = corrected_session(session, both)[0].landmarks
+    assert log.ids == ("7",)
+    assert (np.diff(log.frame) > 0).all()
+
+
+def test_scans_that_repeat_the_one_before_are_marked(tmp_path: Path) -> None:
+    files = clean_files()
+    levels = (40, 50, 60, 70)
+    files["wifi.csv"] = [
+        f"{scan}; {frame_ns(0) // 1000 + scan * 100_000 + i}; WLAN; net; 00:00:00:00:00:0{i}; -{level + (scan == 2)}"
+        for scan in range(4)
+        for i, level in enumerate(levels)
+    ]
+    session = read_files(tmp_path / "LG" / "again", files)
+    corrected, uses = corrected_session(session, corrections_of(drop_repeated_scans=[{"device": "LG"}]))
+    assert corrected.tables["wifi"].filter("repeated")["scan"].unique().to_list() == [1]
+    assert uses == ("1 Wi-Fi scans that repeat the one before are counted once.",)

@@ -187,3 +187,21 @@ to = "Galaxy"
     corrections = corrections_of(tmp_path, text)
     assert corrections.true_key(KEY) == SessionKey(2, "Galaxy", KEY.session)
     assert corrections.true_key(SessionKey(1, "LG", "other")) == SessionKey(1, "LG", "other")
+
+
+def test_a_session_is_listed_by_its_true_floor_and_device(tmp_path: Path) -> None:
+    root = write_survey(tmp_path / "survey")
+    before = open_survey(root)
+    moved, *others = before.sessions
+    other = next(floor.number for floor in before.site.floors if floor.number != moved.key.floor)
+    entry = f'floor = {moved.key.floor}\ndevice = "{moved.key.device}"\nsession = "{moved.key.session}"\n'
+    text = f'[[set_floor]]\n{entry}to = {other}\n[[set_device]]\n{entry}to = "Galaxy"\n'
+    (root / "corrections.toml").write_text(text)
+    after = open_survey(root)
+    found = next(ref for ref in after.sessions if ref.folder == moved.folder)
+    assert found.key == SessionKey(other, "Galaxy", moved.key.session)
+    assert "unused_correction" not in {finding.kind for finding in after.findings}
+    assert {ref.key for ref in others} <= {ref.key for ref in after.sessions}
+    (root / "corrections.toml").write_text(f"[[set_floor]]\n{entry}to = 99\n")
+    with pytest.raises(SurveyError, match="floor 99"):
+        open_survey(root)
