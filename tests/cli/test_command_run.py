@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import re
 from pathlib import Path
 
@@ -29,7 +31,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     (out / "dataset" / "README.md").stat()
     made = (out / "dataset" / "dataset.json").stat().st_mtime_ns, (out / "check" / "check.json").stat().st_mtime_ns
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
-    assert "unchanged and kept: check, dataset" in done.stdout
+    assert "unchanged and kept: diagnosis, check, dataset" in done.stdout
     assert bytes_of(out) == before
     assert made == (
         (out / "dataset" / "dataset.json").stat().st_mtime_ns,
@@ -52,3 +54,30 @@ def test_folders_that_cannot_be_are_refused(tmp_path: Path) -> None:
     )
     assert "not a survey" in the_error(vislam2tag("run", tmp_path / "full", "--out", tmp_path / "out"))
     assert not (tmp_path / "out").exists()
+
+
+def test_results_come_as_json_too(tmp_path: Path) -> None:
+    survey, labels = make_survey(tmp_path / "campus", devices=("LG",)), tmp_path / "labels"
+    for command in (
+        ("process", survey, "--out", labels),
+        ("check", survey),
+        ("evaluate", survey, "--out", tmp_path / "evaluation"),
+        ("dataset", labels, "--out", tmp_path / "set"),
+        ("run", survey, "--out", tmp_path / "out"),
+    ):
+        done = vislam2tag(*command, "--jobs", "1", "--json")
+        assert done.returncode == 0, done.stderr
+        assert isinstance(json.loads(done.stdout), dict), command
+
+
+def test_what_is_wrong_is_told_first(tmp_path: Path) -> None:
+    survey = make_survey(tmp_path / "campus", seconds=100.0)
+    marks = survey / "floor_0" / "marker_dict.csv"
+    head, *rows = marks.read_text().splitlines()
+    feet = [",".join([name, *(f"{float(cell) / 0.3048:.4f}" for cell in cells)]) for name, *cells in csv.reader(rows)]
+    marks.write_text("\n".join([head, *feet]) + "\n")
+    done = vislam2tag("run", survey, "--out", tmp_path / "out", "--jobs", "1")
+    faults = [line for line in done.stdout.splitlines() if line.startswith("wrong: ")]
+    assert faults
+    assert f"next: vislam2tag diagnose {survey} --apply" in done.stdout
+    assert "What is wrong" in (tmp_path / "out" / "index.html").read_text()

@@ -10,6 +10,7 @@ import typer
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
+    AsJson,
     Devices,
     Floors,
     Jobs,
@@ -61,6 +62,7 @@ def _check(
     floor: Floors = None,
     device: Devices = None,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
 ) -> None:
@@ -73,6 +75,9 @@ def _check(
     except KeyboardInterrupt:
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say(found.model_dump_json(indent=1))
+        raise typer.Exit(1 if found.failed else 0)
     _print(found)
     if out is not None:
         say(f"page: {out / PAGE_FILE}")

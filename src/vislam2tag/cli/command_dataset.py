@@ -12,6 +12,7 @@ import typer
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
+    AsJson,
     HashBssid,
     IncludeNomap,
     Jobs,
@@ -91,6 +92,7 @@ def _dataset(
         str | None,
         typer.Option(metavar="DURATION", help="Cut inertial readings into windows of this length.  [default: 1s]"),
     ] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
     max_sigma_m: Annotated[
         float | None,
@@ -163,7 +165,10 @@ def _dataset(
     except KeyboardInterrupt:
         say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(dataset, out)
+    if json:
+        say(dataset.info.model_dump_json(indent=1))
+    else:
+        _print(dataset, out)
     raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
 
 
@@ -202,6 +207,6 @@ def _print(dataset: Dataset, out: Path) -> None:
     rows = ", ".join(f"{account.rows} {table.replace('_', ' ')}" for table, account in info.tables.items())
     say(f"{out}: {rows}")
     for finding in info.findings:
-        say(f"{finding.kind} {finding.count}: {finding.message}")
+        say(f"{finding.kind}: {finding.message} ({finding.count} of them)")
     say(f"page: {out / PAGE_FILE}")
     next_step("train", out, "--model", "weighted-knn", "--out", "building.v2t")

@@ -11,6 +11,7 @@ import typer
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
+    AsJson,
     Devices,
     Floors,
     Jobs,
@@ -76,6 +77,7 @@ def _evaluate(
     floor: Floors = None,
     device: Devices = None,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
@@ -100,8 +102,11 @@ def _evaluate(
     except KeyboardInterrupt:
         say(f"interrupted: {out} holds no evaluation", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(found)
-    say(f"page: {out / PAGE_FILE}")
+    if json:
+        say(found.model_dump_json(indent=1))
+    else:
+        _print(found)
+        say(f"page: {out / PAGE_FILE}")
     if not found.rows:
         say("no session could be compared with any truth", err=True)
     raise typer.Exit(1 if found.failed or not found.rows else 0)

@@ -10,6 +10,7 @@ import typer
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
+    AsJson,
     Devices,
     Floors,
     Jobs,
@@ -69,6 +70,7 @@ def _process(
     device: Devices = None,
     replace: Replace = False,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
     label_rule: Annotated[LabelRule | None, setting("labels.rule")] = None,
     max_gap_s: Annotated[float | None, setting("labels.max_gap_s")] = None,
@@ -112,6 +114,9 @@ def _process(
             err=True,
         )
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say(summary.model_dump_json(indent=1))
+        raise typer.Exit(1 if summary.failed else 0)
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, LandmarkFile, SurveyFolder
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 HELP = """
 From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
 
-Makes OUT/labels (as process), OUT/check (as check), OUT/dataset (as dataset) and OUT/index.html. Run it again after
+Makes OUT/labels (as process), OUT/diagnosis.json (as diagnose), OUT/check (as check), OUT/dataset (as dataset) and
+OUT/index.html. Run it again after
 correcting or adding anything: what is done and unchanged is kept. Each step has a command of its own with more options.
 
 Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
@@ -44,6 +45,7 @@ def _run(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
     landmarks: LandmarkFile = None,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     settings = settings_of(config, {}, survey)
@@ -52,7 +54,10 @@ def _run(
     except KeyboardInterrupt:
         say(f"interrupted: what is done is kept in {out}; run the same command again to go on", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(made, out)
+    if json:
+        say(made.model_dump_json(indent=1))
+    else:
+        _print(made, survey, out)
     raise typer.Exit(1 if made.labels.failed else 0)
 
 
@@ -71,7 +76,7 @@ def _with_progress(survey: Path, out: Path, settings: Settings, landmarks: Path 
         return run_survey(survey, out, settings, landmarks=landmarks, jobs=jobs, progress=advance, tell=print_warnings)
 
 
-def _print(made: SurveyRun, out: Path) -> None:
+def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     from vislam2tag.report.run_page.summary import labelled_share
 
     share = labelled_share(made.labels.frames)
@@ -81,7 +86,12 @@ def _print(made: SurveyRun, out: Path) -> None:
         say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:
         say(f"floor {bad.floor}: landmark {bad.landmark} is off by {bad.size_m:.2f} m")
+    for fault in made.faults:
+        say(f"wrong: {fault}")
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
+    if made.faults:
+        next_step("diagnose", survey, "--apply")
+        return
     next_step("train", out / "dataset", "--model", "weighted-knn", "--out", "building.v2t")

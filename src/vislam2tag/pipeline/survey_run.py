@@ -5,18 +5,20 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.records import Record
 from vislam2tag.dataset.folder import is_dataset
+from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
 from vislam2tag.pipeline.labels.check import CHECK_FILE, check
 from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
@@ -26,17 +28,19 @@ from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 
-LABELS, CHECK, DATASET, INDEX = "labels", "check", "dataset", "index.html"
+LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
+DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE = "steps.json"
 
 
-@dataclass(frozen=True)
-class SurveyRun:
+class SurveyRun(Record):
     """What came out."""
 
     labels: Summary
     check: SurveyCheck
+    faults: tuple[str, ...]
+    """What is wrong with the survey, a sentence each; `diagnose` tells how it is known and corrects it."""
     kept: tuple[str, ...]
     """Steps that were done already and whose inputs had not changed."""
 
@@ -51,7 +55,7 @@ def run_survey(
     progress: Progress[tuple[str, str | None]] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> SurveyRun:
-    """Make ``out/labels``, ``out/check``, ``out/dataset`` and the page ``out/index.html`` that links them.
+    """Make ``labels``, ``diagnosis.json``, ``check``, ``dataset`` and ``index.html``, which links them, in ``out``.
 
     ``progress`` hears of each session the step and why it failed, if it did; ``tell`` what is odd about the site's
     files. ``landmarks`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
@@ -72,6 +76,16 @@ def run_survey(
             tell=tell,
         )
         labels = _labels_key(out / LABELS)
+        diagnosed = key_of(labels, code_key(diagnose.__module__))
+        if landmarks is None and (not done.has(DIAGNOSIS, diagnosed) or not (out / DIAGNOSIS_FILE).is_file()):
+            diagnosis = diagnose(
+                survey_root,
+                settings,
+                jobs=jobs,
+                progress=lambda session, total: progress(("diagnose", session.error), total),
+            )
+            folder.write_text(DIAGNOSIS_FILE, diagnosis.model_dump_json(indent=1) + "\n")
+            done.add(DIAGNOSIS, diagnosed)
         checked = key_of(labels, code_key(check.__module__))
         if not done.has(CHECK, checked) or not (out / CHECK / CHECK_PAGE).is_file():
             check(
@@ -96,8 +110,10 @@ def run_survey(
             )
             done.add(DATASET, collected)
         found = SurveyCheck.model_validate_json(read_bytes(out / CHECK / CHECK_FILE))
-        folder.write(INDEX, lambda path: write_index_page(path, survey_root.resolve().name, summary, found, _LINKS))
-        return SurveyRun(summary, found, tuple(done.kept))
+        faults = summary.faults if landmarks else _faults(out / DIAGNOSIS_FILE)
+        name = survey_root.resolve().name
+        folder.write(INDEX, lambda path: write_index_page(path, name, summary, found, faults, _LINKS))
+        return SurveyRun(labels=summary, check=found, faults=tuple(faults), kept=tuple(done.kept))
 
 
 _LINKS = (
@@ -105,6 +121,10 @@ _LINKS = (
     IndexLink(f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
     IndexLink(f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
 )
+
+
+def _faults(path: Path) -> list[str]:
+    return [fault.summary for fault in Diagnosis.model_validate_json(read_bytes(path)).faults]
 
 
 class _Steps:

@@ -23,7 +23,12 @@ class IndexLink:
 
 
 def write_index_page(
-    out_file: Path, title: str, summary: Summary, check: SurveyCheck, links: Sequence[IndexLink]
+    out_file: Path,
+    title: str,
+    summary: Summary,
+    check: SurveyCheck,
+    faults: Sequence[str],
+    links: Sequence[IndexLink],
 ) -> None:
     """Write the page: how good the labels are, what is wrong, and where to read on.
 
@@ -34,6 +39,7 @@ def write_index_page(
         "summary": summary,
         "share": labelled_share(summary.frames),
         "check": check,
+        "faults": faults,
         "links": links,
     }
     write_page(out_file, "index.html.j2", context)
