@@ -27,7 +27,7 @@ def is_ilc20_site(root: Path) -> bool:
 
 def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
     """Read the floors of a site, sorted by number (F1 is 0, B1 is -1); what a floor's file lacks is a finding."""
-    floors, findings = [], []
+    floors, findings = [], _unnumbered(root)
     for number, folder in _floor_folders(root).items():
         width_m = height_m = None
         try:
@@ -85,6 +85,16 @@ def _floor_folders(root: Path) -> dict[int, Path]:
         if number is not None and ((folder / TRACES).is_dir() or (folder / INFO).is_file()):
             found.setdefault(number, folder)
     return dict(sorted(found.items()))
+
+
+def _unnumbered(root: Path) -> list[Finding]:
+    """Folders with traces whose floor has no number."""
+    message = "the floor's name tells no number: its traces are left out; call the folder F1, F2, ... or B1, ..."
+    return [
+        Finding(kind="unknown_floor", file=traces.parent.name, count=1, message=message, severity=Severity.ERROR)
+        for traces in sorted(root.glob(f"*/{TRACES}"))
+        if floor_number(traces.parent.name) is None
+    ]
 
 
 def _phone_of(path: Path) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ from tests.dead_reckoning.ilc20 import make_site
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.reading.archives import folder_of
+from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.pipeline.labels.check_session import check_session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -38,6 +41,21 @@ def test_a_site_is_a_survey_of_its_traces(tmp_path: Path) -> None:
     assert session.camera.time_ns[0] == 1_574_149_352_000_000_000
     assert session.tables["wifi"]["time_ns"].to_list() == [session.camera.time_ns[0] + 2_000_000_000]
     assert not session.findings
+
+
+def test_a_floor_without_a_number_is_left_out_and_said(tmp_path: Path) -> None:
+    site = make_site(tmp_path / "site1")
+    shutil.copytree(site / "F1", site / "Mezzanine")
+    survey = open_survey(site)
+    assert [(finding.kind, finding.file) for finding in survey.findings] == [("unknown_floor", "Mezzanine")]
+    assert len(survey.sessions) == 2
+
+
+def test_check_says_why_it_checks_no_walk_without_poses(tmp_path: Path) -> None:
+    survey = open_survey(make_site(tmp_path / "site1"))
+    found = check_session(ProcessSettings(), SessionTask(survey.sessions[0], survey.site, Corrections()))
+    assert found.record.error is not None
+    assert "has no poses" in found.record.error
 
 
 def test_what_a_trace_lacks_is_said(tmp_path: Path) -> None:

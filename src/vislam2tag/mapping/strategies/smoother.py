@@ -31,7 +31,10 @@ class Smoother:
     heights: HeightSettings = field(default_factory=HeightSettings)
     without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
     """What maps sessions that have no poses."""
-    needs: str = "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed"
+    needs: str = (
+        "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed (a session without poses: "
+        "two known positions some way apart)"
+    )
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""

@@ -64,6 +64,11 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
     session, range_m = prepared.session, settings.sighting_range_m
+    if session.camera.inertial is not None:
+        raise SessionError(
+            f"{session.key}: has no poses, and so no landmarks to check; where its known positions contradict each "
+            "other, process shows doubtful fixes among the events"
+        )
     observations = WalkObservations.of(session.camera, session.landmarks, range_m)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
