@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -56,16 +57,16 @@ def test_its_format_is_written(labels: Path, tmp_path: Path) -> None:
 
 
 def test_help_and_errors_name_what_is_installed(tmp_path: Path) -> None:
-    assert "first-sighting" in vislam2tag("process", "--help").stdout
+    assert "first-sighting" in re.sub(r"-\n +", "-", vislam2tag("process", "--help").stdout)
     assert "points-csv" in vislam2tag("export", "--help").stdout
     message = the_error(vislam2tag("process", tmp_path, "--out", tmp_path / "out", "--strategy", "nonsense"))
-    assert "there are: first-sighting, global" in message
+    assert "first-sighting, global" in message
 
 
 def test_python_has_it() -> None:
     code = "from vislam2tag.api import strategy_names; print(*strategy_names())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split()[0] == "first-sighting"
+    assert "first-sighting" in done.stdout.split()
 
 
 def test_a_broken_package_ends_nothing_else(site: Path, labels: Path, tmp_path: Path) -> None:
