@@ -122,7 +122,7 @@ def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> No
         file.unlink()
     done = vislam2tag("dataset", lone, "--out", tmp_path / "set", "--jobs", "1")
     assert done.returncode == 1
-    assert "session_without_label 1" in done.stdout
+    assert "session_without_label: 1 " in done.stdout
     assert "failed" in done.stderr
     assert open_dataset(tmp_path / "set").fingerprints.collect()["x"].is_null().all()
 

@@ -207,6 +207,6 @@ def _print(dataset: Dataset, out: Path) -> None:
     rows = ", ".join(f"{account.rows} {table.replace('_', ' ')}" for table, account in info.tables.items())
     say(f"{out}: {rows}")
     for finding in info.findings:
-        say(f"{finding.kind}: {finding.message} ({finding.count} of them)")
+        say(f"{finding.kind}: {finding.count} {finding.message}")
     say(f"page: {out / PAGE_FILE}")
     next_step("train", out, "--model", "weighted-knn", "--out", "building.v2t")
