@@ -31,7 +31,7 @@ lint: $(VENV)/.installed
 types: $(VENV)/.installed
 	$(BIN)/mypy
 
-examples: $(VENV)/.installed
+examples: $(VENV)/.torch
 	set -e; for example in examples/*.py; do echo "== $$example"; $(BIN)/python $$example; done
 
 benchmark: $(VENV)/.installed
