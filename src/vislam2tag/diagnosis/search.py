@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import inf
 
-from vislam2tag.diagnosis.evidence import Evidence
+from vislam2tag.diagnosis.evidence import Evidence, Mark
 from vislam2tag.diagnosis.faults import displaced, frames, other_floor, swapped
 from vislam2tag.diagnosis.hypothesis import Hypothesis, Propose
-from vislam2tag.diagnosis.record import Fault
+from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.turned_table import turned_tables
 
 FAULTS: tuple[Propose, ...] = (frames.propose, other_floor.propose, swapped.propose, displaced.propose)
@@ -28,9 +28,23 @@ def found_faults(evidence: Evidence) -> tuple[list[Fault], Evidence]:
         if best is None or gain < LEAST_GAIN:
             break
         evidence = evidence.with_targets(best.targets, best.place)
-        faults.append(best.describe(evidence, gain))
+        fault = best.describe(evidence, gain)
+        faults = [*(one for one in faults if not _replaced(one, fault)), fault]
         done.add(best.key)
+        if fault.kind is FaultKind.SWAPPED and fault.floor is not None:
+            done |= {("displaced", Mark(fault.floor, landmark)) for landmark in fault.landmarks}
     return [*faults, *turned_tables(evidence.table)], evidence
+
+
+def _replaced(fault: Fault, by: Fault) -> bool:
+    """Whether an exchange says better where a single landmark hangs."""
+    single = fault.kind in (FaultKind.MIS_SURVEYED, FaultKind.MOVED, FaultKind.TWO_PLACES)
+    return (
+        single
+        and by.kind is FaultKind.SWAPPED
+        and fault.floor == by.floor
+        and set(fault.landmarks) <= set(by.landmarks)
+    )
 
 
 def _best(evidence: Evidence, done: set[tuple[object, ...]]) -> tuple[Hypothesis | None, float]:

@@ -12,8 +12,8 @@ from vislam2tag.diagnosis.hypothesis import Hypothesis, choices
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.words import listed, told_by_passes
 
-MOST_PAIRS = 100
-"""Where more landmarks may hang at each other's places than so, walks fit too badly to tell circles of three."""
+NEAR_M = 2.5
+"""A walk that puts a landmark within this of another's place says that it hangs there."""
 
 
 def propose(evidence: Evidence) -> Iterator[Hypothesis]:
@@ -29,10 +29,26 @@ def propose(evidence: Evidence) -> Iterator[Hypothesis]:
         for one, other in combinations(suspects, 2):
             if {(one, other), (other, one)} <= set(may):
                 yield _exchanged(evidence, (one, other), choices(comb(there, 2)))
-        for first, second in may if len(may) <= MOST_PAIRS else ():
-            for third in suspects:
-                if first < min(second, third) and {(second, third), (third, first)} <= set(may):
-                    yield _exchanged(evidence, (first, second, third), choices(2 * comb(there, 3)))
+        for circle in sorted(_circles(evidence, suspects)):
+            yield _exchanged(evidence, circle, choices(2 * comb(there, 3)))
+
+
+def _circles(evidence: Evidence, suspects: Sequence[Mark]) -> set[tuple[Mark, Mark, Mark]]:
+    """Circles of three, the least id first, of which some walks put two landmarks at the next one's place."""
+    said = {
+        (one, other)
+        for one, other in permutations(suspects, 2)
+        if any(abs(sight.place - evidence.table.place[other]) < NEAR_M for sight in evidence.sights(one))
+    }
+    circles = set()
+    for first, second in said:
+        for third in suspects:
+            links = {(first, second), (second, third), (third, first)}
+            if third not in (first, second) and len(links & said) > 1:
+                circle = (first, second, third)
+                start = circle.index(min(circle))
+                circles.add((circle[start], circle[(start + 1) % 3], circle[(start + 2) % 3]))
+    return circles
 
 
 def _exchanged(evidence: Evidence, circle: Sequence[Mark], price: float) -> Hypothesis:
