@@ -95,8 +95,8 @@ def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
         return ()
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
     message = (
-        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; one that "
-        "site.toml has got since reaches a data set that is made anew with dataset --survey"
+        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; one "
+        "that site.toml has got since reaches a data set that is made anew with dataset --survey"
     )
     return (Finding(kind="no_georeference", file=FILE, count=len(floors), message=message, severity=Severity.INFO),)
 
