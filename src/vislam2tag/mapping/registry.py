@@ -32,6 +32,8 @@ Factory = Callable[[MappingSettings], MappingStrategy]
 STRATEGIES: Registry[Factory] = Registry(plugins.STRATEGIES)
 register = STRATEGIES.add
 strategy_names = STRATEGIES.names
+WITHOUT_TRACKER = "dead-reckoning"
+"""The strategy of sessions without poses, which the smoother hands them to; it maps no others."""
 
 
 def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:

@@ -188,6 +188,13 @@ def test_labels_that_are_not_sure_enough_do_not_count(survey: Path, tmp_path: Pa
     assert labelled < 0.5
 
 
+def test_that_for_walks_without_poses_is_not_among_the_usual_strategies(tmp_path: Path) -> None:
+    evaluate(make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0), tmp_path / "out")
+    names = json.loads((tmp_path / "out" / "run.json").read_bytes())["strategies"]
+    assert "smoother" in names
+    assert "dead-reckoning" not in names
+
+
 def test_truth_of_another_tool_from_its_own_folder(survey: Path, out: Path, tmp_path: Path) -> None:
     bare = tmp_path / "survey"
     shutil.copytree(survey, bare)
