@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -14,6 +15,7 @@ from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError
 from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, sha256_of, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
+from vislam2tag.dataset.schema import FINGERPRINTS
 
 
 def with_split(dataset: Dataset) -> Dataset:
@@ -155,3 +157,11 @@ def test_no_set(tmp_path: Path) -> None:
     assert not is_dataset(tmp_path)
     with pytest.raises(DatasetError, match="is no data set"):
         open_dataset(tmp_path)
+
+
+@pytest.mark.parametrize("place", [1e300, float("nan"), float("-inf")])
+def test_places_that_are_none_on_earth_are_refused(tmp_path: Path, place: float) -> None:
+    dataset = small_dataset()
+    rows = dataset.fingerprints.with_columns(x=pl.when(pl.int_range(pl.len()) == 3).then(place).otherwise("x"))
+    with pytest.raises(DatasetError, match=r"fingerprints\.parquet: holds places beyond 1e\+08 m, or of no number"):
+        write_dataset(replace(dataset, tables={**dataset.tables, FINGERPRINTS: rows}), tmp_path / "ds")

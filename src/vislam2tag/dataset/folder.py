@@ -19,7 +19,7 @@ from vislam2tag.common.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
-from vislam2tag.dataset.schema import IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 
 MANIFEST = "dataset.json"
@@ -29,6 +29,8 @@ _ROWS_A_GROUP = 16_384
 _WINDOWS_A_GROUP = 2_000
 """Rows of ``imu_windows`` hold thousands of numbers each; what is written at once should stay small."""
 _BYTES_AT_ONCE = 1 << 20
+_GREATEST_M = 1e8
+"""More than the way round the Earth, which projected coordinates may count."""
 
 
 def is_dataset(folder: Path) -> bool:
@@ -239,7 +241,22 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     wrong = [column for column, kind in expected.items() if found.get(column) != kind]
     if wrong:
         raise DatasetError(f"{path}: column {wrong[0]} is missing or not {expected[wrong[0]]}; make the data set again")
+    if name == FINGERPRINTS:
+        _refuse_far_places(path, table)
     return table
+
+
+def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
+    """Raise DatasetError where a place is none on Earth: what is counted by cells of the ground would have no end."""
+    places = pl.col("x", "y")
+    try:
+        far = table.select(pl.any_horizontal((~places.is_between(-_GREATEST_M, _GREATEST_M)).any())).collect().item()
+    except pl.exceptions.PolarsError as error:
+        raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
+    if far:
+        raise DatasetError(
+            f"{path}: holds places beyond {_GREATEST_M:g} m, or of no number; correct what it is made of"
+        )
 
 
 def _split(folder: Path, name: str, account: TableAccount) -> Split:
