@@ -34,5 +34,5 @@ def test_what_matches_no_pattern_is_a_tie() -> None:
 
 @pytest.mark.parametrize("pattern", ["LM", "L*M*", ""])
 def test_a_pattern_needs_one_star(pattern: str) -> None:
-    with pytest.raises(UsageError, match=r"--landmarks '.*': one \* must stand for the id"):
+    with pytest.raises(UsageError, match=r"--landmark-names '.*': one \* must stand for the id"):
         NameRules(landmarks=pattern)
