@@ -41,7 +41,7 @@ class NameRules:
 
     def __post_init__(self) -> None:
         for option, pattern in (
-            ("landmarks", self.landmarks),
+            ("landmark-names", self.landmarks),
             ("control-points", self.control_points),
             ("ties", self.ties),
         ):
