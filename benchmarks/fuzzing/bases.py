@@ -16,7 +16,7 @@ from vislam2tag.cli import main
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""
-_SMALL = ("--floors", "1", "--devices", "1", "--sessions", "2", "--landmarks", "20", "--minutes", "0.5")
+_SMALL = ("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20", "--minutes", "0.5")
 
 
 def cli(*arguments: str | Path) -> None:

@@ -43,11 +43,6 @@ class Target:
     reader: bool = False
     """Whether it is a function, quick enough for hundreds of runs in CI."""
 
-    @property
-    def runs_in_ci(self) -> int:
-        """Importers take some hundredths of a second each, other readers thousandths."""
-        return 100 if self.name.startswith("import ") else 500
-
 
 def _reader(name: str, base: str, files: tuple[str, ...], work: Work) -> Target:
     return Target(name, base, files, work, (0,), reader=True)
@@ -335,7 +330,7 @@ TARGETS: tuple[Target, ...] = (
         "{base}/register/S1.csv",
         "--control",
         "{base}/register/control.csv",
-        "--landmarks",
+        "--landmark-names",
         "LM*",
     ),
     _command(
