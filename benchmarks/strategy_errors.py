@@ -30,7 +30,7 @@ from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.reliability import added, reduce_errors
 from vislam2tag.labeling.results import ErrorRecord
-from vislam2tag.mapping.registry import MappingStrategy, strategy_named, strategy_names
+from vislam2tag.mapping.registry import MappingStrategy, strategies_for_poses, strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 
 FIGURES = ("mean_m", "median_m", "p75_m", "p95_m", "max_m", "labelled_share")
@@ -119,7 +119,7 @@ def chosen(data: Sequence[str], severities: Sequence[Severity], seeds: list[int]
 
 def evaluate(walks: Iterable[Walk]) -> Results:
     """Map each walk with each strategy."""
-    strategies = {name: strategy_named(name, MappingSettings()) for name in strategy_names()}
+    strategies = {name: strategy_named(name, MappingSettings()) for name in strategies_for_poses()}
     results: Results = {name: {} for name in strategies}
     for number, walk in enumerate(walks, start=1):
         for name, strategy in strategies.items():

@@ -21,7 +21,7 @@ from plotly.subplots import make_subplots
 from static_figure import write_svg
 
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
-from vislam2tag.mapping.registry import strategy_named, strategy_names
+from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.simulation.settings import BuildingSettings
 
@@ -81,7 +81,7 @@ def variants(walk: Walk, number: int, k: int) -> list[tuple[str, Walk]]:
     unsurveyed = replace(walk, landmarks=kept)
     logged = [i for i, name in enumerate(walk.log.ids) if name in kept.index]
     gone = replace(unsurveyed, log=walk.log.select(logged))
-    return [(name, gone) for name in strategy_names()] + [(UNSURVEYED, unsurveyed)]
+    return [(name, gone) for name in strategies_for_poses()] + [(UNSURVEYED, unsurveyed)]
 
 
 def print_table(name: str, found: Curves) -> None:

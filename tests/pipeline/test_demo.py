@@ -9,7 +9,7 @@ import pytest
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
-from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline import demo
 from vislam2tag.pipeline.demo import run_demo
 from vislam2tag.settings import Settings
@@ -20,7 +20,7 @@ def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
     out = tmp_path / "demo"
     said: list[str] = []
     scores = run_demo(out, say=said.append)
-    assert set(scores) == set(strategy_names())
+    assert set(scores) == set(strategies_for_poses())
     for entry in scores.values():
         assert entry.labelled_share > 0.4
         assert 0 < entry.median_m <= entry.p75_m <= entry.p95_m <= entry.max_m
@@ -41,7 +41,7 @@ def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
 def test_a_survey_of_another_seed_is_simulated_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int, kept: bool
 ) -> None:
-    monkeypatch.setattr(demo, "strategy_names", lambda: ())
+    monkeypatch.setattr(demo, "strategies_for_poses", lambda: ())
     monkeypatch.setattr(demo, "regular_survey", lambda seed, **_: regular_survey(seed, sessions=1, duration_s=5.0))
     said: list[str] = []
     run_demo(tmp_path / "demo", say=said.append)

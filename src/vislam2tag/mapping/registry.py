@@ -36,6 +36,11 @@ WITHOUT_TRACKER = "dead-reckoning"
 """The strategy of sessions without poses, which the smoother hands them to; it maps no others."""
 
 
+def strategies_for_poses() -> tuple[str, ...]:
+    """Name the strategies that map sessions with poses of a tracker."""
+    return tuple(name for name in strategy_names() if name != WITHOUT_TRACKER)
+
+
 def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
     """Make the strategy of this name with these settings; raises UsageError for an unknown name.
 

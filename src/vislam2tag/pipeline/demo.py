@@ -20,7 +20,7 @@ from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import trajectory_of
-from vislam2tag.mapping.registry import strategy_names
+from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.simulation.scenario import regular_survey
@@ -37,7 +37,7 @@ def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], No
     """
     _make_survey(out, seed, say)
     scores = {}
-    for strategy in strategy_names():
+    for strategy in strategies_for_poses():
         say(f"mapping and labelling with {strategy}")
         process(out / SURVEY, out / strategy, ProcessSettings(strategy=strategy), jobs=jobs)
         scores[strategy] = score(out / SURVEY, out / strategy)

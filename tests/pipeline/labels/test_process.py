@@ -14,7 +14,7 @@ from vislam2tag.common.errors import OutputError, SessionError, SurveyError, Usa
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
-from vislam2tag.mapping.registry import WITHOUT_TRACKER, strategy_names
+from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline.labels import session
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
@@ -153,7 +153,7 @@ def test_selection_by_floor_and_device(clean_survey: Path, tmp_path: Path) -> No
         process(clean_survey, tmp_path / "out", selection=Selection(floors=(7,)))
 
 
-@pytest.mark.parametrize("strategy", sorted({*strategy_names()} - {WITHOUT_TRACKER}))
+@pytest.mark.parametrize("strategy", strategies_for_poses())
 def test_every_strategy_that_needs_poses_labels(clean_survey: Path, tmp_path: Path, strategy: str) -> None:
     summary = process(clean_survey, tmp_path / "out", Settings(strategy=strategy), selection=Selection(floors=(0,)))
     assert summary.failed == 0

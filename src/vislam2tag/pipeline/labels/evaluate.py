@@ -16,7 +16,7 @@ from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.evaluation.text import dense_csv, latex_text, rows_csv, sessions_csv
 from vislam2tag.evaluation.trajectory_files import READERS
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.mapping.registry import WITHOUT_TRACKER, strategy_named, strategy_names
+from vislam2tag.mapping.registry import strategies_for_poses, strategy_named
 from vislam2tag.pipeline.labels.evaluate_session import TRAJECTORIES, EvaluationJob, evaluate_session
 from vislam2tag.pipeline.labels.evaluate_station import StationOutcome, evaluate_station, station_jobs, with_station
 from vislam2tag.pipeline.labels.process import run_record
@@ -56,8 +56,7 @@ def evaluate(
     ``SurveyEvaluation.failed``.
     """
     settings, selection = settings or ProcessSettings(), selection or Selection()
-    usual = tuple(name for name in strategy_names() if name != WITHOUT_TRACKER)
-    names = tuple(dict.fromkeys(strategies)) or usual
+    names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
     for name in names:
         strategy_named(name, settings.mapping)
     if truth is not None and not truth.is_dir():
