@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.toml_file import first_problem
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
@@ -49,7 +50,7 @@ def _block(lines: str) -> bytes:
 def _content(root: Path) -> bytes:
     path = root / CORRECTIONS_FILE
     try:
-        return path.read_bytes() if path.exists() else b""
+        return read_bytes(path) if path.exists() else b""
     except OSError as error:
         raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
 
