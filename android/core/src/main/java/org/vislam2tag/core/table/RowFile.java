@@ -7,7 +7,8 @@ import java.nio.charset.StandardCharsets;
 
 /**
  * A table being written. {@link #add} only keeps the row in memory and may be called from any thread at any rate;
- * {@link #flush} hands whole rows to the sink. So a kill at any moment leaves whole rows.
+ * {@link #flush} hands whole rows to the sink. A kill while the system takes them may cut the last; the next start of the
+ * app removes what is left of it.
  */
 public final class RowFile implements Closeable {
   /** More than this is not kept waiting for a slow disk, bytes; later rows are dropped and counted. */
