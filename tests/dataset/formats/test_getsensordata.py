@@ -172,6 +172,8 @@ def test_header() -> None:
         b"% The model of device:  GT-I9505\n% The Manufacturer:     samsung\n" + acce(1).encode(), "log.txt"
     )
     assert (old.device, old.started) == ("samsung GT-I9505", None)
+    odd = b"% Date of creation: Thu Jul 99999999999 12:31:03 CEST 2016\n" + acce(1).encode()
+    assert parse_log(odd, "log.txt").started is None
 
 
 @pytest.mark.parametrize("data", [b"", b"\n\n", b"% only a comment\n", b"\xff\xfe\x00"])

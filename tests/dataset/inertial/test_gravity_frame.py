@@ -58,3 +58,12 @@ def test_old_phones_log_no_w() -> None:
     ours = np.delete(np.arange(len(TIME_NS)), 100)
     assert (found.at(TIME_NS[ours]).inv() * expected.at(TIME_NS[ours])).magnitude().max() < 1e-6
     assert np.max(found.at(TIME_NS[100:101]).magnitude()) < 1e-9
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_no_rotation_counts_as_level() -> None:
+    logged = np.tile([0.1, 0.2, 0.3, 0.0], (len(TIME_NS), 1))
+    logged[5], logged[6, 1] = 1e200, np.inf
+    level = logged_orientation(series(logged))
+    assert np.isfinite(level.at(TIME_NS).as_quat()).all()
+    assert level.at(TIME_NS[5:7]).magnitude() == pytest.approx(0, abs=1e-9)

@@ -20,7 +20,7 @@ from vislam2tag.dataset.model import Split
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 from vislam2tag.dataset.splitting.splits import make_split, standard_splits
 from vislam2tag.pipeline.datasets import finish as added_split
-from vislam2tag.pipeline.datasets.finish import add_split, finish_dataset
+from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, add_split, finish_dataset
 
 SMALL = small_dataset()
 
@@ -63,6 +63,15 @@ def test_the_card_lists_it_and_checksums_hold(tmp_path: Path) -> None:
     assert "split_blocks" in (folder / "croissant.json").read_text()
     checked = subprocess.run(["sha256sum", "-c", "SHA256SUMS"], cwd=folder, capture_output=True, text=True, check=True)
     assert "splits/blocks.parquet: OK" in checked.stdout
+
+
+def test_statistics_that_cannot_be_read_are_told_before_anything_is_written(tmp_path: Path) -> None:
+    folder = finished(tmp_path / "set")
+    (folder / STATISTICS_FILE).write_text('"nan"')
+    before = bytes_of(folder)
+    with pytest.raises(DatasetError, match=r"statistics\.json: cannot be read"):
+        add_split(folder, made())
+    assert bytes_of(folder) == before
 
 
 @pytest.mark.parametrize("step", range(4))

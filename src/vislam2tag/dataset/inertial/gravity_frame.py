@@ -13,6 +13,9 @@ from vislam2tag.dataset.inertial.sensor_series import RotationSeries, SensorSeri
 GRAVITY_MEMORY_S = 3.0
 """Standard deviation of the weights by which the filter averages gravity: longer than a stride, shorter than drift."""
 
+_GREATEST_COMPONENT = 2.0
+"""A unit quaternion has none beyond 1; what is clearly more is no rotation."""
+
 
 class LevelOrientation(RotationSeries):
     """``level_R_body`` at any time between its readings."""
@@ -21,6 +24,7 @@ class LevelOrientation(RotationSeries):
 def logged_orientation(game_rotation: SensorSeries) -> LevelOrientation:
     """Take Android's game rotation vector (``v1`` to ``v4``: x, y, z and w, which old phones leave 0)."""
     quaternion = game_rotation.values.copy()
+    quaternion[~(np.abs(quaternion) <= _GREATEST_COMPONENT).all(axis=1)] = 0.0
     implied = np.sqrt(np.maximum(1 - np.sum(quaternion[:, :3] ** 2, axis=1), 0.0))
     quaternion[:, 3] = np.where(quaternion[:, 3] == 0, implied, quaternion[:, 3])
     turns = np.linalg.norm(quaternion, axis=1) > 0

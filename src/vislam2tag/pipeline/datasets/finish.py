@@ -11,7 +11,9 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from vislam2tag.common.errors import OutputError, UsageError
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.whole_folder import exclusive_writer
 from vislam2tag.dataset.card.write import SUMS, write_card
@@ -68,11 +70,12 @@ def _added(folder: Path, dataset: Dataset, split: Split) -> Dataset:
     there = dataset.splits.get(name)
     if there is not None and not (there.info == split.info and there.groups.equals(split.groups)):
         raise UsageError(f"--name {name}: the data set has another split of this name; choose another --name")
+    statistics = read_statistics(folder)
     shutil.rmtree(folder / PARTIAL, ignore_errors=True)
     try:
         if there is None:
             _save(folder, dataset, split)
-        return _described(folder)
+        return _described(folder, statistics)
     except OSError as error:
         raise OutputError(f"{folder}: the split cannot be written ({error.strerror}); free space") from error
 
@@ -94,9 +97,20 @@ def _save(folder: Path, dataset: Dataset, split: Split) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _described(folder: Path) -> Dataset:
+def read_statistics(folder: Path) -> DatasetStatistics | None:
+    """Read a data set's ``statistics.json``, if it has one; raises DatasetError where it cannot be read."""
+    path = folder / STATISTICS_FILE
+    try:
+        return DatasetStatistics.model_validate_json(read_bytes(path))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValidationError) as error:
+        raise DatasetError(f"{path}: cannot be read; make the data set again") from error
+
+
+def _described(folder: Path, statistics: DatasetStatistics | None) -> Dataset:
     """Write the card anew where there is one: it lists the splits, and the checksums of all files."""
     dataset = open_dataset(folder)
-    if (folder / SUMS).is_file() and (folder / STATISTICS_FILE).is_file():
-        write_card(dataset, DatasetStatistics.model_validate_json(read_bytes(folder / STATISTICS_FILE)), folder)
+    if statistics is not None and (folder / SUMS).is_file():
+        write_card(dataset, statistics, folder)
     return dataset

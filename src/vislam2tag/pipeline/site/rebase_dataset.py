@@ -7,17 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import polars as pl
-from pydantic import ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.dataset.folder import dataset_folder, open_dataset, sha256_of
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo
 from vislam2tag.dataset.schema import FINGERPRINTS
-from vislam2tag.dataset.statistics.record import DatasetStatistics, FieldWork
+from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.labeling.tables_in_new_frame import changed_table
-from vislam2tag.pipeline.datasets.finish import STATISTICS_FILE, finish_dataset
+from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
 from vislam2tag.pipeline.datasets.sources import plan_path
 from vislam2tag.survey.discover import read_site, site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE, FrameChange, FrameChanges
@@ -140,14 +138,8 @@ def _info(
 
 def _field_work(source: Path) -> FieldWork | None:
     """What the survey took as a whole, as the old statistics tell."""
-    path = source / STATISTICS_FILE
-    try:
-        statistics = DatasetStatistics.model_validate_json(read_bytes(path))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValidationError) as error:
-        raise DatasetError(f"{path}: cannot be read; make the data set again") from error
-    effort = statistics.effort
+    statistics = read_statistics(source)
+    effort = statistics.effort if statistics is not None else None
     if effort is None or effort.people is None:
         return None
     return FieldWork(people=effort.people, hours=effort.person_hours / effort.people)

@@ -195,5 +195,5 @@ def _started(head: str) -> datetime | None:
     day, hour, minute, second, year = (int(found[number]) for number in (2, 3, 4, 5, 6))
     try:
         return datetime(year, _MONTHS.index(found[1]) + 1, day, hour, minute, second)
-    except ValueError:
+    except (ValueError, OverflowError):
         return None
