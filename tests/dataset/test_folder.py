@@ -15,7 +15,7 @@ from tests.dataset.factory import small_dataset
 from vislam2tag.common.errors import DatasetError, OutputError
 from vislam2tag.dataset.folder import MANIFEST, dataset_folder, is_dataset, open_dataset, sha256_of, write_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split, SplitInfo
-from vislam2tag.dataset.schema import FINGERPRINTS
+from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 
 
 def with_split(dataset: Dataset) -> Dataset:
@@ -159,9 +159,10 @@ def test_no_set(tmp_path: Path) -> None:
         open_dataset(tmp_path)
 
 
+@pytest.mark.parametrize("name", [FINGERPRINTS, READINGS])
 @pytest.mark.parametrize("place", [1e300, float("nan"), float("-inf")])
-def test_places_that_are_none_on_earth_are_refused(tmp_path: Path, place: float) -> None:
+def test_places_that_are_none_on_earth_are_refused(tmp_path: Path, place: float, name: str) -> None:
     dataset = small_dataset()
-    rows = dataset.fingerprints.with_columns(x=pl.when(pl.int_range(pl.len()) == 3).then(place).otherwise("x"))
-    with pytest.raises(DatasetError, match=r"fingerprints\.parquet: holds places beyond 1e\+08 m, or of no number"):
-        write_dataset(replace(dataset, tables={**dataset.tables, FINGERPRINTS: rows}), tmp_path / "ds")
+    rows = dataset.tables[name].with_columns(x=pl.when(pl.int_range(pl.len()) == 3).then(place).otherwise("x"))
+    with pytest.raises(DatasetError, match=rf"{name}\.parquet: holds places beyond 1e\+08 m, or of no number"):
+        write_dataset(replace(dataset, tables={**dataset.tables, name: rows}), tmp_path / "ds")

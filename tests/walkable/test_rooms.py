@@ -39,3 +39,8 @@ def test_a_room_through_which_one_reaches_a_corridor_is_a_way() -> None:
     doors, rooms = doors_and_rooms(CORRIDOR, ROOM, DOOR, (4.5, 6.8, 5.5, 7.1), (0.5, 7.1, 29.5, 9.1))
     assert doors == 2
     assert rooms == 0
+
+
+def test_a_door_that_tidying_removed_parts_nothing() -> None:
+    network = skeleton(rectangles(30, 14, CORRIDOR, ROOM, DOOR), SETTINGS)
+    assert room_nodes(network, {10**6}, set(), SETTINGS.room_m) == set()

@@ -19,7 +19,7 @@ from vislam2tag.common.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
-from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, REQUIRED, SCHEMAS, UNITS
+from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 
 MANIFEST = "dataset.json"
@@ -241,7 +241,7 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     wrong = [column for column, kind in expected.items() if found.get(column) != kind]
     if wrong:
         raise DatasetError(f"{path}: column {wrong[0]} is missing or not {expected[wrong[0]]}; make the data set again")
-    if name == FINGERPRINTS:
+    if name in (FINGERPRINTS, READINGS):
         _refuse_far_places(path, table)
     return table
 

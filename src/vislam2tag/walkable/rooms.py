@@ -42,7 +42,11 @@ def runs_of(mask: BoolArray) -> list[tuple[int, int]]:
 
 
 def room_nodes(network: Network, doors: set[int], open_nodes: set[int], room_m: float) -> set[int]:
-    """Nodes in rooms: what doors part from the rest, has few metres of lines, and leads from no corridor to another."""
+    """Nodes in rooms: what doors part from the rest, has few metres of lines, and leads from no corridor to another.
+
+    Doors whose nodes tidying has removed part nothing.
+    """
+    doors = doors & set(network.places)
     graph = nx.MultiGraph()
     graph.add_nodes_from(network.places)
     graph.add_edges_from((s.first, s.last, {"length": s.length_m}) for s in network.branches.values())
