@@ -181,6 +181,14 @@ def test_a_line_without_a_floor_is_named(tmp_path: Path) -> None:
         imported("uji", folder, tmp_path / "scratch")
 
 
+def test_a_floor_beyond_all_numbers_is_none(tmp_path: Path) -> None:
+    folder = published(tmp_path / "UJIndoorLoc")
+    file = folder / "trainingData.csv"
+    file.write_text(file.read_text().replace("4864934.225099999,2,1", "4864934.225099999,9223372036854775,1"))
+    floors = imported("uji", file, tmp_path / "scratch").fingerprints.collect()["floor"]
+    assert sorted(floors, key=str) == [2, None]
+
+
 def test_columns_are_numbered_with_enough_digits() -> None:
     assert wap_columns(2) == ["WAP001", "WAP002"]
     assert wap_columns(1000)[0] == "WAP0001"

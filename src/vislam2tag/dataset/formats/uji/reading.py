@@ -140,7 +140,7 @@ def _rows(table: WideTable, names: Mapping[str, dict[int, str]], part: str | Non
         named("building"),
         named("user"),
         named("device"),
-        pl.col("FLOOR").cast(pl.Int32).alias("floor"),
+        pl.col("FLOOR").cast(pl.Int32, strict=False).alias("floor"),
         x="LONGITUDE",
         y="LATITUDE",
         time_ns=seconds * 1_000_000_000,
