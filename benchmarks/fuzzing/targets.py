@@ -93,6 +93,17 @@ def _labelled(folder: Path, _: Path, __: Path) -> None:
 _SITE_FILES = ("site.toml", "*.csv", "plan.*", "floor_0/*.csv", "floor_0/floorplan.*", "corrections.toml")
 _SESSION_FILES = ("floor_0/*/*/*",)
 _REGISTER = ("register", "{base}/register/site", "--floor", "1", "--out", "{out}/r")
+_REBASE = (
+    "site",
+    "rebase",
+    "{base}",
+    "--by",
+    "{all}/small/texts/rebase.toml",
+    "--to",
+    "{all}/survey",
+    "--out",
+    "{out}/b",
+)
 _SET_FILES = ("*.json", "*.parquet", "splits/*", "dataset.toml")
 _SET_COMMANDS: dict[str, tuple[str, ...]] = {
     "split": ("split", "{base}", "--by", "block", "--name", "new"),
@@ -106,17 +117,7 @@ _SET_COMMANDS: dict[str, tuple[str, ...]] = {
     "join": ("join", "{all}/set", "{base}", "--out", "{out}/j"),
     "verify": ("verify", "{all}/set", "{base}"),
     "locate a set": ("locate", "{all}/knn/model.v2t", "{base}", "--out", "{out}/p.csv"),
-    "rebase a set": (
-        "site",
-        "rebase",
-        "{base}",
-        "--by",
-        "{all}/small/texts/rebase.toml",
-        "--to",
-        "{all}/survey",
-        "--out",
-        "{out}/b",
-    ),
+    "rebase a set": _REBASE,
 }
 _SURVEY_COMMANDS: dict[str, tuple[str, ...]] = {
     "inspect": ("inspect", "{base}"),
@@ -266,15 +267,7 @@ TARGETS: tuple[Target, ...] = (
         "rebase labels",
         "labels",
         ("*.json", "*/*.json", "*/*.parquet"),
-        "site",
-        "rebase",
-        "{base}",
-        "--by",
-        "{all}/small/texts/rebase.toml",
-        "--to",
-        "{all}/survey",
-        "--out",
-        "{out}/b",
+        *_REBASE,
     ),
     _command(
         "rebase by",

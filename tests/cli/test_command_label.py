@@ -91,10 +91,13 @@ def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: p
     same(made.table, wifi)
 
 
-def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: pl.DataFrame) -> None:
+@pytest.mark.parametrize("device", ["LG", "in another's folder"])
+def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: pl.DataFrame, device: str) -> None:
     result = json.loads(next((labels / "sessions").glob("*.json")).read_text())
-    folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
+    folder = tmp_path / f"floor_{result['floor']}" / device / result["session"]
     folder.mkdir(parents=True)
+    correction = f'[[set_device]]\ndevice = "{device}"\nto = "LG"\n'
+    (tmp_path / "corrections.toml").write_text(correction if device != "LG" else "")
     start = {"wall_ms": BOOT_TO_UNIX_S * 1000 + 5000, "boot_ns": 5_000_000_000}
     (folder / "session.json").write_text(json.dumps({"start": start}))
     made = label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)

@@ -28,7 +28,6 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert links == ["labels/report.html", "check/check.html", "dataset/report.html"]
     assert all((out / link).is_file() for link in links)
     before = bytes_of(out)
-    (out / "dataset" / "README.md").stat()
     made = (out / "dataset" / "dataset.json").stat().st_mtime_ns, (out / "check" / "check.json").stat().st_mtime_ns
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert "unchanged and kept: diagnosis, check, dataset" in done.stdout
@@ -37,6 +36,10 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
         (out / "dataset" / "dataset.json").stat().st_mtime_ns,
         (out / "check" / "check.json").stat().st_mtime_ns,
     )
+    (out / "check" / "check.html").unlink()
+    done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
+    assert "unchanged and kept: diagnosis, dataset" in done.stdout
+    assert bytes_of(out) == before
     (survey / "corrections.toml").write_text('[[exclude_session]]\ndevice = "LG"\nreason = "dropped"\n')
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert done.returncode == 0

@@ -35,7 +35,12 @@ def read_json(path: Path) -> Any:
 
 def read_toml_values(path: Path) -> dict[str, Any]:
     """Read a TOML file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    return toml_values(read_bytes(path))
+
+
+def toml_values(content: bytes) -> dict[str, Any]:
+    """Read the content of a TOML file; raises ValueError where it is something else."""
     try:
-        return tomllib.loads(read_bytes(path).decode("utf-8-sig"))
+        return tomllib.loads(content.decode("utf-8-sig"))
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error

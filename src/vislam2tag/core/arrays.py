@@ -1,4 +1,4 @@
-"""Array aliases used across the numeric core."""
+"""Array aliases used across the numeric core, and the runs of a mask."""
 
 from __future__ import annotations
 
@@ -13,3 +13,9 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 StatusArray: TypeAlias = npt.NDArray[np.int8]
 ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 AnyArray: TypeAlias = npt.NDArray[Any]
+
+
+def runs_of(mask: BoolArray) -> list[tuple[int, int]]:
+    """Start (included) and stop (excluded) of each run of true values in a mask (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]

@@ -37,6 +37,12 @@ def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
     )
 
 
+def turns_rad(orientation: FloatArray) -> FloatArray:
+    """Angles (n - 1,) between neighbouring unit quaternions (n, 4), 0 to pi."""
+    cosine = np.abs(np.sum(orientation[1:] * orientation[:-1], axis=1))
+    return np.asarray(2 * np.arccos(np.minimum(cosine, 1.0)))
+
+
 def camera_to_bcs(orientation_acs: FloatArray, rotation_rad: FloatArray | float) -> FloatArray:
     """Turn camera-to-ACS quaternions (n, 4) into camera-to-BCS ones.
 

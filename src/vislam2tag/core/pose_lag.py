@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.orientation import turns_rad
 
 MAX_LAG_S = 0.5
 STEP_S = 0.02
@@ -41,8 +42,7 @@ def _angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArr
     """Mid-times (s since the first frame) and rotation rates (rad/s) between neighbouring frames."""
     elapsed_s = (time_ns - time_ns[:1]) * 1e-9
     step_s = np.diff(elapsed_s)
-    cosine = np.abs(np.sum(orientation[1:] * orientation[:-1], axis=1))
-    angle = 2 * np.arccos(np.minimum(cosine, 1.0))
+    angle = turns_rad(orientation)
     steady = step_s < 2 * np.median(step_s) if len(step_s) else np.zeros(0, dtype=bool)
     return (elapsed_s[1:] - step_s / 2)[steady], (angle / np.maximum(step_s, 1e-9))[steady]
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.orientation import wrapped
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.smoother.chain import NormalEquations
@@ -115,7 +116,7 @@ class PathModel:
 
     def north(self, state: PathState) -> tuple[FloatArray, FloatArray]:
         """How far the heading is from the phone's own (k,), rad, and the weight of that (k,)."""
-        off = np.angle(np.exp(1j * (state.heading_rad - np.nan_to_num(self.nodes.drift_rad))))
+        off = wrapped(state.heading_rad - np.nan_to_num(self.nodes.drift_rad))
         precision = self.north_precision
         return off, precision / (1 + (off / self.settings.north_sigma_rad) ** 2 / NORTH_TAIL)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import FloatArray, runs_of
 from vislam2tag.core.faults import EventKind
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.walk import SensedWalk
@@ -39,21 +39,17 @@ def happenings(walk: SensedWalk, altitude_m: FloatArray | None, settings: DeadRe
     if altitude_m is not None:
         ends = [np.interp(time_s + side * CLIMB_WINDOW_S / 2, time_s, altitude_m) for side in (-1, 1)]
         climbing = np.abs(ends[1] - ends[0]) > CLIMB_M_S * CLIMB_WINDOW_S
-        for first, last in _runs(climbing):
+        for first, stop in runs_of(climbing):
+            last = stop - 1
             rise = float(altitude_m[last] - altitude_m[first])
             if abs(rise) >= CLIMB_M:
-                kind = EventKind.LIFT if standing[first : last + 1].mean() > 0.5 else EventKind.STAIRS
+                kind = EventKind.LIFT if standing[first:stop].mean() > 0.5 else EventKind.STAIRS
                 found.append(Happening(kind, float(time_s[first]), float(time_s[last]), abs(rise), float("nan")))
-    for first, last in _runs(standing & ~climbing):
+    for first, stop in runs_of(standing & ~climbing):
+        last = stop - 1
         lasted, turn = float(time_s[last] - time_s[first]), float(turned[last] - turned[first])
         if abs(turn) > TURN_RAD:
             found.append(Happening(EventKind.TURN, float(time_s[first]), float(time_s[last]), 0.0, turn))
         elif lasted >= settings.standing_s:
             found.append(Happening(EventKind.STANDING, float(time_s[first]), float(time_s[last]), 0.0, turn))
     return sorted(found, key=lambda each: each.start_s)
-
-
-def _runs(mask: BoolArray) -> list[tuple[int, int]]:
-    """First and last index of each run of a mask (m,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False]))))
-    return [(int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.similarity import as_points
 from vislam2tag.dead_reckoning.equations import fix_errors
 from vislam2tag.dead_reckoning.walk import ReckonedWalk
 
@@ -35,7 +36,7 @@ class LeftOut:
         variance = np.trace(walk.path.covariance[node, :2, :2], axis1=1, axis2=2) / 2
         own = variance * weight
         freedom = np.where(own < 1 - LEAST_FREEDOM, 1 - own, np.nan)
-        without = np.column_stack((error.real, error.imag)) / freedom[:, None]
+        without = as_points(error) / freedom[:, None]
         return cls(without, np.sqrt(sigma**2 + variance / freedom))
 
     @property

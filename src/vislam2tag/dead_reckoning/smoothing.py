@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import pi, remainder
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
@@ -77,7 +78,7 @@ def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, fl
     starts = [(model, _turned(raw, ties, own), 0.0)]
     if abs(alike) > LONG_M2:
         lie = float(np.angle(alike))
-        turn = float(np.angle(np.exp(1j * (lie - own)))) if len(known) else 0.0
+        turn = remainder(lie - own, 2 * pi) if len(known) else 0.0
         starts.append((model, _turned(raw, ties, lie), 0.0))
         if abs(turn) > CARRIED_TURNED_RAD and abs(alike) > FAR_M2:
             carried = replace(model, nodes=replace(model.nodes, drift_rad=drift + turn))

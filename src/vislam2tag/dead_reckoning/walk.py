@@ -8,6 +8,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.dead_reckoning.equations import PathModel, Ties
 from vislam2tag.dead_reckoning.features import WindowFeatures
 from vislam2tag.dead_reckoning.heading import Headings
@@ -48,8 +49,7 @@ class SensedWalk:
         at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, speed_m_s, at_s)
-        position = fixes.position_bcs[:, 0] + 1j * fixes.position_bcs[:, 1]
-        ties = Ties(nodes.index_of(at_s), position, settings.fix_sigma_m)
+        ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m)
         return ReckonedWalk(self, nodes, ties, smooth_path(PathModel(nodes, settings), ties), fixes.name)
 
     def _moments(self, fixes: FixLog, settings: DeadReckoningSettings) -> FloatArray:
@@ -79,8 +79,7 @@ class ReckonedWalk:
     @property
     def positions(self) -> FloatArray:
         """(k, 2) position of each node in the BCS, metres."""
-        position = self.path.state.position
-        return np.column_stack((position.real, position.imag))
+        return as_points(self.path.state.position)
 
     @property
     def course_rad(self) -> FloatArray:

@@ -10,6 +10,7 @@ import polars as pl
 from scipy.signal import correlate
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
 
 STEP_S = 0.05
@@ -31,8 +32,7 @@ def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float |
     if len(time_ns) < FEWEST_SAMPLES or len(gyro) < FEWEST_SAMPLES:
         return None
     gyro_ns = gyro["time_ns"].to_numpy()
-    turned = 2 * np.arccos(np.minimum(np.abs(np.sum(orientation[1:] * orientation[:-1], axis=1)), 1.0))
-    frame_speed = turned / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
+    frame_speed = turns_rad(orientation) / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
     seen = _resampled(time_ns[1:], frame_speed)
     felt = _resampled(gyro_ns, np.linalg.norm(gyro.select("v1", "v2", "v3").to_numpy(), axis=1))
     shift = _best_shift(seen, felt)

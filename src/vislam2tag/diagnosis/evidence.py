@@ -36,6 +36,11 @@ class Table:
     size_m: Mapping[int, tuple[float, float]]
     """Width and height of the plans that have them."""
 
+    @cached_property
+    def floors(self) -> frozenset[int]:
+        """Floors that have landmarks."""
+        return frozenset(mark.floor for mark in self.place)
+
     def on(self, floor: int) -> list[Mark]:
         """Landmarks of one floor."""
         return [mark for mark in self.place if mark.floor == floor]
@@ -118,11 +123,7 @@ class Evidence:
     @property
     def floors(self) -> list[int]:
         """Floors whose landmarks walks passed."""
-        return sorted({mark.floor for walk in self.walks for mark in walk.marks if mark.floor in self._known_floors})
-
-    @cached_property
-    def _known_floors(self) -> frozenset[int]:
-        return frozenset(mark.floor for mark in self.table.place)
+        return sorted({mark.floor for walk in self.walks for mark in walk.marks if mark.floor in self.table.floors})
 
     def may_be_at(self, mark: Mark, place: complex) -> bool:
         """Whether no walk that fits well otherwise speaks against a landmark's hanging at a place."""

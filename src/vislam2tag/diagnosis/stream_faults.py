@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import asdict
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def _other_devices(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
 
 
 def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> Fault:
-    values = {"floor": key.floor, "device": key.device, "session": key.session, "to": other, "reason": REASON}
+    values = {**asdict(key), "to": other, "reason": REASON}
     return Fault(
         kind=FaultKind.OTHER_DEVICE,
         floor=key.floor,
@@ -100,8 +101,7 @@ def _clocks(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
             found.append(_clock(f"device {device}", {"device": device}, list(off), middle_s))
         else:
             for key, offset_s in off.items():
-                selectors = {"floor": key.floor, "device": key.device, "session": key.session}
-                found.append(_clock(f"session {key}", selectors, [key], offset_s))
+                found.append(_clock(f"session {key}", asdict(key), [key], offset_s))
     return found
 
 

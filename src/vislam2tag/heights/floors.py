@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 
 UNDECIDED_M = 0.5
 """This near the middle between two storeys the floor is the one before or after: who stands on a landing stays put."""
@@ -33,8 +33,7 @@ def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: f
 def _settled(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
     """Decide each undecided run (-1) of ranks (f,): the neighbours' floor, or one change where the two differ."""
     settled = rank.copy()
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], rank < 0, [False])))).reshape(-1, 2)
-    for start, stop in edges.tolist():
+    for start, stop in runs_of(rank < 0):
         earlier = int(rank[start - 1]) if start else before
         later = int(rank[stop]) if stop < len(rank) else earlier
         settled[start:stop] = earlier

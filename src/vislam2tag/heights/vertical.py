@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.visits import usable_rank
-from vislam2tag.smoother.losses import runs
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.steps import implausible, predicted, prediction_sigma_m
 
@@ -109,7 +108,7 @@ def _medians(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
 def _loss_variance(blind: BoolArray, elapsed: FloatArray) -> FloatArray:
     """Variance (f - 1,) of the height gained in steps over which tracking was lost, m^2; ``elapsed`` (f - 1,) s."""
     variance = np.zeros(len(elapsed))
-    for start, stop in runs(blind):
+    for start, stop in runs_of(blind):
         lasting = elapsed[start:stop]
         variance[start:stop] = LOSS_M_PER_S**2 * lasting * lasting.sum()
     return variance

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
+from typing import TypeAlias
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -139,6 +140,8 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")
 
 
+Heard: TypeAlias = Mapping[str, tuple[IntArray, FloatArray]]
+"""Times (n,), ns, sorted, and levels (n,), dBm, by BSSID."""
 _STEP_S = 0.5
 _NEAR_S = 1.5
 """Two readings of one access point are compared if they are so close in time."""
@@ -152,12 +155,10 @@ _COINCIDE_NS = 10_000_000
 _MOST_OFFSETS = 40_000
 
 
-def offset_by_wifi(
-    theirs: Mapping[str, tuple[IntArray, FloatArray]], ours: Mapping[str, tuple[IntArray, FloatArray]]
-) -> int | None:
+def offset_by_wifi(theirs: Heard, ours: Heard) -> int | None:
     """Nanoseconds that their clock is ahead of ours, by access points that both heard; None where nothing is clear.
 
-    Both map a BSSID to times (n,), sorted, and levels (n,), dBm. Levels of two phones may differ by a constant.
+    Levels of two phones may differ by a constant.
     """
     shared = [bssid for bssid in theirs if bssid in ours]
     if not shared:
@@ -175,12 +176,7 @@ def offset_by_wifi(
     return _refined(theirs, ours, shared, int(offsets[best]))
 
 
-def _refined(
-    theirs: Mapping[str, tuple[IntArray, FloatArray]],
-    ours: Mapping[str, tuple[IntArray, FloatArray]],
-    shared: Sequence[str],
-    offset_ns: int,
-) -> int:
+def _refined(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> int:
     """The offset at which most of those readings coincide that both clocks dated, to 10 ms; else as it is."""
     apart = []
     for bssid in shared:
@@ -195,12 +191,7 @@ def _refined(
     return offset_ns + int(values[np.argmax(counts)]) * _COINCIDE_NS
 
 
-def _cost(
-    theirs: Mapping[str, tuple[IntArray, FloatArray]],
-    ours: Mapping[str, tuple[IntArray, FloatArray]],
-    shared: Sequence[str],
-    offset_ns: int,
-) -> float:
+def _cost(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> float:
     """Mean difference of levels heard at the same time, dB, were their clock ahead by this; infinite for few."""
     found = []
     for bssid in shared:

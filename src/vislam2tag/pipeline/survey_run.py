@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Protocol, TypeAlias
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plain_files import read_bytes, read_json
@@ -32,6 +33,8 @@ LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "data
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE = "steps.json"
+_StepProgress: TypeAlias = Progress[tuple[str, str | None]]
+"""Hears of each session the step and why it failed, if it did."""
 
 
 class SurveyRun(Record):
@@ -52,7 +55,7 @@ def run_survey(
     *,
     landmarks: Path | None = None,
     jobs: int = 1,
-    progress: Progress[tuple[str, str | None]] = silent,
+    progress: _StepProgress = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> SurveyRun:
     """Make ``labels``, ``diagnosis.json``, ``check``, ``dataset`` and ``index.html``, which links them, in ``out``.
@@ -63,8 +66,9 @@ def run_survey(
     """
     settings = settings or Settings()
     refuse_among_sessions(open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks), out)
-    with claim(out, {"survey": survey_root.resolve().name}, PROGRAM) as folder:
-        done = _Steps(folder)
+    name = survey_root.resolve().name
+    with claim(out, {"survey": name}, PROGRAM) as folder:
+        steps = _Steps(folder)
         summary = process(
             survey_root,
             out / LABELS,
@@ -72,48 +76,68 @@ def run_survey(
             landmarks=landmarks,
             jobs=jobs,
             replace=True,
-            progress=lambda outcome, total: progress(("label", outcome.error), total),
+            progress=_named("label", progress),
             tell=tell,
         )
         labels = _labels_key(out / LABELS)
-        diagnosed = key_of(labels, code_key(diagnose.__module__))
-        if landmarks is None and (not done.has(DIAGNOSIS, diagnosed) or not (out / DIAGNOSIS_FILE).is_file()):
-            diagnosis = diagnose(
-                survey_root,
-                settings,
-                jobs=jobs,
-                progress=lambda session, total: progress(("diagnose", session.error), total),
+        if landmarks is None:
+            steps.unless_done(
+                DIAGNOSIS,
+                key_of(labels, code_key(diagnose.__module__)),
+                (out / DIAGNOSIS_FILE).is_file(),
+                lambda: _diagnose(survey_root, settings, jobs, progress, folder),
             )
-            folder.write_text(DIAGNOSIS_FILE, diagnosis.model_dump_json(indent=1) + "\n")
-            done.add(DIAGNOSIS, diagnosed)
-        checked = key_of(labels, code_key(check.__module__))
-        if not done.has(CHECK, checked) or not (out / CHECK / CHECK_PAGE).is_file():
-            check(
+        steps.unless_done(
+            CHECK,
+            key_of(labels, code_key(check.__module__)),
+            (out / CHECK / CHECK_PAGE).is_file(),
+            lambda: check(
                 survey_root,
                 settings,
                 out=out / CHECK,
                 landmarks=landmarks,
                 jobs=jobs,
-                progress=lambda session, total: progress(("check", session.error), total),
-            )
-            done.add(CHECK, checked)
-        collected = key_of(labels, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__))
-        if not done.has(DATASET, collected) or not is_dataset(out / DATASET):
-            options = BuildOptions(name=survey_root.resolve().name, surveys=(survey_root,), replace=True)
-            build_dataset(
-                out / LABELS,
-                out / DATASET,
-                settings.dataset,
-                options,
-                jobs=jobs,
-                progress=lambda step, total: progress((step.stage, step.error), total),
-            )
-            done.add(DATASET, collected)
+                progress=_named("check", progress),
+            ),
+        )
+        steps.unless_done(
+            DATASET,
+            key_of(labels, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__)),
+            is_dataset(out / DATASET),
+            lambda: _collect(survey_root, out, settings, jobs, progress),
+        )
         found = SurveyCheck.model_validate_json(read_bytes(out / CHECK / CHECK_FILE))
         faults = summary.faults if landmarks else _faults(out / DIAGNOSIS_FILE)
-        name = survey_root.resolve().name
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, found, faults, _LINKS))
-        return SurveyRun(labels=summary, check=found, faults=tuple(faults), kept=tuple(done.kept))
+        return SurveyRun(labels=summary, check=found, faults=tuple(faults), kept=tuple(steps.kept))
+
+
+class _Outcome(Protocol):
+    """What a step tells of a session."""
+
+    @property
+    def error(self) -> str | None: ...
+
+
+def _named(step: str, progress: _StepProgress) -> Callable[[_Outcome, int], None]:
+    """Progress of one step, which is named to whoever follows all."""
+    return lambda outcome, total: progress((step, outcome.error), total)
+
+
+def _diagnose(survey: Path, settings: Settings, jobs: int, progress: _StepProgress, folder: OutputFolder) -> None:
+    found = diagnose(survey, settings, jobs=jobs, progress=_named("diagnose", progress))
+    folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
+
+
+def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _StepProgress) -> None:
+    build_dataset(
+        out / LABELS,
+        out / DATASET,
+        settings.dataset,
+        BuildOptions(name=survey.resolve().name, surveys=(survey,), replace=True),
+        jobs=jobs,
+        progress=lambda step, total: progress((step.stage, step.error), total),
+    )
 
 
 _LINKS = (
@@ -138,15 +162,12 @@ class _Steps:
             self._keys = {}
         self.kept: list[str] = []
 
-    def has(self, step: str, key: str) -> bool:
-        """Whether the step was done with this key."""
-        if self._keys.get(step) != key:
-            return False
-        self.kept.append(step)
-        return True
-
-    def add(self, step: str, key: str) -> None:
-        """Note a step that is done."""
+    def unless_done(self, step: str, key: str, there: bool, work: Callable[[], object]) -> None:
+        """Do a step and note it, unless it was done with this key and its result is ``there``."""
+        if there and self._keys.get(step) == key:
+            self.kept.append(step)
+            return
+        work()
         self._keys[step] = key
         self._folder.write_text(_STEPS_FILE, json.dumps(self._keys, indent=1, sort_keys=True) + "\n")
 

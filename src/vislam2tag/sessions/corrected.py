@@ -123,7 +123,7 @@ def _renamed(session: Session, entry: RenameLandmark, uses: list[str]) -> Landma
     usable_ns = camera.time_ns[camera.usable]
     if entry.id not in log.ids or len(usable_ns) == 0:
         return log
-    first_ns, end_ns = (int(usable_ns[0]) + _nanoseconds(at) for at in (entry.from_s, entry.to_s))
+    first_ns, end_ns = _span_ns(entry, int(usable_ns[0]))
     at_ns = camera.time_ns[log.frame]
     chosen = (log.landmark == log.ids.index(entry.id)) & (at_ns >= first_ns) & (at_ns < end_ns)
     if not chosen.any():
@@ -168,8 +168,7 @@ def _without(log: LandmarkLog, entry: ExcludeLandmark, uses: list[str]) -> Landm
 
 def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: list[str]) -> Session:
     """Make the span's frames INVALID and remember the span, so that its readings become invalid too."""
-    first_ns = start_ns + _nanoseconds(entry.from_s)
-    end_ns = start_ns + _nanoseconds(entry.to_s)
+    first_ns, end_ns = _span_ns(entry, start_ns)
     camera = session.camera
     inside = (camera.time_ns >= first_ns) & (camera.time_ns < end_ns)
     if not inside.any():
@@ -184,6 +183,11 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
         landmarks=session.landmarks.rows_kept(keep),
         excluded_ns=(*session.excluded_ns, (first_ns, end_ns)),
     )
+
+
+def _span_ns(entry: ExcludeSpan | RenameLandmark, start_ns: int) -> tuple[int, int]:
+    """From and to when an entry holds, boot-clock ns, given the session's first usable frame."""
+    return start_ns + _nanoseconds(entry.from_s), start_ns + _nanoseconds(entry.to_s)
 
 
 def _nanoseconds(seconds: float) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 
 FROZEN_S = 0.3
@@ -45,16 +45,10 @@ def frozen_frames(camera: CameraTrack, frame: IntArray, time_s: FloatArray) -> B
     """Mask (n,) of the usable frames in which the camera's position stays the same for :data:`FROZEN_S`."""
     position = camera.position_acs[frame]
     frozen = np.zeros(len(frame), dtype=bool)
-    for first, after in runs(np.all(position[1:] == position[:-1], axis=1)):
+    for first, after in runs_of(np.all(position[1:] == position[:-1], axis=1)):
         if time_s[after] - time_s[first] > FROZEN_S:
             frozen[first : after + 1] = True
     return frozen
-
-
-def runs(mask: BoolArray) -> list[tuple[int, int]]:
-    """Start (included) and stop (excluded) of each run of true entries."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))).tolist()
-    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, FloatArray]:
@@ -83,6 +77,6 @@ def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:
 def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
     """How far somebody may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
     length_m = np.zeros(len(dt))
-    for start, stop in runs(frozen):
+    for start, stop in runs_of(frozen):
         length_m[start:stop] = FROZEN_WALK_M + FROZEN_WALK_M_S * dt[start:stop].sum()
     return length_m

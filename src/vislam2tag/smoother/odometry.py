@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.similarity import as_complex
@@ -25,7 +25,6 @@ from vislam2tag.smoother.losses import (
     frozen_frames,
     loss_turn_rad,
     lost_frames,
-    runs,
     steps_over_loss,
     walkable_m,
 )
@@ -228,8 +227,8 @@ def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
 
 def _losses(lost: BoolArray, hole: BoolArray) -> list[tuple[int, int]]:
     """Steps from the frame before each run of lost frames (n,) to the one after it; each hole (n - 1,) on its own."""
-    ends = [(max(first - 1, 0), min(after, len(hole))) for first, after in runs(lost)]
-    rest = [(start + a, start + b) for start, stop in ends for a, b in runs(~hole[start:stop])]
+    ends = [(max(first - 1, 0), min(after, len(hole))) for first, after in runs_of(lost)]
+    rest = [(start + a, start + b) for start, stop in ends for a, b in runs_of(~hole[start:stop])]
     return sorted(rest + [(step, step + 1) for step in np.flatnonzero(hole).tolist()])
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.plain_files import read_bytes, toml_values
 from vislam2tag.common.toml_file import first_problem
 from vislam2tag.common.whole_file import whole_file
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
@@ -57,7 +56,7 @@ def _content(root: Path) -> bytes:
 
 def _parsed(path: Path, content: bytes) -> Corrections:
     try:
-        return Corrections.model_validate(tomllib.loads(content.decode("utf-8-sig")))
+        return Corrections.model_validate(toml_values(content))
     except ValidationError as error:
         raise SurveyError(f"{path}: {first_problem(error)}") from error
     except ValueError as error:

@@ -6,7 +6,9 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-_UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048, "feet": 0.3048}
+from vislam2tag.survey.corrections import UNITS_M
+
+_UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}
 _UNIT = re.compile(rf"^(.+?)(?:[\s_]*[\[(]\s*|[\s_]+)({'|'.join(_UNITS_M)})s?\s*[\])]?$")
 _NO_LETTER = re.compile(r"[^a-zäöü]")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+")

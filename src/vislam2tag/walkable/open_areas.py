@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 from scipy.spatial import KDTree
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, runs_of
 from vislam2tag.core.path_length import line_length
 from vislam2tag.walkable.network import Network
-from vislam2tag.walkable.rooms import runs_of
 from vislam2tag.walkable.settings import GraphSettings
 from vislam2tag.walkable.space import WalkableSpace
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import networkx as nx
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import FloatArray, runs_of
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.walkable.network import Network
 from vislam2tag.walkable.settings import GraphSettings
@@ -33,12 +33,6 @@ def _doors_on(line: FloatArray, clearance_m: FloatArray, settings: GraphSettings
             narrowest = np.flatnonzero(clearance_m[start:stop] < clearance_m[start:stop].min() + 0.01)
             doors.append(start + int(narrowest[len(narrowest) // 2]))
     return doors
-
-
-def runs_of(mask: BoolArray) -> list[tuple[int, int]]:
-    """Start and stop of each run of true values in a mask (n,)."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
-    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
 
 
 def room_nodes(network: Network, doors: set[int], open_nodes: set[int], room_m: float) -> set[int]:

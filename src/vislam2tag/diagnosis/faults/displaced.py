@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from datetime import datetime
 from functools import partial
 from math import log, pi
@@ -177,7 +178,7 @@ def _two_places(
             values={
                 "id": mark.landmark,
                 "to": f"{mark.landmark} (second)",
-                **_selectors(evidence, number),
+                **asdict(evidence.walks[number].passes.key),
                 **_span_of(evidence, number, row),
                 "reason": REASON,
             },
@@ -185,11 +186,6 @@ def _two_places(
         for number, row in sorted(there)
     ]
     return _fault(FaultKind.TWO_PLACES, mark, summary, entries, evidence, gain)
-
-
-def _selectors(evidence: Evidence, number: int) -> dict[str, object]:
-    key = evidence.walks[number].passes.key
-    return {"floor": key.floor, "device": key.device, "session": key.session}
 
 
 def _span_of(evidence: Evidence, number: int, row: int) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from vislam2tag.diagnosis.words import REASON
 
 def propose(evidence: Evidence) -> Iterator[Hypothesis]:
     """Put every walk that fits badly onto every other floor."""
-    floors = sorted({mark.floor for mark in evidence.table.place})
+    floors = sorted(evidence.table.floors)
     for number, walk in enumerate(evidence.walks):
         known = np.isfinite(walk.target)
         if known.all() and walk.alignment.fits.sum() == known.sum():
@@ -32,7 +33,7 @@ def _fault(number: int, floor: int, evidence: Evidence, gain: float) -> Fault:
     walk = evidence.walks[number]
     key = walk.passes.key
     fits, known = int(walk.alignment.fits.sum()), int(np.isfinite(walk.target).sum())
-    values = {"floor": key.floor, "device": key.device, "session": key.session, "to": floor, "reason": REASON}
+    values = {**asdict(key), "to": floor, "reason": REASON}
     return Fault(
         kind=FaultKind.WRONG_FLOOR,
         floor=key.floor,

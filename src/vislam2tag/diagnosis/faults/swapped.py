@@ -10,7 +10,7 @@ from math import comb
 from vislam2tag.diagnosis.evidence import Evidence, Mark
 from vislam2tag.diagnosis.hypothesis import Hypothesis, choices
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
-from vislam2tag.diagnosis.words import listed, told_by_passes
+from vislam2tag.diagnosis.words import REASON, listed, told_by_passes
 
 NEAR_M = 2.5
 """A walk that puts a landmark within this of another's place says that it hangs there."""
@@ -75,7 +75,7 @@ def _fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> Fault:
     # An exchange of ids in the logs: whoever is logged as the first hangs where the second should.
     swaps = [[ids[i], ids[i + 1]] for i in reversed(range(len(ids) - 1))]
     entries = [
-        CorrectionEntry(table="swap_landmarks", values={"ids": swap, "floor": floor, "reason": "vislam2tag diagnose"})
+        CorrectionEntry(table="swap_landmarks", values={"ids": swap, "floor": floor, "reason": REASON})
         for swap in swaps
     ]
     return Fault(

@@ -20,6 +20,7 @@ from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
 from vislam2tag.survey.correction_lines import with_entries
 from vislam2tag.survey.corrections import Corrections, read_corrections
+from vislam2tag.survey.discover import session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 
 MOST_MAPPED_AGAIN = 12
@@ -74,6 +75,7 @@ def _with_gains(
 ) -> list[Fault]:
     """Map the sessions that each correction concerns again, all before it applied."""
     lines, before, told = "", dict(shares), []
+    folder_key = {folder: key for key, folder in session_folders(survey.root)[0]}
     for fault in faults:
         if fault.odds is None:  # not told by how walks fit, and so nothing that mapping them again would tell
             told.append(fault)
@@ -81,7 +83,7 @@ def _with_gains(
         lines += f"{fault.lines}\n\n"
         after = with_entries(survey.root, lines)
         concerned = [ref for ref in refs if _concerns(fault, ref)][:MOST_MAPPED_AGAIN]
-        now = {ref.key: _mapped_again(survey, settings, ref, after) for ref in concerned}
+        now = {ref.key: _mapped_again(survey, settings, ref, folder_key[ref.folder], after) for ref in concerned}
         gain = _gain([before[key] for key in now], list(now.values()))
         told.append(fault.model_copy(update={"gain": gain}))
         before |= now
@@ -94,16 +96,12 @@ def _concerns(fault: Fault, ref: SessionRef) -> bool:
     return fault.floor is None or ref.key.floor == fault.floor
 
 
-def _mapped_again(survey: Survey, settings: ProcessSettings, ref: SessionRef, after: Corrections) -> MappedShare:
-    """How well a session is mapped with further corrections; its key may change by them."""
-    key = true_keys([_folder_key(ref)], after, survey.site)[0]
+def _mapped_again(
+    survey: Survey, settings: ProcessSettings, ref: SessionRef, folder_key: SessionKey, after: Corrections
+) -> MappedShare:
+    """How well a session is mapped with further corrections; its key, by its folder's, may change by them."""
+    key = true_keys([folder_key], after, survey.site)[0]
     return observe_session(settings, session_task(replace(ref, key=key), survey, after, settings)).share
-
-
-def _folder_key(ref: SessionRef) -> SessionKey:
-    """The key that a session has by its folder."""
-    floor, device, session = ref.folder.parts[-3:]
-    return SessionKey(int(floor.removeprefix("floor_")), device, session)
 
 
 def _gain(before: Sequence[MappedShare], after: Sequence[MappedShare]) -> Gain:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +12,18 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.table_files import read_csv, read_parquet
-from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.labeling.clocks import Clock, TableTimes, offset_by_wifi, table_times, time_column
+from vislam2tag.labeling.clocks import Clock, Heard, TableTimes, offset_by_wifi, table_times, time_column
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.sessions.phone.record import RECORD_FILE
+from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.discover import session_folders
+from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import decoded
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
@@ -130,9 +132,9 @@ def _with_offsets(
         return [_shifted(walk, round((offset_s or 0.0) * 1e9)) for walk in walks], []
     notes: list[str] = []
     found: list[_Walk] = []
-    heard = _heard(rows, times)
+    heard, folders = _heard(rows, times), {} if survey is None else _folders(survey)
     for walk in walks:
-        offset_ns = None if survey is None else _by_recorder(survey, walk.session)
+        offset_ns = _by_recorder(folders, walk.session)
         how = "the recorder's own clocks (session.json)"
         if offset_ns is None and heard:
             offset_ns, how = offset_by_wifi(heard, _wifi_of(walk.session)), "access points that both heard"
@@ -149,20 +151,25 @@ def _with_offsets(
 
 
 def _shifted(walk: _Walk, offset_ns: int) -> _Walk:
-    return _Walk(walk.session, walk.trajectory, walk.start_ns, walk.end_ns, offset_ns)
+    return replace(walk, offset_ns=offset_ns)
 
 
-def _by_recorder(survey: Path, session: LabelledSession) -> int | None:
+def _folders(survey: Path) -> dict[SessionKey, Path]:
+    """Folders of a survey's sessions by the keys that labels have."""
+    corrections = read_corrections(survey)
+    return {corrections.true_key(key): folder for key, folder in session_folders(survey)[0]}
+
+
+def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -> int | None:
     result = session.result()
-    path = survey / f"floor_{result.floor}" / result.device / result.session / RECORD_FILE
     try:
-        start = read_json(path)["start"]
+        start = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)["start"]
         return int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _heard(rows: pl.DataFrame, times: TableTimes) -> dict[str, tuple[IntArray, FloatArray]]:
+def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
     """Times and levels of each access point in a table; empty where it has no such columns."""
     plain = {name.strip().lower(): name for name in rows.columns}
     level = next((plain[name] for name in _LEVELS if name in plain), None)
@@ -175,14 +182,14 @@ def _heard(rows: pl.DataFrame, times: TableTimes) -> dict[str, tuple[IntArray, F
     return _by_bssid(table)
 
 
-def _wifi_of(session: LabelledSession) -> dict[str, tuple[IntArray, FloatArray]]:
+def _wifi_of(session: LabelledSession) -> Heard:
     table = session.table("wifi", ("bssid", "time_ns", "rssi_dbm"))
     return _by_bssid(
         table.select(pl.col("bssid").str.to_lowercase(), pl.col("time_ns").alias("ns"), pl.col("rssi_dbm").alias("dbm"))
     )
 
 
-def _by_bssid(table: pl.DataFrame) -> dict[str, tuple[IntArray, FloatArray]]:
+def _by_bssid(table: pl.DataFrame) -> Heard:
     parts = table.drop_nulls().sort("ns").partition_by("bssid", as_dict=True)
     return {
         str(key[0]): (part["ns"].to_numpy(), part["dbm"].cast(pl.Float64).to_numpy()) for key, part in parts.items()

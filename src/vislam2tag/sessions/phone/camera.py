@@ -9,13 +9,12 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import BoolArray
+from vislam2tag.core.arrays import BoolArray, runs_of
 from vislam2tag.core.context import TrackerState
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.sessions.phone.schemas import TRACKING, unit_poses
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.camera import POSE_COLUMNS, camera_track
-from vislam2tag.smoother.losses import runs
 
 _UNKNOWN = "unknown"
 
@@ -57,7 +56,7 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
     lost: BoolArray = camera.usable & ~state.tracking
     if not lost.any():
         return []
-    spans = runs(lost)
+    spans = runs_of(lost)
     reasons = Counter(state.reason(first, after) for first, after in spans)
     counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in _by_count(reasons)]
     why = f" for {', '.join(counted)}" if counted else ""
