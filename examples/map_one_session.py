@@ -15,8 +15,8 @@ from vislam2tag.api import (
     read_session,
     regular_survey,
     simulate,
+    strategies_for_poses,
     strategy_named,
-    strategy_names,
 )
 from vislam2tag.mapping.settings import MappingSettings
 
@@ -28,7 +28,7 @@ def main() -> None:
         survey = open_survey(Path(folder) / "survey")
         session = read_session(survey.sessions[0])
         print(f"{session.key}: {len(session.camera.time_ns)} frames, landmarks {', '.join(session.landmarks.ids)}")
-        for name in strategy_names():
+        for name in strategies_for_poses():
             trajectory = strategy_named(name, MappingSettings()).map(
                 session.camera, session.landmarks, survey.site.landmarks
             )

@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from vislam2tag.labeling.settings import LabelSettings as LabelSettings
     from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
     from vislam2tag.mapping.registry import MappingStrategy as MappingStrategy
+    from vislam2tag.mapping.registry import strategies_for_poses as strategies_for_poses
     from vislam2tag.mapping.registry import strategy_named as strategy_named
     from vislam2tag.mapping.registry import strategy_names as strategy_names
     from vislam2tag.mapping.settings import MappingSettings as MappingSettings
@@ -230,7 +231,7 @@ _NAMES = {
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
-    "mapping.registry": "MappingStrategy strategy_named strategy_names",
+    "mapping.registry": "MappingStrategy strategies_for_poses strategy_named strategy_names",
     "mapping.settings": "MappingSettings",
     "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
     "pipeline.datasets.export": "ExportOptions ExportRecord export",
