@@ -4,6 +4,8 @@ PYTHON ?= python3
 # Networks need PyTorch: locked here, not with the rest, as each machine has its own build of it. `make test TORCH=` does
 # without; tests of networks are then skipped.
 TORCH ?= torch==2.13.0
+# Compiled modules are kept, whatever the environment says: tests start hundreds of processes.
+export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
