@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all campaign lint types examples benchmark android lock clean
+.PHONY: demo test test-all campaign lint types examples benchmark android docs docs-serve lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
@@ -21,7 +21,7 @@ test: $(VENV)/.torch
 test-all: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign"
 
-# Hundreds of runs, outside CI: goes on where it was stopped. docs/campaign.md and docs/hostile_input.md hold results with date and commit.
+# Hundreds of runs, outside CI: goes on where it was stopped. docs/results/campaign.md and docs/results/hostile_input.md hold results with date and commit.
 campaign: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --campaign campaign.jsonl
 	$(BIN)/python benchmarks/fuzz_campaign.py
@@ -39,7 +39,14 @@ examples: $(VENV)/.torch
 benchmark: $(VENV)/.installed
 	$(BIN)/python benchmarks/process_speed.py
 
-# The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/android.md).
+# The documentation as a site in site/ (zensical.toml); a warning, such as a link that leads nowhere, is an error.
+docs: $(VENV)/.installed
+	$(BIN)/zensical build --clean --strict
+
+docs-serve: $(VENV)/.installed
+	$(BIN)/zensical serve
+
+# The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/how-to/android.md).
 android:
 	android/fetch.sh
 	android/build.sh
@@ -65,4 +72,4 @@ lock:
 	$(LOCK) --constraint requirements.lock pyproject.toml requirements-build.in --output-file requirements-base.lock
 
 clean:
-	rm -rf $(VENV) demo-out
+	rm -rf $(VENV) demo-out site .cache

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Brings what the script build needs into android/sdk: Android's signatures, D8 and aapt2, ARCore. Everything is pinned
-# by SHA-256 (pins.sha256); what is there already is kept. docs/android.md tells where each comes from and its licence.
+# by SHA-256 (pins.sha256); what is there already is kept. docs/how-to/android.md tells where each comes from and its licence.
 set -euo pipefail
 cd "$(dirname "$0")"
 android=$PWD
@@ -46,7 +46,7 @@ install() {
     fi
     if [ -z "$(missing)" ]; then return; fi
     echo "The script build lacks, on this machine, these packages of Debian 12: "$(missing) >&2
-    echo "Install them as root, or build with Gradle or Android Studio: docs/android.md" >&2
+    echo "Install them as root, or build with Gradle or Android Studio: docs/how-to/android.md" >&2
     exit 1
 }
 

@@ -1,4 +1,4 @@
-"""Figures of docs/smoother.md: one walk with faults, and stated against observed regions.
+"""Figures of docs/explanation/smoother.md: one walk with faults, and stated against observed regions.
 
 python benchmarks/smoother_figures.py docs/images
 """

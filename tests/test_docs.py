@@ -67,7 +67,7 @@ def names_in(dotted: str) -> bool:
 
 def settings_names() -> set[str]:
     """First parts of the settings' names, which look like modules: ``dataset.wifi_window_s``."""
-    text = (PROJECT / "docs" / "settings.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "reference" / "settings.md").read_text(encoding="utf-8")
     return set(re.findall(r"`([a-z_]+(?:\.[a-z_]\w*)+)`", text))
 
 
@@ -119,10 +119,10 @@ def package_picture() -> str:
 
 
 def test_the_picture_of_the_packages_is_that_of_the_imports() -> None:
-    text = (PROJECT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
     assert package_picture() in text
 
 
 def test_the_table_of_packages_holds_each_in_its_place() -> None:
-    text = (PROJECT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    text = (PROJECT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
     assert tuple(re.findall(r"^\| `(\w+)/?` \|", text, re.MULTILINE)) == LAYERS

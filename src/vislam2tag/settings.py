@@ -86,7 +86,7 @@ def wrong_setting(error: ValidationError) -> tuple[str, str]:
     name = ".".join(map(str, problem["loc"]))
     if problem["type"] == "extra_forbidden":
         nearest = get_close_matches(name, [known for known, _ in setting_fields()], 1, 0.0)[0]
-        return name, f"no such setting; the nearest is {nearest} (docs/settings.md has all)"
+        return name, f"no such setting; the nearest is {nearest} (docs/reference/settings.md has all)"
     if problem["type"] == "value_error":  # about several fields together
         return name, problem["msg"].removeprefix("Value error, ")
     return name, f"{problem['input']}: {problem['msg']}"

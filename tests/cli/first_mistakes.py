@@ -1,6 +1,7 @@
 """First mistakes of people who were never told how, and what the program must answer.
 
-They are the rows of docs/first_mistakes.md, which `python -m tests.cli.first_mistakes > docs/first_mistakes.md` makes.
+They are the rows of docs/how-to/first_mistakes.md, which `python -m tests.cli.first_mistakes >
+docs/how-to/first_mistakes.md` makes.
 """
 
 from __future__ import annotations
@@ -634,13 +635,13 @@ _HEAD = """# First mistakes
 
 What people do who were never told how, and what the program answers. Each is a test through the command line
 (`tests/cli/test_first_mistakes.py`); this page is made of its table by
-`python -m tests.cli.first_mistakes > docs/first_mistakes.md`. Those with an asterisk were found by trying. Where a
-command ends with 0 the answer is a finding or a note, and it goes on.
+`python -m tests.cli.first_mistakes > docs/how-to/first_mistakes.md`. Those with an asterisk were found by trying. Where
+a command ends with 0 the answer is a finding or a note, and it goes on.
 """
 
 
 def page() -> str:
-    """docs/first_mistakes.md."""
+    """docs/how-to/first_mistakes.md."""
     lines = [_HEAD]
     for step in dict.fromkeys(mistake.step for mistake in MISTAKES):
         lines += [f"## {step.capitalize()}", "", "| somebody | command | ends with | answer, a part of it |"]

@@ -55,7 +55,7 @@ def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path
     file.write_text("[labels]\nmax_sigma = 0.3\n")
     assert the_error(vislam2tag(*arguments)) == (
         f"error: --config {file}: labels.max_sigma: no such setting; the nearest is labels.max_sigma_m "
-        "(docs/settings.md has all)"
+        "(docs/reference/settings.md has all)"
     )
 
 

@@ -62,7 +62,8 @@ def test_nothing_labelled_is_told(tmp_path: Path) -> None:
 
 def test_help_names_the_outputs() -> None:
     done = vislam2tag("radio-maps", "--help")
-    for text in ("GeoTIFF", "--cell", "docs/radio_maps.md", "vislam2tag radio-maps fingerprints --out maps"):
+    example = "vislam2tag radio-maps fingerprints --out maps"
+    for text in ("GeoTIFF", "--cell", "docs/explanation/radio_maps.md", example):
         assert text in done.stdout
 
 

@@ -12,7 +12,7 @@ from tests.cli.command import vislam2tag
 from tests.cli.first_mistakes import MISTAKES, Mistake, page
 from tests.surveys import make_survey
 
-DOCS = Path(__file__).parents[2] / "docs" / "first_mistakes.md"
+DOCS = Path(__file__).parents[2] / "docs" / "how-to" / "first_mistakes.md"
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The walk-through of docs/first_survey.md, command by command, on three plans as people have them."""
+"""The walk-through of docs/tutorials/first_survey.md, command by command, on three plans as people have them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.cli.three_plans import HEIGHT_M, WIDTH_M, draw
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.survey.discover import read_site
 
-DOCS = Path(__file__).parents[2] / "docs" / "first_survey.md"
+DOCS = Path(__file__).parents[2] / "docs" / "tutorials" / "first_survey.md"
 
 
 def commands() -> list[str]:

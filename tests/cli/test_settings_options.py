@@ -16,7 +16,7 @@ from vislam2tag.cli.settings_options import option_of, settings_of, settings_pag
 from vislam2tag.common.errors import UsageError
 from vislam2tag.settings import part_of, setting_fields
 
-DOCS = Path(__file__).parents[2] / "docs" / "settings.md"
+DOCS = Path(__file__).parents[2] / "docs" / "reference" / "settings.md"
 
 
 def test_the_page_is_current() -> None:

@@ -1,4 +1,4 @@
-"""The smoother's least-squares problem row by row from its definition (docs/smoother.md, "The model").
+"""The smoother's least-squares problem row by row from its definition (docs/explanation/smoother.md, "The model").
 
 Drift is added up step by step and nothing of the code under test is called but the reference path and what was seen
 along it: no running sums, no normal equations, no elimination.

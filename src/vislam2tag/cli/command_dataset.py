@@ -35,7 +35,8 @@ HELP = """
 Build a data set: fingerprints, readings, access points, walks, splits, statistics and a card that describes it.
 
 Give a survey (it is processed first) or what `process` wrote; several of either make one data set. One fingerprint a
-scan: the mean of its readings' positions, weighted by their certainty. docs/datasets.md tells what each column is.
+scan: the mean of its readings' positions, weighted by their certainty. docs/reference/datasets.md tells what each
+column is.
 
 Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, 2 wrong
 usage, a source cannot be used, or DS cannot be written, 130 interrupted.

@@ -20,9 +20,9 @@ HELP = """
 Say what is wrong with a survey, how that is known, and the lines for corrections.toml that correct it.
 
 No ground truth is needed: walks that pass the same landmarks tell which of them hang elsewhere than the table says
-(docs/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one id twice;
-landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's folder; and
-phones that deliver old scans again.
+(docs/how-to/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one id
+twice; landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's folder;
+and phones that deliver old scans again.
 
 Exit code: 0 nothing is wrong, 1 something is, or a session cannot be read, 2 wrong usage or not a survey, 130
 interrupted; with --apply and --revert 0 where that was done.

@@ -46,7 +46,8 @@ Formats:
             an access point, 100 = not heard
 
 gia and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
-data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in docs/datasets.md.
+data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in
+docs/reference/datasets.md.
 
 Exit code: 0 written, 2 wrong usage, the source cannot be used, or the output cannot be written, 130 interrupted.
 

@@ -28,7 +28,7 @@ farther than a set distance without one.
 Reads the site's plans. Landmarks that the site has already stay where they are; new ones hang on walls that a
 passer-by faces, off doors and corners, on sheets large enough to be recognised in passing. Writes P/landmarks.csv,
 each floor's plan with the tour to walk, a map of the label sigma to expect with what further landmarks would gain (PNG
-and PDF), plan.json and index.html. docs/planning.md tells how.
+and PDF), plan.json and index.html. docs/explanation/planning.md tells how.
 
 Exit code: 0 all right, 1 some demand cannot be met (a line says which), 2 wrong usage, no site, a floor that cannot be
 planned, or P cannot be written, 130 interrupted.

@@ -28,7 +28,7 @@ Total-station exports (--station, one file a station) are adjusted together with
 of the site by --known): least squares, with residuals and a sigma for each landmark. What contradicts the rest is left
 out and named: points interchanged, mistyped, or off. Tape distances (--tape, with walls and corners in --targets) and
 clicks on the plan (--click writes the page, --clicks reads its file) are cheaper and less exact. Nothing is written
-without --out or --write. docs/registration.md tells formats and method.
+without --out or --write. docs/how-to/registration.md tells formats and method.
 
 Exit code: 0 all right, 1 something was left out, a landmark got no position, or two look interchanged, 2 wrong usage,
 or the measurements do not suffice, 130 interrupted.

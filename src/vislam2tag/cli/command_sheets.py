@@ -28,7 +28,8 @@ seed gives the same image, whatever else is printed. Each is measured, and none 
 With --images they are your own (ID.png or .jpg); those too plain or too like another are refused by name.
 
 Writes OUT/sheets.pdf (print at 100 %), OUT/images with manifest.csv (id,file,width_m), which the phone app
-loads, and OUT/sheets.json (what was measured of each). docs/sheets.md tells more, docs/field-guide.md how to hang them.
+loads, and OUT/sheets.json (what was measured of each). docs/how-to/sheets.md tells more, docs/how-to/field-guide.md how
+to hang them.
 
 Exit code: 0 written, 2 wrong usage, an image that cannot be used, or OUT cannot be written, 130 interrupted.
 

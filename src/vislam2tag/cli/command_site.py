@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from vislam2tag.survey.frame_change import FrameChanges
 
 HELP = """
-The site that a survey is of: building, floors, plans, frames (docs/site.md).
+The site that a survey is of: building, floors, plans, frames (docs/how-to/site.md).
 """
 SHOW_HELP = f"""
 Show a site: a table of its floors, and with --out a drawing of plans, landmarks, control points, axes and scale.

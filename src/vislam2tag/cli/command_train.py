@@ -23,7 +23,8 @@ Train a positioning model on a data set, and save it as one file for `vislam2tag
 
 Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it does
 on the test part (`vislam2tag benchmark` compares models). The file holds numbers and text only, a checksum, and what
-the model needs to know: access points, floors, how sure it is. docs/positioning.md tells what each model is.
+the model needs to know: access points, floors, how sure it is. docs/explanation/positioning.md tells what each model
+is.
 
 Models: {", ".join(MODELS.names())}.
 

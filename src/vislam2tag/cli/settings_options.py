@@ -21,7 +21,7 @@ from vislam2tag.common.toml_file import toml_value
 from vislam2tag.settings import Settings, part_of, read_settings, setting_fields, with_values, wrong_setting
 
 ConfigFile: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/settings.md); options win over it.")
+    Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")
 ]
 SETTINGS_FILE = "vislam2tag.toml"
 """In a survey's folder: settings of the commands that read it."""
@@ -63,7 +63,7 @@ def settings_of(config: Path | None, given: Mapping[str, object], survey: Path |
 
 
 def settings_page() -> str:
-    """docs/settings.md."""
+    """docs/reference/settings.md."""
     lines = [_HEAD]
     for name, field in setting_fields():
         part = part_of(field)
@@ -80,8 +80,8 @@ def settings_page() -> str:
 
 _HEAD = """# Settings
 
-Made by `python -m vislam2tag.cli.settings_options > docs/settings.md`; each setting is defined and described in the
-`settings.py` of the package that uses it. A command with `--config FILE` takes a TOML file of them, such as
+Made by `python -m vislam2tag.cli.settings_options > docs/reference/settings.md`; each setting is defined and described
+in the `settings.py` of the package that uses it. A command with `--config FILE` takes a TOML file of them, such as
 
 ```toml
 strategy = "smoother"

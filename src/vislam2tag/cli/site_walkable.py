@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # image processing is imported where it is used: the other co
     from vislam2tag.pipeline.site.walkable import WalkableFloor
 
 WALKABLE_HELP = """
-Show where floors can be walked, as planning and simulating take it from the plans (docs/walkable.md).
+Show where floors can be walked, as planning and simulating take it from the plans (docs/explanation/walkable.md).
 
 Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres) and
 OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give it to

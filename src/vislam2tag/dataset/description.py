@@ -1,4 +1,7 @@
-"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml`` (docs/datasets.md)."""
+"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml``.
+
+docs/reference/datasets.md tells more.
+"""
 
 from __future__ import annotations
 

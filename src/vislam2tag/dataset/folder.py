@@ -1,4 +1,7 @@
-"""A data set on disk: ``dataset.json``, one Parquet file a table, ``splits/`` and further files (docs/datasets.md)."""
+"""A data set on disk: ``dataset.json``, one Parquet file a table, ``splits/`` and further files.
+
+docs/reference/datasets.md tells more.
+"""
 
 from __future__ import annotations
 

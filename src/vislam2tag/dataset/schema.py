@@ -1,4 +1,4 @@
-"""Columns, types and units of a data set's tables, in order (docs/datasets.md)."""
+"""Columns, types and units of a data set's tables, in order (docs/reference/datasets.md)."""
 
 from __future__ import annotations
 

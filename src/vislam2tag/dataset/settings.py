@@ -24,7 +24,7 @@ class SplitKind(StrEnum):
 
 
 class SplitSettings(FiniteRecord):
-    """How a data set is split for training and testing (docs/datasets.md)."""
+    """How a data set is split for training and testing (docs/reference/datasets.md)."""
 
     seed: int = 0
     """Another seed, another draw."""
@@ -39,7 +39,7 @@ class SplitSettings(FiniteRecord):
 
 
 class ImuWindowSettings(FiniteRecord):
-    """How inertial readings are cut into windows for learned odometry (docs/datasets.md)."""
+    """How inertial readings are cut into windows for learned odometry (docs/reference/datasets.md)."""
 
     length_s: float = Field(default=1.0, gt=0)
     """As in RoNIN and TLIO."""
@@ -52,7 +52,7 @@ class ImuWindowSettings(FiniteRecord):
 
 
 class DatasetSettings(FiniteRecord):
-    """How labelled readings become a data set (docs/datasets.md)."""
+    """How labelled readings become a data set (docs/reference/datasets.md)."""
 
     wifi_window_s: float | None = Field(default=None, ge=0.001)
     """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""

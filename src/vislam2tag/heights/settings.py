@@ -10,7 +10,7 @@ from vislam2tag.common.records import FiniteRecord
 
 
 class HeightSettings(FiniteRecord):
-    """How height and floor of each frame are found (docs/heights.md)."""
+    """How height and floor of each frame are found (docs/explanation/heights.md)."""
 
     carried_m: float = Field(default=1.4, gt=0)
     """Usual height of the phone above the floor, and of a landmark whose height nobody measured, metres: in the hand of

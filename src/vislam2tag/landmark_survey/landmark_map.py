@@ -1,4 +1,6 @@
-"""Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks (docs/landmarks.md).
+"""Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks.
+
+docs/explanation/landmarks.md tells more.
 
 Unknown are the places and headings of all landmarks in the BCS, and for each walk where its frame lies and how it is
 turned. A walk's map may be wrong by its covariance, and it may see a landmark off its place: a sheet that was moved, or

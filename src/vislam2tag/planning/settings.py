@@ -52,7 +52,7 @@ class CameraSettings(FiniteRecord):
 
 
 class PlanSettings(FiniteRecord):
-    """What is demanded of a plan, and where sheets may hang (docs/planning.md)."""
+    """What is demanded of a plan, and where sheets may hang (docs/explanation/planning.md)."""
 
     spacing_m: float = Field(default=15.0, ge=2, le=1000)
     """No walk leads farther than this without passing a landmark, metres."""

@@ -1,1 +1,1 @@
-"""Sessions handed over by phones: zips are checked and filed in the survey (docs/receive.md)."""
+"""Sessions handed over by phones: zips are checked and filed in the survey (docs/how-to/receive.md)."""

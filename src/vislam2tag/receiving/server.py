@@ -1,4 +1,4 @@
-"""The HTTP side of receiving: requests into calls of :class:`Uploads`, and answers (docs/phone-format.md)."""
+"""The HTTP side of receiving: requests into calls of :class:`Uploads`, and answers (docs/reference/phone-format.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The zip of a session: looked at, unpacked and checked, trusting nothing that stands in it (docs/phone-format.md)."""
+"""The zip of a session: looked at, unpacked and checked, trusting nothing that stands in it.
+
+docs/reference/phone-format.md tells more.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The token that lets a phone hand over sessions, how both prove that they know it, and the guard who asks for it.
 
-The token is never sent (docs/phone-format.md, upload): shown in the code, it is the key of an HMAC-SHA256 (RFC 2104)
-over all that a request or an answer means.
+The token is never sent (docs/reference/phone-format.md, upload): shown in the code, it is the key of an HMAC-SHA256
+(RFC 2104) over all that a request or an answer means.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ class Recording:
     """What a recorder says of its own work (the phone app's format only)."""
 
     ended: str
-    """``stopped``, or what else ended it (docs/phone-format.md); empty where it is not known."""
+    """``stopped``, or what else ended it (docs/reference/phone-format.md); empty where it is not known."""
     events: dict[str, int]
     """Events that the recorder logged, by name."""
     note: str = ""

@@ -8,7 +8,7 @@ from vislam2tag.common.records import FiniteRecord
 
 
 class SheetSettings(FiniteRecord):
-    """Paper and image of landmarks that are printed (docs/sheets.md)."""
+    """Paper and image of landmarks that are printed (docs/how-to/sheets.md)."""
 
     paper: str = "A4"
     """Size of the paper of landmarks whose file names no sheet: A4, Letter, A3, A2, A1 or A0."""

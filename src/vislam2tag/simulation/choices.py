@@ -26,7 +26,7 @@ class SessionLayout(StrEnum):
 
     PUBLISHED = "published"
     PHONE = "phone"
-    """As the phone app writes them (docs/phone-format.md)."""
+    """As the phone app writes them (docs/reference/phone-format.md)."""
 
 
 class Locale(StrEnum):

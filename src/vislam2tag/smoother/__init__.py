@@ -1,4 +1,4 @@
-"""The smoother: one robust least-squares problem over a whole walk (docs/smoother.md).
+"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
 
 A log becomes observations: which ``steps`` no camera makes, when landmarks were seen or moved with the map
 (``map_moves``), where tracking was lost (``losses``) or came back (``excursions``), the path without all that

@@ -1,4 +1,4 @@
-"""The linear model of a walk about a reference path (docs/smoother.md, "The model").
+"""The linear model of a walk about a reference path (docs/explanation/smoother.md, "The model").
 
 At each node (the first frame, one frame of each pass, the last frame) the unknowns are what the reference path lacks
 there: position error (x, y) in metres, relative scale error, heading error in rad. Neighbouring nodes are tied by the

@@ -51,7 +51,7 @@ class NoiseLevels:
 
 
 USUAL = NoiseLevels()
-"""What is assumed before anything is seen: typical of phones (docs/smoother.md)."""
+"""What is assumed before anything is seen: typical of phones (docs/explanation/smoother.md)."""
 PRIOR_WEIGHT = 1.0
 """The usual noise counts as much as this many observed numbers."""
 SCALE_SIGMA = 0.02

@@ -8,7 +8,7 @@ from vislam2tag.common.records import FiniteRecord
 
 
 class SmootherSettings(FiniteRecord):
-    """The smoother; its noise levels are estimated for each session (docs/smoother.md)."""
+    """The smoother; its noise levels are estimated for each session (docs/explanation/smoother.md)."""
 
     sighting_range_m: float = Field(default=6.0, gt=0)
     """A landmark whose logged pose changes counts as seen within this horizontal distance, metres."""

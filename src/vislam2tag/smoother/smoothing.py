@@ -1,4 +1,4 @@
-"""The smoother: one robust least-squares problem over a whole walk (docs/smoother.md).
+"""The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
 
 A walk's heading in the building must be known roughly before the model can be linearised with a scale near one. Where
 two or more landmarks apart are surveyed it comes from a first solution in which heading and scale are free and linear;

@@ -1,4 +1,4 @@
-"""``site.toml``: a building, its floors, their plans and frames (docs/site.md)."""
+"""``site.toml``: a building, its floors, their plans and frames (docs/how-to/site.md)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vislam2tag.survey.georeference import Georeference, georeference_in_grid
 from vislam2tag.survey.plans.source import GREATEST_M, PlanSource
 
 SITE_FILE = "site.toml"
-_HEAD = "# The building: its floors, their plans and frames. What each entry means: docs/site.md\n"
+_HEAD = "# The building: its floors, their plans and frames. What each entry means: docs/how-to/site.md\n"
 _Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
 
 

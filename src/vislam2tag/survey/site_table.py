@@ -71,7 +71,7 @@ class SiteTable:
         names = list(dict.fromkeys((*columns.first, *columns.needed)))
         return (
             f"the first line must be: {','.join(names)} (then optional columns: {', '.join(optional)}), or such names "
-            f"as a spreadsheet has (docs/formats.md); it lacks {' and '.join(missing)} and is: "
+            f"as a spreadsheet has (docs/reference/formats.md); it lacks {' and '.join(missing)} and is: "
             f"{','.join(self.header)[:_SHOWN] or 'empty'}"
         )
 

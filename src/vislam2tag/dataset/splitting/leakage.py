@@ -1,4 +1,7 @@
-"""How far a split leaks: how near in place and time each test fingerprint is to one that trains (docs/datasets.md)."""
+"""How far a split leaks: how near in place and time each test fingerprint is to one that trains.
+
+docs/reference/datasets.md tells more.
+"""
 
 from __future__ import annotations
 

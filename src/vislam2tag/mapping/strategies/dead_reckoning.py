@@ -1,4 +1,4 @@
-"""Walks without a tracker: inertial sensors between a few known positions (docs/dead_reckoning.md)."""
+"""Walks without a tracker: inertial sensors between a few known positions (docs/explanation/dead_reckoning.md)."""
 
 from __future__ import annotations
 

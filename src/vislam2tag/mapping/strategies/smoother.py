@@ -1,4 +1,4 @@
-"""The smoother: all landmarks at once, robust, with a covariance for every frame (docs/smoother.md)."""
+"""The smoother: all landmarks at once, robust, with a covariance for every frame (docs/explanation/smoother.md)."""
 
 from __future__ import annotations
 

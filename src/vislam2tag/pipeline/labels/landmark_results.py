@@ -255,7 +255,8 @@ def check_targets(survey_root: Path, *targets: Path) -> None:
 
 
 def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = None) -> None:
-    """Write the landmark file (docs/formats.md) and, where wanted, the whole result as JSON; each whole or not at all.
+    """Write the landmark file (docs/reference/formats.md) and, where wanted, the whole result as JSON; each whole or
+    not at all.
 
     Raises OutputError where one cannot be written.
     """

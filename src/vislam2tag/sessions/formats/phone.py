@@ -1,6 +1,6 @@
 """The phone app's own format: tables with headers, exposure times, what the tracker says of itself, anchors.
 
-docs/phone-format.md is its specification.
+docs/reference/phone-format.md is its specification.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""``session.json`` of the phone app: who recorded what with which phone, and how it ended (docs/phone-format.md)."""
+"""``session.json`` of the phone app: who recorded what with which phone, and how it ended.
+
+docs/reference/phone-format.md tells more.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Tables of the phone app: comma separated with a header, text in quotes, a line a row (docs/phone-format.md)."""
+"""Tables of the phone app: comma separated with a header, text in quotes, a line a row.
+
+docs/reference/phone-format.md tells more.
+"""
 
 from __future__ import annotations
 
@@ -62,7 +65,8 @@ def _without_header(data: bytes, body: bytes, file: str, missing: Iterable[str],
         return separate(data, file, _empty(schema), pl.lit(value=True))
     lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
     wanted = ", ".join(missing) or "each column once"
-    message = f"the header must name {wanted} (docs/phone-format.md); the file is not used: correct its first line"
+    cure = "the file is not used: correct its first line"
+    message = f"the header must name {wanted} (docs/reference/phone-format.md); {cure}"
     finding = Finding(
         kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=schema.severity, lines=(1,)
     )

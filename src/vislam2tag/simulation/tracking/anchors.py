@@ -1,4 +1,7 @@
-"""Anchors that the phone app sets along a walk, and how the tracker's map carries them (docs/phone-format.md)."""
+"""Anchors that the phone app sets along a walk, and how the tracker's map carries them.
+
+docs/reference/phone-format.md tells more.
+"""
 
 from __future__ import annotations
 

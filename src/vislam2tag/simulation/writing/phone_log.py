@@ -1,4 +1,4 @@
-"""What the phone app logs on a simulated walk: the tables of its format (docs/phone-format.md), column by column."""
+"""What the phone app logs on a simulated walk, column by column (docs/reference/phone-format.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What a phone saw on a simulated walk, as a script for the app's own core (docs/phone-format.md, scripts)."""
+"""What a phone saw on a simulated walk, as a script for the app's own core.
+
+docs/reference/phone-format.md, scripts tells more.
+"""
 
 from __future__ import annotations
 

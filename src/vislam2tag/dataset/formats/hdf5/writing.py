@@ -1,4 +1,5 @@
-"""HDF5 matrices for training (docs/datasets.md): what was heard, where, and the parts of every split, by technology.
+"""HDF5 matrices for training (docs/reference/datasets.md): what was heard, where, and the parts of every split, by
+technology.
 
 Windows of inertial and magnetic readings stand beside, with the same splits.
 """

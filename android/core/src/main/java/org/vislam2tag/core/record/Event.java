@@ -4,7 +4,7 @@ import org.vislam2tag.core.table.Record;
 import org.vislam2tag.core.table.Row;
 import org.vislam2tag.core.table.Table;
 
-/** Something that happened; its names are listed in docs/phone-format.md. */
+/** Something that happened; its names are listed in docs/reference/phone-format.md. */
 public final class Event implements Record {
   private final long timeNs;
   private final String name;

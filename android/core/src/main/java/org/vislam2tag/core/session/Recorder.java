@@ -199,7 +199,7 @@ public final class Recorder {
     }
   }
 
-  /** Something else happened; names and details are those of docs/phone-format.md. */
+  /** Something else happened; names and details are those of docs/reference/phone-format.md. */
   public synchronized void event(String name, String detail) {
     if (!EVENT_NAME.matcher(name).matches()) {
       throw new IllegalArgumentException("event \"" + name + "\": small letters, digits, '_'");

@@ -2,7 +2,7 @@ package org.vislam2tag.core.table;
 
 /**
  * One line of a table, made field by field: CSV after RFC 4180 with a decimal point in every locale and without a line
- * break in any field (docs/phone-format.md, tables).
+ * break in any field (docs/reference/phone-format.md, tables).
  */
 public final class Row {
   private static final char REPLACEMENT = '\uFFFD';

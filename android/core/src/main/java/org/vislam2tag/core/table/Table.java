@@ -1,6 +1,6 @@
 package org.vislam2tag.core.table;
 
-/** The tables of a session: file names and columns (docs/phone-format.md, tables). */
+/** The tables of a session: file names and columns (docs/reference/phone-format.md, tables). */
 public enum Table {
   CAMERA("CameraPose.csv",
       "time_ns,logged_ns,frame_ns,nano_ns,frame_clock,part,state,failure,tx_m,ty_m,tz_m,qx,qy,qz,qw"),
