@@ -4,7 +4,7 @@ Generated floors of several sizes and, where ../shared is at hand, the floor of 
 the same walls, is walked past and mapped by the smoother. Also: the errors that ``vislam2tag plan`` expects against the
 true ones, by the walking distance to the nearest landmark.
 
-    python benchmarks/landmark_plans.py                        the table of docs/explanation/planning.md
+    python benchmarks/landmark_plans.py                        the table of docs/results/planning.md
     python benchmarks/landmark_plans.py --sessions 4 --small   a quick look
 """
 

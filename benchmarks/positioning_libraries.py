@@ -4,7 +4,7 @@
     OMP_NUM_THREADS=1 python benchmarks/positioning_libraries.py tampere          (pip install skops, for its line)
 
 Learns from what trains in the official split with both, and prints times (processor seconds) and how far results
-differ; docs/explanation/positioning.md says what follows.
+differ; docs/results/positioning-settings.md says what follows.
 """
 
 from __future__ import annotations

@@ -175,7 +175,7 @@ def clutter() -> GreyImage:
 
 
 def line(row: Row) -> str:
-    """One line of the table in docs/how-to/sheets.md."""
+    """One line of the table in docs/results/sheets.md."""
     corner = "-" if np.isnan(row.median_corner_px) else f"{row.median_corner_px:.1f} / {row.p95_corner_px:.1f}"
     return (
         f"| {row.detector.upper()} | {row.condition} | {row.recognised} of {row.views} | {row.wrong} | "

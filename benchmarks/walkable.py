@@ -1,6 +1,6 @@
 """How well walkable space is found: on drawn plans of generated floors, and on the mall's.
 
-docs/explanation/walkable.md tells more.
+docs/results/walkable.md tells more.
 
     python benchmarks/walkable.py generated [--seeds 2]
     python benchmarks/walkable.py mall FOLDER

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections import defaultdict
+from collections.abc import Iterable
 from pathlib import Path
 
 import vislam2tag
@@ -12,6 +14,8 @@ from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
 PROJECT = Path(vislam2tag.__file__).parents[2]
 DOCS = sorted([*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md")])
+SITE = PROJECT / "docs"
+GENERATED = {"how-to/first_mistakes.md", "reference/findings.md", "reference/settings.md"}
 FILE_TYPES = ("csv", "html", "json", "parquet", "pdf", "py", "times", "toml", "txt", "zip")
 MODULE = re.compile(r"(?<![\w/.*-])((?:[\w-]+/)*\w+\.py)\b")
 FOLDER = re.compile(r"`((?:[a-z_0-9]+/)+)`")
@@ -126,3 +130,38 @@ def test_the_picture_of_the_packages_is_that_of_the_imports() -> None:
 def test_the_table_of_packages_holds_each_in_its_place() -> None:
     text = (PROJECT / "docs" / "explanation" / "architecture.md").read_text(encoding="utf-8")
     assert tuple(re.findall(r"^\| `(\w+)/?` \|", text, re.MULTILINE)) == LAYERS
+
+
+def pages() -> dict[str, str]:
+    """Every page of the site and its text; what other files hold of it is theirs."""
+    return {path.relative_to(SITE).as_posix(): path.read_text(encoding="utf-8") for path in SITE.rglob("*.md")}
+
+
+def test_no_page_that_is_written_has_1500_words() -> None:
+    long = {
+        name: words
+        for name, text in pages().items()
+        if name not in GENERATED and (words := len(re.findall(r"\S*\w\S*", text))) >= 1500
+    }
+    assert not long, "split these pages"
+
+
+def test_each_page_says_first_for_whom_it_is() -> None:
+    silent = [
+        name
+        for name, text in pages().items()
+        if "--8<--" not in text and not re.match(r"# [^\n]+\n\nFor (whoever|readers) ", text)
+    ]
+    assert not silent
+
+
+def test_the_navigation_holds_each_page_once() -> None:
+    def listed(entry: object) -> list[str]:
+        if isinstance(entry, str):
+            return [entry]
+        entries = entry.values() if isinstance(entry, dict) else entry
+        assert isinstance(entries, Iterable)
+        return [page for each in entries for page in listed(each)]
+
+    nav = tomllib.loads((PROJECT / "zensical.toml").read_text(encoding="utf-8"))["project"]["nav"]
+    assert sorted(listed(nav)) == sorted(pages())

@@ -633,8 +633,8 @@ MISTAKES = (
 
 _HEAD = """# First mistakes
 
-What people do who were never told how, and what the program answers. Each is a test through the command line
-(`tests/cli/test_first_mistakes.py`); this page is made of its table by
+For whoever begins: what people do who were never told how, and what the program answers. Each is a test through the
+command line (`tests/cli/test_first_mistakes.py`); this page is made of its table by
 `python -m tests.cli.first_mistakes > docs/how-to/first_mistakes.md`. Those with an asterisk were found by trying. Where
 a command ends with 0 the answer is a finding or a note, and it goes on.
 """

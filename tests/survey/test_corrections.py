@@ -68,7 +68,7 @@ def test_every_kind_of_entry_is_read(tmp_path: Path) -> None:
 
 
 def test_the_example_of_the_documentation_is_right(tmp_path: Path) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "reference" / "formats.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "reference" / "corrections.md").read_text(encoding="utf-8")
     corrections = corrections_of(tmp_path, text.split("```toml\n")[1].split("```")[0])
     assert all(len(getattr(corrections, name)) == 1 for name in Corrections.model_fields)
 

@@ -28,7 +28,7 @@ Benchmark positioning models on a data set: train, test, score, compare.
 
 Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is learned
 from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF)
-and runs/ with the record and the predictions of every run. docs/explanation/positioning.md tells what each figure is.
+and runs/ with the record and the predictions of every run. docs/how-to/benchmark.md tells what each figure is.
 Stop it at any moment and give the same command again: runs that are done are not repeated.
 
 Models: {", ".join(MODELS.names())}.

@@ -35,7 +35,7 @@ Check a survey against itself: how good are its labels, which landmarks are bad,
 
 No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
 the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
-session's labels (docs/results/evaluation.md says how well). Landmarks whose predictions are off alike in all sessions
+session's labels (docs/results/self-check.md says how well). Landmarks whose predictions are off alike in all sessions
 are named, and on each floor the three places where one more landmark would lower the errors most. Nothing is written
 but --out.
 

@@ -37,7 +37,7 @@ Evaluate: how good are the labels, against every kind of truth?
 Every session is mapped by each strategy and compared with what there is: presses at control points, a total station's
 track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the session's folder, or --truth). Writes
 OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM files, which
-evo reads). docs/results/evaluation.md tells what each figure is. Truth is never used to map.
+evo reads). docs/how-to/evaluate.md tells what each figure is. Truth is never used to map.
 
 Exit code: 0 all right, 1 at least one session cannot be read or mapped, or none compared, 2 wrong usage, not a survey,
 no truth, or OUT cannot be written, 130 interrupted.

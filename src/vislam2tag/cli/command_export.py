@@ -47,7 +47,7 @@ Formats:
 
 gia and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
 data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in
-docs/reference/datasets.md.
+docs/reference/exporting.md.
 
 Exit code: 0 written, 2 wrong usage, the source cannot be used, or the output cannot be written, 130 interrupted.
 

@@ -46,7 +46,7 @@ Formats, recognised by names and first lines unless --format says which:
                  UTS_test.csv, or one of them; with their split
 
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
-docs/reference/datasets.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
+docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
 
 Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, 2 wrong
 usage, files that are not of the format, or DS cannot be written, 130 interrupted.

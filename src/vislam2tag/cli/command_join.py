@@ -22,7 +22,7 @@ Join a later survey to a data set, and tell what changed in the building between
 
 Writes one data set of all walks to DS, and to DS/changes which access points appeared, vanished or moved (judged only
 where both surveys walked), and the places whose RSSI changed beyond what noise and the phones' offsets explain: those
-are worth walking again. docs/reference/datasets.md tells how it is tested. A walk that both sets hold is taken once.
+are worth walking again. docs/how-to/second-survey.md tells how it is tested. A walk that both sets hold is taken once.
 
 Exit code: 0 joined, 2 wrong usage, the sets cannot be joined, or DS cannot be written, 130 interrupted.
 

@@ -32,7 +32,7 @@ must. Both need the columns session and time_ns (data sets have them). With --tr
 CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans that hear
 nothing known then get their place from their neighbours.
 
-Lines that cannot be used are counted and left out. docs/explanation/positioning.md describes both formats.
+Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
 
 Exit code: 0 all right, 2 wrong usage, no model, scans that cannot be read, or FILE cannot be written, 130 interrupted.
 

@@ -24,7 +24,7 @@ HELP = """
 Splits of a data set into what trains and what tests, and how far each leaks.
 
 Lists the splits saved with the data set: each fold, its size, and how near in place and time its test fingerprints are
-to those that train. With --by it makes one more and saves it. docs/reference/datasets.md tells what each kind holds
+to those that train. With --by it makes one more and saves it. docs/reference/splits.md tells what each kind holds
 out.
 
 Exit code: 0 all right, 2 wrong usage, no data set, the data cannot give the split, or it cannot be written, 130

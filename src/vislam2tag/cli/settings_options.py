@@ -80,6 +80,8 @@ def settings_page() -> str:
 
 _HEAD = """# Settings
 
+For whoever changes a setting.
+
 Made by `python -m vislam2tag.cli.settings_options > docs/reference/settings.md`; each setting is defined and described
 in the `settings.py` of the package that uses it. A command with `--config FILE` takes a TOML file of them, such as
 

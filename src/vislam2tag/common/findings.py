@@ -24,7 +24,7 @@ class Finding(Record):
     """One kind of problem in one file of one session (or of the site)."""
 
     kind: str
-    """Stable code, e.g. ``malformed_lines``; docs/reference/formats.md lists them all."""
+    """Stable code, e.g. ``malformed_lines``; docs/reference/findings.md lists them all."""
     file: str
     """File name inside the session folder, or path relative to the survey; empty for the session as a whole."""
     count: int

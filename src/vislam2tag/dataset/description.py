@@ -1,6 +1,6 @@
 """What only people know of a data set: title, licence, creators ... from a ``dataset.toml``.
 
-docs/reference/datasets.md tells more.
+docs/how-to/publish.md tells more.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ class SplitKind(StrEnum):
 
 
 class SplitSettings(FiniteRecord):
-    """How a data set is split for training and testing (docs/reference/datasets.md)."""
+    """How a data set is split for training and testing (docs/reference/splits.md)."""
 
     seed: int = 0
     """Another seed, another draw."""
@@ -39,7 +39,7 @@ class SplitSettings(FiniteRecord):
 
 
 class ImuWindowSettings(FiniteRecord):
-    """How inertial readings are cut into windows for learned odometry (docs/reference/datasets.md)."""
+    """How inertial readings are cut into windows for learned odometry (docs/reference/imu-windows.md)."""
 
     length_s: float = Field(default=1.0, gt=0)
     """As in RoNIN and TLIO."""

@@ -8,7 +8,7 @@ from vislam2tag.common.records import FiniteRecord
 
 
 class DeadReckoningSettings(FiniteRecord):
-    """How paths are found from inertial sensors; docs/explanation/dead_reckoning.md calibrates the defaults."""
+    """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""
 
     fix_sigma_m: float = Field(default=0.55, gt=0)
     """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""

@@ -1,4 +1,4 @@
-"""Columns, types and units of the tables that ``process`` writes for each session (docs/reference/formats.md)."""
+"""Columns, types and units of the tables that ``process`` writes for each session (docs/reference/output.md)."""
 
 from __future__ import annotations
 

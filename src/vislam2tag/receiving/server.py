@@ -1,4 +1,7 @@
-"""The HTTP side of receiving: requests into calls of :class:`Uploads`, and answers (docs/reference/phone-format.md)."""
+"""The HTTP side of receiving: requests into calls of :class:`Uploads`, and answers.
+
+docs/reference/phone-handover.md tells more.
+"""
 
 from __future__ import annotations
 

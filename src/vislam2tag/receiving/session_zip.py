@@ -1,6 +1,6 @@
 """The zip of a session: looked at, unpacked and checked, trusting nothing that stands in it.
 
-docs/reference/phone-format.md tells more.
+docs/reference/phone-handover.md tells more.
 """
 
 from __future__ import annotations

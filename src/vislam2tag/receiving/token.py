@@ -1,6 +1,6 @@
 """The token that lets a phone hand over sessions, how both prove that they know it, and the guard who asks for it.
 
-The token is never sent (docs/reference/phone-format.md, upload): shown in the code, it is the key of an HMAC-SHA256
+The token is never sent (docs/reference/phone-handover.md): shown in the code, it is the key of an HMAC-SHA256
 (RFC 2104) over all that a request or an answer means.
 """
 

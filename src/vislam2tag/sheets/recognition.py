@@ -14,7 +14,7 @@ from vislam2tag.sheets.features import Features
 ENOUGH_INLIERS = 20
 """Features that must agree on a homography before an image counts as recognised; chance reaches 10.
 
-docs/how-to/sheets.md tells more.
+docs/results/sheets.md tells more.
 """
 FEATURES = 400
 """Features kept of an image, the strongest."""

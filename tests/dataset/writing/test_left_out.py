@@ -17,7 +17,7 @@ from vislam2tag.dataset.writing.left_out import DERIVED, OF_SET, SET, left_out, 
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 
 Schemas = Mapping[str, Mapping[str, object]]
-DOCS = Path(__file__).parents[3] / "docs" / "reference" / "datasets.md"
+DOCS = Path(__file__).parents[3] / "docs" / "reference" / "exporting.md"
 OF_DATASET = {name: each for name, each in export_formats().items() if each.source == "dataset"}
 OF_LABELS = {name: each for name, each in export_formats().items() if each.source == "labels"}
 
@@ -65,7 +65,7 @@ def test_formats_hold_only_what_there_is(
 def test_the_documentation_says_the_same() -> None:
     text = DOCS.read_text(encoding="utf-8")
     for table in (held_table(OF_DATASET, SCHEMAS, (SET, *SCHEMAS)), held_table(OF_LABELS, LABELLED, tuple(LABELLED))):
-        assert table in text, f"docs/reference/datasets.md should hold:\n\n{table}"
+        assert table in text, f"docs/reference/exporting.md should hold:\n\n{table}"
 
 
 def held_table(

@@ -1,6 +1,6 @@
 """Reading what ``process`` wrote, one session at a time: results as JSON, tables as Parquet.
 
-docs/reference/formats.md tells more.
+docs/reference/output.md tells more.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class LabelledSurvey:
     sessions: tuple[LabelledSession, ...]
     """Sorted by slug."""
     rebase: tuple[Mapping[str, object], ...] = ()
-    """Changes of frame that the labels went through since, in order (docs/how-to/site.md)."""
+    """Changes of frame that the labels went through since, in order (docs/how-to/new-plan.md)."""
 
     @property
     def max_sigma_m(self) -> float:

@@ -1,4 +1,4 @@
-"""The phone's orientation in a level frame: z up, heading free (docs/reference/datasets.md)."""
+"""The phone's orientation in a level frame: z up, heading free (docs/reference/imu-windows.md)."""
 
 from __future__ import annotations
 

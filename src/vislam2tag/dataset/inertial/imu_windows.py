@@ -1,6 +1,6 @@
 """Windows of gravity-aligned inertial readings with the way walked in them, for learned odometry.
 
-docs/reference/datasets.md tells more.
+docs/reference/imu-windows.md tells more.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ CAUSES: Mapping[int, str] = {
     NO_HEADING: "no_heading",
     ORIENTATIONS_DISAGREE: "orientations_disagree",
 }
-"""Why a window is dropped (docs/reference/datasets.md)."""
+"""Why a window is dropped (docs/reference/imu-windows.md)."""
 _AHEAD = np.array([0.0, 1.0, -1.0])
 """Between the phone's top and where its back camera looks: ahead whether it is held flat or upright."""
 

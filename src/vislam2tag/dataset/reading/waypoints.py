@@ -15,7 +15,7 @@ TAP_SIGMA_M = 0.3
 PACE_M2_S = 0.25
 """How fast the variance of a walker at an uneven pace grows from a tap on (m^2/s), as a Brownian bridge between two.
 
-From real walks: inner taps left out and interpolated (docs/reference/datasets.md, "Positions between taps")."""
+From real walks: inner taps left out and interpolated (docs/reference/importing.md, "Positions between taps")."""
 FARTHEST_M = 10_000.0
 """No site is larger: a tap farther away than this is a fault."""
 LONGEST_LEG_S = 600.0

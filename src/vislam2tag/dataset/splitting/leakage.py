@@ -1,6 +1,6 @@
 """How far a split leaks: how near in place and time each test fingerprint is to one that trains.
 
-docs/reference/datasets.md tells more.
+docs/reference/splits.md tells more.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Splits of a data set into what trains and what tests, one function a kind (docs/reference/datasets.md).
+"""Splits of a data set into what trains and what tests, one function a kind (docs/reference/splits.md).
 
 Every fingerprint and window gets the group of the same kind, so that one split serves all; what has no label is in
 neither part. A split that the data cannot give (one phone only, no dates) raises UsageError with the reason.

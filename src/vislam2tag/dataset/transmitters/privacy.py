@@ -1,7 +1,7 @@
 """What a data set that is given away should not tell: networks that opted out, addresses, names.
 
 Hashing hides an address from whoever lacks the key. It does not hide the place: who knows where an access point stands
-finds it by its signal (docs/reference/datasets.md).
+finds it by its signal (docs/how-to/publish.md).
 """
 
 from __future__ import annotations

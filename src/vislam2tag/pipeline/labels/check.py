@@ -55,7 +55,9 @@ def check(
     jobs: int = 1,
     progress: Progress[SessionCheck] = silent,
 ) -> SurveyCheck:
-    """Check a survey against itself: leave out each landmark in turn, session by session (docs/results/evaluation.md).
+    """Check a survey against itself: leave out each landmark in turn, session by session.
+
+    docs/explanation/self-check.md tells more.
 
     With ``out`` the findings are written there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
     landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call

@@ -45,7 +45,7 @@ def evaluate(
     jobs: int = 1,
     progress: Progress[SessionEvaluation] = silent,
 ) -> SurveyEvaluation:
-    """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/results/evaluation.md).
+    """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/how-to/evaluate.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
     folders; ``landmarks`` is a file that replaces the floors' own. With ``clock_drift`` a total station's clock may run

@@ -20,7 +20,7 @@ from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented
 
 EXPONENT = 1.7
-"""Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/positioning.md)."""
+"""Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/cell-density.md)."""
 LEAST_LENGTH = 1e-9
 """A vector counts as no shorter than this where its direction is taken."""
 _QUARTILES = (0.25, 0.5, 0.75)

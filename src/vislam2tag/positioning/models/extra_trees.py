@@ -39,7 +39,7 @@ class ExtraTrees(VotingPositioner):
         """Take the number of trees, which share of the access points each split tries, and the random seed.
 
         ``storey_m`` is how far apart storeys count when a split is judged, metres. The defaults are best in
-        cross-validation over walks on training parts (docs/explanation/positioning.md); leaves hold one place.
+        cross-validation over walks on training parts (docs/results/positioning-settings.md); leaves hold one place.
         """
         self.trees = trees
         self.levels_a_split = levels_a_split

@@ -44,7 +44,7 @@ class Probabilistic(VotingPositioner):
 
         ``prior_scans``: see :func:`level_maps`. ``sharpness``: exponent of the likelihood, as access points do not
         vary independently of each other. The defaults are best in cross-validation over walks on training parts
-        (docs/explanation/positioning.md).
+        (docs/results/positioning-settings.md).
         """
         self.cell_m = cell_m
         self.smoothing_m = smoothing_m

@@ -46,7 +46,7 @@ class NearestNeighbours(VotingPositioner):
         """Take how many neighbours vote, each with distance to the minus ``exponent``; 0: all alike.
 
         ``distance``: euclidean, sorensen or cosine. ``representation``: positive, powed or exponential. The defaults
-        are best in leave-one-walk-out cross-validation on training parts (docs/explanation/positioning.md).
+        are best in leave-one-walk-out cross-validation on training parts (docs/results/positioning-settings.md).
         """
         self.k = k
         self.distance = distance

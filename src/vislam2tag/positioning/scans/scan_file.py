@@ -1,7 +1,7 @@
 """Scans to locate, read from CSV or JSON lines block by block: files may be larger than memory.
 
 One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``, and where they are known the scan's ``session`` and
-``time_ns``; the readings of a scan stand together (docs/explanation/positioning.md).
+``time_ns``; the readings of a scan stand together (docs/how-to/locate.md).
 """
 
 from __future__ import annotations

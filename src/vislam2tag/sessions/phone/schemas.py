@@ -1,4 +1,4 @@
-"""Columns of the phone app's tables that are used (docs/reference/phone-format.md has all)."""
+"""Columns of the phone app's tables that are used (docs/reference/phone-tables.md has all)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Tables of the phone app: comma separated with a header, text in quotes, a line a row.
 
-docs/reference/phone-format.md tells more.
+docs/reference/phone-tables.md tells more.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def _without_header(data: bytes, body: bytes, file: str, missing: Iterable[str],
     lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
     wanted = ", ".join(missing) or "each column once"
     cure = "the file is not used: correct its first line"
-    message = f"the header must name {wanted} (docs/reference/phone-format.md); {cure}"
+    message = f"the header must name {wanted} (docs/reference/phone-tables.md); {cure}"
     finding = Finding(
         kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=schema.severity, lines=(1,)
     )

@@ -1,6 +1,6 @@
 """Anchors that the phone app sets along a walk, and how the tracker's map carries them.
 
-docs/reference/phone-format.md tells more.
+docs/reference/phone-tables.md tells more.
 """
 
 from __future__ import annotations

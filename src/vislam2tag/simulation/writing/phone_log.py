@@ -1,4 +1,4 @@
-"""What the phone app logs on a simulated walk, column by column (docs/reference/phone-format.md)."""
+"""What the phone app logs on a simulated walk, column by column (docs/reference/phone-tables.md)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What a phone saw on a simulated walk, as a script for the app's own core.
 
-docs/reference/phone-format.md, scripts tells more.
+docs/reference/phone-scripts.md tells more.
 """
 
 from __future__ import annotations

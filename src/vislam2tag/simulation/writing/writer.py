@@ -1,4 +1,4 @@
-"""Simulated sessions as text in the published raw layout (docs/reference/formats.md), and the truth beside them."""
+"""Simulated sessions in the published raw layout (docs/reference/session-files.md), and the truth beside them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""HDF5 matrices for training (docs/reference/datasets.md): what was heard, where, and the parts of every split, by
+"""HDF5 matrices for training (docs/reference/exporting.md): what was heard, where, and the parts of every split, by
 technology.
 
 Windows of inertial and magnetic readings stand beside, with the same splits.

@@ -2,7 +2,7 @@ package org.vislam2tag.core.clock;
 
 /**
  * Brings the stamp of a camera frame to the boot clock. ARCore does not promise the base of {@code Frame.getTimestamp}:
- * it is found anew at each frame, by which clock the stamp is just behind of (docs/reference/phone-format.md, exposure time).
+ * it is found anew at each frame, by which clock the stamp is just behind of (docs/reference/phone-tables.md, exposure time).
  */
 public enum FrameClock {
   BOOT("boot"), MONOTONIC("monotonic"), UNKNOWN("unknown");

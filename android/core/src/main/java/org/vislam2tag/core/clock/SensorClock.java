@@ -2,7 +2,7 @@ package org.vislam2tag.core.clock;
 
 /**
  * Brings the stamps of one sensor to the boot clock. Which clock they are on is decided at its first reading
- * (docs/reference/phone-format.md, Sensors.csv).
+ * (docs/reference/phone-tables.md, Sensors.csv).
  */
 public final class SensorClock {
   /** A stamp this near to a clock is taken to be on it, ns. */

@@ -7,7 +7,7 @@ import java.security.SecureRandom;
 import javax.crypto.Mac;
 import javax.crypto.spec.SecretKeySpec;
 
-/** Proves to the computer, and it to the phone, that both know the token, which is never sent (docs/reference/phone-format.md). */
+/** Proves to the computer, and it to the phone, that both know the token, which is never sent (docs/reference/phone-handover.md). */
 final class Proof {
   private static final String PROTOCOL = "vislam2tag 2";
   private static final String ALGORITHM = "HmacSHA256";

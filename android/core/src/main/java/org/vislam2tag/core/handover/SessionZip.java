@@ -17,7 +17,7 @@ import java.util.TreeMap;
 import java.util.zip.ZipEntry;
 import java.util.zip.ZipOutputStream;
 
-/** A session as one zip with checksums (docs/reference/phone-format.md, hand-over). The same session gives the same bytes. */
+/** A session as one zip with checksums (docs/reference/phone-handover.md). The same session gives the same bytes. */
 public final class SessionZip {
   /** The file in the zip that holds the checksums of all others. */
   static final String SUMS = "SHA256SUMS";

@@ -9,7 +9,7 @@ import org.vislam2tag.core.handover.UploadException.Cause;
 
 /**
  * Hands the zip of a session over to {@code vislam2tag receive}. It resumes where an earlier try was broken off, by itself
- * and after a restart of either side (docs/reference/phone-format.md, upload).
+ * and after a restart of either side (docs/reference/phone-handover.md).
  */
 public final class Upload {
   /** Bytes of a request; the computer takes 8 MiB at most. */

@@ -9,7 +9,7 @@ import org.vislam2tag.core.record.TrackedFrame;
 
 /**
  * Leaves an anchor behind every few metres and follows the newest ones. Anchors move only when the tracker rewrites its
- * map, so their poses show that between landmarks too (docs/reference/phone-format.md, AnchorPose.csv).
+ * map, so their poses show that between landmarks too (docs/reference/phone-tables.md, AnchorPose.csv).
  */
 public final class AnchorTrail {
   /** An anchor is set when the camera is this far from the newest, m. */

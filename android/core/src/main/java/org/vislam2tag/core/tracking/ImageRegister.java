@@ -9,7 +9,7 @@ import org.vislam2tag.core.record.TrackingState;
 
 /**
  * Decides which images have a row at a frame: those that have been tracked in this part, until the tracker has let them
- * go, and the frame of that once (docs/reference/phone-format.md, LandmarkPose.csv).
+ * go, and the frame of that once (docs/reference/phone-tables.md, LandmarkPose.csv).
  */
 public final class ImageRegister {
   private final Set<String> known = new HashSet<>();

@@ -21,7 +21,7 @@ import org.vislam2tag.core.record.TrackingState;
 import org.vislam2tag.core.record.WifiReading;
 import org.vislam2tag.core.record.WifiRow;
 
-/** The rows of docs/reference/phone-format.md, as it shows them. */
+/** The rows of docs/reference/phone-tables.md, as it shows them. */
 public class RecordsTest {
   private static final Pose POSE = new Pose(0.012f, -0.003f, 0.101f, 0.01f, 0.02f, 0, 0.99975f);
   private static final ClockReading ARRIVAL = new ClockReading(84210371200456L, 61110371200400L, 0);
