@@ -6,6 +6,7 @@ import json
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
@@ -89,6 +90,63 @@ def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: p
     assert "by access points that both heard" in made.notes[1]
     assert f"{BOOT_TO_UNIX_S}.0" in made.notes[1]
     same(made.table, wifi)
+
+
+def test_the_sigma_of_a_clock_is_part_of_the_positions(labels: Path, wifi: pl.DataFrame) -> None:
+    """Another device's levels tell its clock to a quarter of a second at best, in which somebody walks on."""
+    rng = np.random.default_rng(1)
+    levels = wifi["rssi_dbm"].to_numpy() + rng.normal(0, 1, wifi.height) - 5.0
+    made = label(pl.DataFrame({"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"], "rssi": levels}), labels)
+    assert ", by access points that both heard" in made.notes[1]
+    assert np.nanmedian((made.table["sigma"] - wifi["sigma"]).to_numpy()) > 0.05
+
+
+@pytest.fixture(scope="module")
+def headset(labels: Path) -> pl.DataFrame:
+    """What another device felt on the walk, by a clock of its own that starts when it is switched on."""
+    rng = np.random.default_rng(4)
+    own = pl.read_parquet(labels / "sensors" / "*.parquet").filter(pl.col("sensor") == "GYRO").sort("time_ns")
+    taken_s = np.arange(2.0, 70.0, 1 / 40) + float(own["time_ns"][0]) * 1e-9
+    axes = {
+        f"gyro_{axis}": 57.3 * np.interp(taken_s, own["time_ns"].to_numpy() * 1e-9, own[value].to_numpy())
+        + rng.normal(0, 1.0, len(taken_s))
+        for axis, value in zip("xyz", ("v1", "v2", "v3"), strict=True)
+    }
+    return pl.DataFrame({"seconds_elapsed": taken_s - taken_s[0], "taken_ns": (taken_s * 1e9).astype(np.int64), **axes})
+
+
+def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Path, headset: pl.DataFrame) -> None:
+    headset.drop("taken_ns").write_csv(tmp_path / "headset.csv")
+    done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--align", "motion")
+    assert done.returncode == 0, done.stderr
+    assert ", by the turns that both felt" in done.stdout
+    found = pl.read_csv(tmp_path / "headset-labelled.csv")
+    true = label(headset.select(time_ns="taken_ns"), labels).table
+    for name in ("x_m", "y_m"):
+        assert (found[name] - true[name]).abs().max() < 0.05  # type: ignore[operator]
+    unix = headset.select(pl.col("seconds_elapsed").alias("unix_time") + BOOT_TO_UNIX_S, pl.col("^gyro_.$"))
+    assert "by the turns that both felt" in label(unix, labels).notes[1], "Unix times need no option"
+
+
+@pytest.mark.parametrize(
+    ("columns", "options", "message"),
+    [
+        ({}, ("--align", "motion"), "--align motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
+        ({}, ("--align", "levels"), "--align levels: the table lacks a column bssid and one of levels"),
+        ({}, ("--align", "sound"), "--align sound: there are motion, levels"),
+        (
+            {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
+            ("--align", "motion"),
+            "the acceleration that both felt: correlation",
+        ),
+    ],
+)
+def test_what_cannot_be_aligned_is_refused_with_its_figure(
+    tmp_path: Path, labels: Path, columns: dict[str, float], options: tuple[str, ...], message: str
+) -> None:
+    rows = pl.DataFrame({"t": np.arange(0, 60, 0.1)}).with_columns(**{name: pl.lit(of) for name, of in columns.items()})
+    rows.write_csv(tmp_path / "table.csv")
+    assert message in the_error(vislam2tag("label", tmp_path / "table.csv", "--labels", labels, *options))
 
 
 @pytest.mark.parametrize("device", ["LG", "in another's folder"])

@@ -29,8 +29,10 @@ def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
 
 def test_a_file_says_where_walls_are_and_what_is_demanded(site: Path, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text("[walkable]\ncell_m = 0.2\n[plan]\nspacing_m = 10\nfurther = 0\n")
-    vislam2tag("plan", site, "--out", tmp_path / "plan", "--config", tmp_path / "own.toml", "--spacing-m", "12")
+    words = ("--out", tmp_path / "plan", "--config", tmp_path / "own.toml", "--spacing-m", "12", "--json")
+    printed = vislam2tag("plan", site, *words).stdout
     kept = json.loads((tmp_path / "plan" / "plan.json").read_text())
+    assert json.loads(printed) == kept
     assert (kept["walkable"]["cell_m"], kept["settings"]["spacing_m"]) == (0.2, 12.0)
 
 

@@ -215,10 +215,11 @@ def test_zips_are_filed_without_a_server(tmp_path: Path) -> None:
     survey = tmp_path / "survey"
     survey.mkdir()
     done = vislam2tag("receive", survey, good, bad)
-    assert (done.returncode, done.stdout) == (1, f"{PLACE}: filed\n")
+    step = f"next: vislam2tag inspect {survey}\n"
+    assert (done.returncode, done.stdout) == (1, f"{PLACE}: filed\n{step}")
     assert done.stderr.startswith(f"refused {bad}: ")
     again = vislam2tag("receive", survey, good)
-    assert (again.returncode, again.stdout) == (0, f"{PLACE}: was there already\n")
+    assert (again.returncode, again.stdout) == (0, f"{PLACE}: was there already\n{step}")
 
 
 def test_no_folder_and_a_missing_zip_are_told(tmp_path: Path) -> None:

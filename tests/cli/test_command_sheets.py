@@ -25,7 +25,9 @@ def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:
     assert "Letter" in done.stdout
     assert "0.196 m" in done.stdout
     assert "warning: landmarks 10, 7 hang on several floors with one image" in done.stdout
-    assert done.stdout.endswith(f"for the phone: {tmp_path / 'out/images'}\n")
+    assert (
+        f"for the phone: {tmp_path / 'out/images'}\nnext: print {tmp_path / 'out/sheets.pdf'} at 100 %" in done.stdout
+    )
     assert (tmp_path / "out/images/manifest.csv").read_text() == "id,file,width_m\n10,10.png,0.196\n7,7.png,0.196\n"
     assert "floor 4" in printed(tmp_path / "out/sheets.pdf", 3, dpi=25.4).text
     assert len(json.loads((tmp_path / "out/sheets.json").read_text())["pages"]) == 4

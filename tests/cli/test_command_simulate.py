@@ -32,7 +32,7 @@ def test_writes_a_survey(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys
         "8",
     ]
     assert run(monkeypatch, str(tmp_path / "out"), *SMALL, *options) == 0
-    assert "1 sessions on 1 floors" in capsys.readouterr().out
+    assert "1 walk on 1 floor" in capsys.readouterr().out
     description = json.loads((tmp_path / "out" / "simulation.json").read_text())
     assert (description["seed"], description["severity"], description["names"]) == (9, 0.5, "paper")
     assert len((tmp_path / "out" / "floor_0" / "marker_dict.csv").read_text().splitlines()) == 9

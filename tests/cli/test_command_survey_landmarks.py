@@ -26,7 +26,7 @@ def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_pa
     done = vislam2tag("survey-landmarks", survey, "--out", file, "--report", report, "--jobs", "1")
     assert (done.returncode, done.stderr) == (0, "")
     assert "12 landmarks: 3 surveyed, " in done.stdout
-    assert done.stdout.endswith(f"landmarks: {file}\n")
+    assert f"\nlandmarks: {file}\nnext: vislam2tag process " in done.stdout
     assert file.read_text().startswith("id,x,y,z,floor,sigma_m,heading_rad,heading_sigma_rad\n")
     told = json.loads(report.read_text())
     assert [row["landmark"] for row in told["landmarks"] if row["surveyed"]] == sorted(SURVEYED)

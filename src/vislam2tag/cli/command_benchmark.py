@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, value_of
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson, value_of
 from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.plugins import MODELS
 
@@ -81,6 +82,7 @@ def _benchmark(
         str | None, typer.Option(metavar="NAME", help="A public data set: tampere, ujiindoorloc, utsindoorloc.")
     ] = None,
     data: Annotated[Path | None, typer.Option(metavar="FILES", help="Folder or archive of --dataset.")] = None,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan, benchmark
     from vislam2tag.positioning.benchmark.protocol import published_choices
@@ -98,7 +100,11 @@ def _benchmark(
     except KeyboardInterrupt:
         say(f"interrupted: {out} keeps the runs that are done; the same command goes on", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(found, out, beside_paper=table_wanted)
+    if json:
+        say_json(found)
+    else:
+        _print(found, out, beside_paper=table_wanted)
+        _tell_next(found, out, folder)
     raise typer.Exit(1 if found.failed else 0)
 
 
@@ -158,6 +164,20 @@ def _bar() -> Iterator[Any]:
             bar.update(task, description=escape(stage.name), completed=stage.done, total=total)
 
         yield advance
+
+
+def _tell_next(found: Benchmark, out: Path, folder: Path | None) -> None:
+    """Go on with the model that the page recommends for the first split."""
+    from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
+    from vislam2tag.positioning.benchmark.best import best_models
+
+    best = best_models(found.rows)
+    if found.failed or not best:
+        next_step("benchmark, failed")
+    elif folder is None:
+        next_step("benchmark, public", page=out / PAGE_FILE)
+    else:
+        next_step("benchmark", dataset=folder, model=best[0].model)
 
 
 def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
@@ -21,7 +22,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -76,13 +77,12 @@ def _check(
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        say(found.model_dump_json(indent=1))
+        say_json(found)
         raise typer.Exit(1 if found.failed else 0)
     _print(found)
     if out is not None:
         say(f"page: {out / PAGE_FILE}")
-    if not found.failed:
-        next_step("dataset", survey, "--out", "fingerprints")
+    next_step("check, failed" if found.failed else "check", survey=survey)
     raise typer.Exit(1 if found.failed else 0)
 
 

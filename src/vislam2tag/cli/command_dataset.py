@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
@@ -22,7 +23,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -167,7 +168,7 @@ def _dataset(
         say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        say(dataset.info.model_dump_json(indent=1))
+        say_json(dataset.info)
     else:
         _print(dataset, out)
     raise typer.Exit(1 if any(finding.kind == FAILED for finding in dataset.info.findings) else 0)
@@ -210,4 +211,4 @@ def _print(dataset: Dataset, out: Path) -> None:
     for finding in info.findings:
         say(f"{finding.kind}: {finding.count} {finding.message}")
     say(f"page: {out / PAGE_FILE}")
-    next_step("train", out, "--model", "weighted-knn", "--out", "building.v2t")
+    next_step("dataset", dataset=out)

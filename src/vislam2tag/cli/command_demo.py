@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.settings import Settings
 
 if TYPE_CHECKING:
@@ -39,15 +40,19 @@ def _demo(
         "vislam2tag-demo"
     ),
     seed: Annotated[int, typer.Option(help="Another seed, another building and other walks.")] = 1,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes to run at once.")] = os.cpu_count() or 1,
+    jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
 ) -> None:
-
     from vislam2tag.pipeline.demo import SURVEY, run_demo
 
-    scores = run_demo(out, jobs=jobs, seed=seed, say=say)
+    scores = run_demo(out, jobs=jobs, seed=seed, say=lambda line: say(line, err=json))
+    if json:
+        say_json(scores)
+        return
     visible_console().print(_table(scores))
-    say(f"the survey as a phone writes it: {out / SURVEY}")
-    say(f"now open {out / Settings().strategy / 'report.html'}")
+    say(f"survey as a phone writes it: {out / SURVEY}")
+    say(f"report of every walk, to open in a browser: {out / Settings().strategy / 'report.html'}")
+    next_step("demo", survey=out / SURVEY)
 
 
 def _table(scores: dict[str, ErrorSummary]) -> Table:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, Jobs, SurveyFolder
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
@@ -46,7 +47,7 @@ def _diagnose(
         bool, typer.Option("--apply", help="Add the corrections to the survey's corrections.toml.")
     ] = False,
     revert: Annotated[bool, typer.Option("--revert", help="Take out what --apply added, and do nothing else.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    json: AsJson = False,
     jobs: Jobs = ALL_CORES,
     config: ConfigFile = None,
 ) -> None:
@@ -58,21 +59,28 @@ def _diagnose(
         raise UsageError("--apply and --revert: give one of them")
     if revert:
         removed = remove_added(survey)
+        if json:
+            say_json({"corrections": survey / CORRECTIONS_FILE, "removed": removed})
+            return
         say(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
+        next_step("diagnose", survey=survey)
         return
     try:
         found = _with_progress(survey, settings_of(config, {}, survey), jobs)
     except KeyboardInterrupt:
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    for line in [found.model_dump_json(indent=1)] if json else _text(found).split("\n"):
-        say(line)
+    if json:
+        say_json(found)
+    else:
+        for line in _text(found).split("\n"):
+            say(line)
     lines = "\n\n".join(fault.lines for fault in found.faults if fault.corrections)
     if apply and lines:
         add_entries(survey, lines)
         say(f"{survey / CORRECTIONS_FILE}: corrections added; --revert takes them out", err=json)
     if not json:
-        next_step(*(("diagnose", survey, "--apply") if lines and not apply else ("run", survey, "--out", "out")))
+        next_step("diagnose, faults" if lines and not apply else "diagnose", survey=survey)
     raise typer.Exit(0 if apply or not (found.faults or found.failed) else 1)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
@@ -21,7 +22,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import STRATEGIES
 
 if TYPE_CHECKING:
@@ -103,10 +104,11 @@ def _evaluate(
         say(f"interrupted: {out} holds no evaluation", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        say(found.model_dump_json(indent=1))
+        say_json(found)
     else:
         _print(found)
         say(f"page: {out / PAGE_FILE}")
+        next_step("evaluate, failed" if found.failed or not found.rows else "evaluate", survey=survey)
     if not found.rows:
         say("no session could be compared with any truth", err=True)
     raise typer.Exit(1 if found.failed or not found.rows else 0)

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
+    AsJson,
     HashBssid,
     IncludeNomap,
     Jobs,
@@ -19,7 +21,7 @@ from vislam2tag.cli.options import (
     privacy_of,
 )
 from vislam2tag.cli.progress import SessionBar, session_bar
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.export import ExportOptions, ExportRecord
@@ -88,6 +90,7 @@ def _export(
             "goes before them, which import takes off, so that no spreadsheet computes them.",
         ),
     ] = False,
+    json: AsJson = False,
     jobs: Jobs = ALL_CORES,
 ) -> None:
     from vislam2tag.pipeline.datasets.export import ExportOptions
@@ -98,7 +101,11 @@ def _export(
     except KeyboardInterrupt:
         say(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(record, out)
+    if json:
+        say_json(record)
+    else:
+        _print(record, out)
+        next_step("export", out=out)
 
 
 def _exported(source: Path, out: Path, format_name: str, options: ExportOptions, jobs: int) -> ExportRecord:

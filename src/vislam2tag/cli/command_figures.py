@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import visible_console
+from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -56,6 +58,7 @@ def _figures(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
     cell_m: Annotated[float | None, setting("coverage.cell_m")] = None,
     radius_m: Annotated[float | None, setting("coverage.radius_m")] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
     start: Annotated[
         list[str] | None,
@@ -74,7 +77,11 @@ def _figures(
         made = make_dataset_figures(
             dataset, out, settings, starts, lambda stem, _total: status.update(f"drawn: {stem.replace('_', ' ')}")
         )
-    _print(made, out)
+    if json:
+        say_json(made)
+    else:
+        _print(made, out)
+        next_step("figures", dataset=dataset)
 
 
 def _print(made: CoverageRecord, out: Path) -> None:

@@ -8,9 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, HashBssid, IncludeNomap, NoSsid, Replace, format_help, privacy_of
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import (
+    INTERRUPTED,
+    AsJson,
+    HashBssid,
+    IncludeNomap,
+    NoSsid,
+    Replace,
+    format_help,
+    privacy_of,
+)
 from vislam2tag.cli.progress import session_bar
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
 
@@ -89,9 +99,7 @@ def _import(
     hash_bssid: HashBssid = None,
     no_ssid: NoSsid = False,
     replace: Replace = False,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the manifest (dataset.json) instead of a summary.")
-    ] = False,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.dataset.description import read_description
     from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
@@ -111,7 +119,11 @@ def _import(
     except KeyboardInterrupt:
         say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    say(dataset.info.model_dump_json(indent=1) if json else "\n".join(_summary(dataset, out)))
+    if json:
+        say_json(dataset.info)
+    else:
+        say("\n".join(_summary(dataset, out)))
+        next_step("import", dataset=out)
     raise typer.Exit(1 if any(finding.severity is Severity.ERROR for finding in dataset.info.findings) else 0)
 
 

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import next_step, say, visible_console
+from vislam2tag.cli.terminal import say_json, visible_console
 from vislam2tag.common.findings import Finding
 
 if TYPE_CHECKING:
@@ -41,16 +43,16 @@ def register(app: typer.Typer) -> None:
 
 def _inspect(
     survey: Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")],
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")] = False,
+    json: AsJson = False,
 ) -> None:
     inspection = _read_with_progress(survey)
     if json:
-        say(inspection.model_dump_json(indent=1))
+        say_json(inspection)
     else:
         _print(inspection)
     usable = all(session.usable for session in inspection.sessions)
-    if usable and not json:
-        next_step("run", survey, "--out", "out")
+    if not json:
+        next_step("inspect" if usable else "inspect, unusable", survey=survey)
     raise typer.Exit(0 if usable else 1)
 
 

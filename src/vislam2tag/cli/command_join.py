@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, Replace
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson, Replace
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import next_step, say, visible_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.dataset.settings import CHANGE_CELL_M
 
 if TYPE_CHECKING:
@@ -46,8 +47,8 @@ def _join(
         float, typer.Option(min=0.5, help="Side of the square that counts as one place, metres.")
     ] = CHANGE_CELL_M,
     replace: Replace = False,
+    json: AsJson = False,
 ) -> None:
-
     from vislam2tag.pipeline.datasets.join import CHANGES, join
 
     try:
@@ -56,9 +57,12 @@ def _join(
     except KeyboardInterrupt:
         say(f"interrupted: no data set was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say_json(record)
+        return
     _print(record)
     say(f"joined: {out}, what changed: {out / CHANGES}")
-    next_step("split", out)
+    next_step("join", dataset=out)
 
 
 def _print(record: SurveyChanges) -> None:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     import polars as pl
@@ -19,8 +21,10 @@ TABLE is CSV (; , or tab) or Parquet with a column of times: since the phone's b
 8601 with a zone; which one is found by name and magnitude, and printed. Its rows stay as they are and get x_m, y_m,
 z_m, floor, sigma and status; rows outside a walk are counted and have no position.
 
-Unix times and dates need to know how far that clock is ahead of the phone's boot clock: --survey takes it from what
-the phone app recorded; a table with bssid and rssi is aligned by the access points that both heard; else --offset-s.
+Unix times, dates and the clocks of other devices need to know how far they are ahead of the phone's boot clock:
+--survey takes it from what the phone app recorded; a table with a gyroscope or accelerometer (gyro_x, ...) is aligned
+by the motion that both felt, one with bssid and rssi by the access points that both heard, with the sigma of that,
+which the positions' sigma then holds; else --offset-s. What is not clear is refused with its figures.
 
 Exit code: 0 all right, 1 no row has a position, 2 wrong usage, no labels, or a table or clock that is not understood.
 
@@ -29,6 +33,7 @@ Examples:
   vislam2tag label ble.csv --labels labels
   vislam2tag label co2.parquet --labels labels --survey survey \\
       --out co2-labelled.parquet
+  vislam2tag label headset.csv --labels labels --align motion --session LG
   vislam2tag label uwb.csv --labels labels --clock boot --unit ms \\
       --session LG
 """
@@ -56,12 +61,17 @@ def _label(
         float | None,
         typer.Option(metavar="SECONDS", help="How far the table's clock is ahead of boot."),
     ] = None,
+    align: Annotated[
+        str | None,
+        typer.Option(metavar="BY", help="Find the clock by motion or by levels (Wi-Fi), whatever its times look like."),
+    ] = None,
     session: Annotated[
         str | None, typer.Option(metavar="NAME", help="Only walks whose name in labels/sessions holds this.")
     ] = None,
     survey: Annotated[
         Path | None, typer.Option(metavar="SURVEY", help="The raw survey: the phone app noted both its clocks.")
     ] = None,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.common.errors import UsageError
     from vislam2tag.core.status import Status
@@ -78,19 +88,24 @@ def _label(
         unit=unit,
         zone=zone,
         offset_s=offset_s,
+        align=align,
         session=session,
         survey=survey,
     )
-    for sentence in made.notes:
-        say(sentence)
-    outside = made.counts.get(Status.OUTSIDE_FRAMES.label, 0)
-    labelled = made.table["x_m"].count()
-    say(f"{made.table.height} rows: {labelled} have a position, {outside} lie outside every walk")
-    for status, count in made.counts.items():
-        say(f"  {status}: {count}")
     written = out or table.with_name(f"{table.stem}-labelled{table.suffix}")
     _write(made.table, written)
-    say(f"written: {written}")
+    labelled = made.table["x_m"].count()
+    if json:
+        say_json({"written": written, "rows": made.table.height, "notes": made.notes, "counts": made.counts})
+    else:
+        for sentence in made.notes:
+            say(sentence)
+        outside = made.counts.get(Status.OUTSIDE_FRAMES.label, 0)
+        say(f"{made.table.height} rows: {labelled} have a position, {outside} lie outside every walk")
+        for status, count in made.counts.items():
+            say(f"  {status}: {count}")
+        say(f"written: {written}")
+        next_step("label" if labelled else "label, nothing", labels=labels)
     raise typer.Exit(0 if labelled else 1)
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.visible_text import visible
 from vislam2tag.positioning.settings import SequenceMethod
@@ -71,6 +72,7 @@ def _locate(
     track: Annotated[
         Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
     ] = None,
+    json: AsJson = False,
 ) -> None:
 
     from vislam2tag.dataset.transmitters.privacy import read_key
@@ -84,6 +86,8 @@ def _locate(
     walks = None
     if sequence is not None or track is not None:
         walks = WalkPlan(sequence or SequenceMethod.SMOOTHER, None if track is None else Tracks(track))
+    if json and out is None:
+        raise UsageError("--json: sums up; give --out, too: without it standard output holds the positions")
     as_json = (scans if out is None else out).suffix.lower() in JSON_SUFFIXES
     try:
         with _written(out) as write, visible_console(stderr=True).status("locating"):
@@ -91,7 +95,11 @@ def _locate(
     except KeyboardInterrupt:
         say("interrupted: not all scans are located", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say_json(found)
+        return
     _print(found, out)
+    next_step("locate", err=out is None)
 
 
 @contextmanager

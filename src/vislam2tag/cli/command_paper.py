@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.tables import print_table_4, table, table_console
-from vislam2tag.cli.terminal import visible_console
+from vislam2tag.cli.terminal import say_json, visible_console
 
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
@@ -45,11 +47,12 @@ def _paper(
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run of this command.")],
     models: Annotated[bool, typer.Option("--models", help="Train the paper's networks, too, for Table IV.")] = False,
     seeds: Annotated[int, typer.Option(min=1, help="With --models: how often each network is trained.")] = 5,
+    json: AsJson = False,
 ) -> None:
     from rich.markup import escape
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from vislam2tag.pipeline.paper.reproduce import reproduce
+    from vislam2tag.pipeline.paper.reproduce import PAGE_FILE, reproduce
 
     console = visible_console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -60,7 +63,11 @@ def _paper(
             bar.update(task, description=escape(stage.name), completed=stage.done, total=total)
 
         made = reproduce(data, out, progress=advance, model_seeds=seeds if models else None)
-    _print(made, out)
+    if json:
+        say_json(made)
+    else:
+        _print(made, out)
+        next_step("paper", page=out / PAGE_FILE)
     raise typer.Exit(1 if made.failed else 0)
 
 

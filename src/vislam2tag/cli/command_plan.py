@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, Floors
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson, Floors
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 from vislam2tag.survey.sheet_size import sheet_size
 
@@ -79,12 +80,13 @@ def _plan(
     further: Annotated[int | None, setting("plan.further")] = None,
     first_id: Annotated[int, typer.Option(min=0, help="New landmarks are numbered from this on.")] = 1,
     time_limit_s: Annotated[float | None, setting("plan.time_limit_s")] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
     write: Annotated[
         bool, typer.Option("--write", help="Also add the new landmarks to the site's marker_dict.csv files.")
     ] = False,
 ) -> None:
-    from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
+    from vislam2tag.pipeline.site.plan import LANDMARKS_FILE, PAGE_FILE, PlanRequest, write_plans
     from vislam2tag.planning.floor import STEPS
 
     if view_deg is not None and not all(10 <= angle <= 170 for angle in view_deg):
@@ -116,9 +118,13 @@ def _plan(
     except KeyboardInterrupt:
         say(f"interrupted: {out} holds no new plans", err=True)
         raise typer.Exit(INTERRUPTED) from None
-    _print(result, out, write)
-    next_step("sheets", out / "landmarks.csv", "--out", "sheets")
-    raise typer.Exit(1 if any(one.unmet for one in result.floors) else 0)
+    unmet = any(one.unmet for one in result.floors)
+    if json:
+        say_json(result)
+    else:
+        _print(result, out, write)
+        next_step("plan, unmet" if unmet else "plan", page=out / PAGE_FILE, landmarks=out / LANDMARKS_FILE)
+    raise typer.Exit(1 if unmet else 0)
 
 
 def _print(result: PlanSummary, out: Path, write: bool) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
@@ -22,7 +23,7 @@ from vislam2tag.cli.options import (
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.plugins import STRATEGIES
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
@@ -115,13 +116,13 @@ def _process(
         )
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        say(summary.model_dump_json(indent=1))
+        say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)
     _print_summary(summary, out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
-    if not summary.failed:
-        next_step("diagnose" if summary.faults else "check", survey)
+    after = "process, failed" if summary.failed else "process, faults" if summary.faults else "process"
+    next_step(after, survey=survey)
     raise typer.Exit(1 if summary.failed else 0)
 
 

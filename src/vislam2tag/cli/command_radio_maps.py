@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def _radio_maps(
         ),
     ] = None,
     most: Annotated[int | None, setting("radio_maps.most")] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     from vislam2tag.pipeline.datasets.radio_maps import PAGE_FILE, write_radio_maps
@@ -88,10 +90,14 @@ def _radio_maps(
     except KeyboardInterrupt:
         say(f"interrupted: {out} holds no new radio maps", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say_json(found)
+        return
     table_console().print(_table(found))
     if not ap and any(len(floor.access_points) == settings.most for floor in found.floors):
         say(f"only the {settings.most} most heard access points of a floor are mapped; --most takes more")
     say(f"page: {out / PAGE_FILE}")
+    next_step("radio-maps", dataset=dataset)
 
 
 def _table(found: RadioMapIndex) -> Table:

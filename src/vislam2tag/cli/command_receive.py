@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.receiving.address import EVERYWHERE, code_of, listen, url_for
 
@@ -55,6 +57,7 @@ def _receive(
     host: Annotated[str, typer.Option(help="Address to listen on; 127.0.0.1: this computer alone.")] = EVERYWHERE[0],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8765,
     max_size_mb: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
+    json: AsJson = False,
 ) -> None:
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
@@ -62,13 +65,20 @@ def _receive(
         from vislam2tag.receiving.uploads import Uploads
 
         with Uploads(survey, max_size_mb * MEGABYTE, UNPACKED * max_size_mb * MEGABYTE):
-            refused = [path for path in zips if not _filed(survey, path, max_size_mb * MEGABYTE)]
-        raise typer.Exit(1 if refused else 0)
-    _serve(survey, host, port, max_size_mb * MEGABYTE)
+            filed = {path: _filed(survey, path, max_size_mb * MEGABYTE, tell=not json) for path in zips}
+        there = [one for one in filed.values() if one is not None]
+    else:
+        filed, there = {}, _serve(survey, host, port, max_size_mb * MEGABYTE, visible_console(stderr=json))
+    refused = [path for path, one in filed.items() if one is None]
+    if json:
+        say_json({"filed": there, "refused": refused})
+    elif there:
+        next_step("receive", survey=survey)
+    raise typer.Exit(1 if refused else 0)
 
 
-def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
-    """File one zip; tell and return False where it is refused."""
+def _filed(survey: Path, path: Path, max_bytes: int, *, tell: bool) -> FiledSession | None:
+    """File one zip and tell it; tell and return None where it is refused."""
     from vislam2tag.receiving.filing import file_zip
     from vislam2tag.receiving.session_zip import RefusedZipError
 
@@ -78,11 +88,12 @@ def _filed(survey: Path, path: Path, max_bytes: int) -> bool:
         filed = file_zip(survey, path, UNPACKED * max_bytes)
     except RefusedZipError as error:
         say(f"refused {path}: {error}", err=True)
-        return False
+        return None
     except OSError as error:
         raise OutputError(f"{error.filename or path}: {error.strerror}") from error
-    say(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
-    return True
+    if tell:
+        say(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
+    return filed
 
 
 class _Screen:
@@ -92,7 +103,7 @@ class _Screen:
         from rich.progress import TaskID
 
         self._bars, self._tasks = bars, dict[str, TaskID]()
-        self.filed_count = 0
+        self.filed_sessions: list[FiledSession] = []
 
     def received(self, name: str, received: int, length: int) -> None:
         """Move an upload's bar."""
@@ -103,7 +114,7 @@ class _Screen:
     def filed(self, name: str, filed: FiledSession) -> None:
         """Tell of a session."""
         self._end(name)
-        self.filed_count += not filed.already
+        self.filed_sessions.append(filed)
         what, colour = ("there already", "yellow") if filed.already else ("filed", "green")
         self._print(what, colour, filed.path)
 
@@ -122,7 +133,8 @@ class _Screen:
         self._bars.console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
 
 
-def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
+def _serve(survey: Path, host: str, port: int, max_bytes: int, console: Console) -> list[FiledSession]:
+    """Take uploads until Ctrl-C; returns what was filed."""
     # Only a server needs these; starting quickly matters to all other commands.
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
@@ -131,7 +143,6 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
     from vislam2tag.receiving.token import Guard, new_token
     from vislam2tag.receiving.uploads import Uploads
 
-    console = visible_console()
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with (
         listen(host, port) as opened,
@@ -145,8 +156,9 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int) -> None:
             console.out(line, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
         serve(Receiver(uploads, Guard(token, time.monotonic), listener).app(), opened)
-    count = screen.filed_count
+    count = sum(not one.already for one in screen.filed_sessions)
     console.out(f"{survey}: {count} session{'' if count == 1 else 's'} received", highlight=False)
+    return screen.filed_sessions
 
 
 def _welcome(console: Console, url: str, token: str) -> None:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -88,6 +90,7 @@ def _register(
     shot_sigma_m: Annotated[float | None, setting("registration.shot_sigma_m")] = None,
     tape_sigma_m: Annotated[float | None, setting("registration.tape_sigma_m")] = None,
     plan_sigma_m: Annotated[float | None, setting("registration.plan_sigma_m")] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write files, record and figure there.")] = None,
     write: Annotated[bool, typer.Option("--write", help="Write the positions into the site's own files.")] = False,
@@ -100,6 +103,10 @@ def _register(
     whole, chosen = registering.floor_of(site, floor)
     if click is not None:
         _write_page(click, whole, chosen)
+        if json:
+            say_json({"floor": chosen.number, "page": click})
+        else:
+            next_step("register, click", page=click, site=site, floor=chosen.number)
         return
     sigmas = {"shot_sigma_m": shot_sigma_m, "tape_sigma_m": tape_sigma_m, "plan_sigma_m": plan_sigma_m}
     settings = settings_of(config, {f"registration.{key}": value for key, value in sigmas.items()}).registration
@@ -120,11 +127,15 @@ def _register(
         free_scale=scale == "free",
     )
     found = registering.register(whole, chosen, sources, settings)
-    _print(found, settings.shot_sigma_m)
     written = registering.write_into_site(site, chosen, found, replace=replace) if write else []
     written += [] if out is None else registering.write_folder(out, site, chosen, found)
-    for path in written:
-        say(f"written: {path}")
+    if json:
+        say_json(found)
+    else:
+        _print(found, settings.shot_sigma_m)
+        for path in written:
+            say(f"written: {path}")
+        next_step("register" if write else "register, not written", site=site)
     raise typer.Exit(0 if found.complete else 1)
 
 
@@ -137,7 +148,6 @@ def _write_page(page: Path, site: Site, floor: Floor) -> None:
     placed = np.flatnonzero(here.surveyed).tolist()
     expected = {here.ids[i]: (float(here.position_bcs[i, 0]), float(here.position_bcs[i, 1])) for i in placed}
     write_click_page(page, floor, expected, here.ids)
-    say(f"page: {page}: open it, click the landmarks, save, then: --clicks clicks_floor_{floor.number}.csv")
 
 
 def _print(found: Registration, shot_sigma_m: float) -> None:

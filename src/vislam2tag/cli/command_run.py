@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import ALL_CORES, INTERRUPTED, AsJson, Jobs, LandmarkFile, SurveyFolder
 from vislam2tag.cli.progress import SessionBar, session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.survey_run import SurveyRun
@@ -55,7 +56,7 @@ def _run(
         say(f"interrupted: what is done is kept in {out}; run the same command again to go on", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        say(made.model_dump_json(indent=1))
+        say_json(made)
     else:
         _print(made, survey, out)
     raise typer.Exit(1 if made.labels.failed else 0)
@@ -91,7 +92,4 @@ def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
-    if made.faults:
-        next_step("diagnose", survey, "--apply")
-        return
-    next_step("train", out / "dataset", "--model", "weighted-knn", "--out", "building.v2t")
+    next_step("run, faults" if made.faults else "run", survey=survey, dataset=out / "dataset")

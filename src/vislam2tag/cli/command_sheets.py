@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -60,13 +61,11 @@ def _sheets(
         Path | None,
         typer.Option(metavar="FOLDER", help="Your own images, ID.png or ID.jpg, in place of generated ones."),
     ] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
-    from rich.markup import escape
-
     from vislam2tag.sheets.making import SheetOptions, make_sheets
-    from vislam2tag.sheets.recognition import ENOUGH_INLIERS
-    from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
+    from vislam2tag.sheets.sheet_folder import PDF_FILE
 
     settings = settings_of(config, {"sheets.paper": paper, "sheets.width_m": width_m, "sheets.seed": seed})
     options = SheetOptions(site, ids, images, settings.sheets)
@@ -76,6 +75,19 @@ def _sheets(
     except KeyboardInterrupt:
         say(f"interrupted: {out} holds no new sheets", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say_json(found)
+    else:
+        _print(found, out)
+        next_step("sheets", pdf=out / PDF_FILE)
+
+
+def _print(found: SheetsRecord, out: Path) -> None:
+    from rich.markup import escape
+
+    from vislam2tag.sheets.recognition import ENOUGH_INLIERS
+    from vislam2tag.sheets.sheet_folder import IMAGE_FOLDER, RECORD_FILE
+
     console = table_console()
     console.print(_table(found))
     console.print(
@@ -84,7 +96,6 @@ def _sheets(
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         console.print(f"{finding.severity}: {escape(where + finding.message)}", soft_wrap=True)
-    say(f"print at 100 %: {out / PDF_FILE}")
     say(f"for the phone: {out / IMAGE_FOLDER}")
 
 

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.terminal import next_step, say, visible_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 from vislam2tag.simulation.choices import (
     TRAP_FINDINGS,
@@ -114,6 +116,7 @@ def _simulate(
             help="Walks of that day through the same building, for join: 2022-06-01.",
         ),
     ] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     from vislam2tag.simulation.scenario import WALKING_DAY, paper_evaluation, regular_survey
@@ -173,6 +176,11 @@ def _simulate(
             day=day or WALKING_DAY,
         )
     _run_with_progress(scenario, out, options)
+    if json:
+        say_json({"survey": out, "seed": seed, "sessions": [session.key for session in scenario.sessions]})
+    else:
+        _print(scenario, out)
+        next_step("simulate", survey=out)
 
 
 _IGNORED = {
@@ -197,7 +205,7 @@ def _refuse_ignored(context: typer.Context, like: CopiedSurvey | None, site: Pat
 
 
 def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -> None:
-    """Simulate with a progress bar on standard error and one line at the end."""
+    """Simulate with a progress bar on standard error."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from vislam2tag.simulation.survey import simulate
@@ -206,6 +214,11 @@ def _run_with_progress(scenario: Scenario, out: Path, options: WritingOptions) -
     with Progress(*columns, console=visible_console(stderr=True), transient=True) as progress:
         bar = progress.add_task("simulate", total=len(scenario.sessions))
         simulate(scenario, out, options, lambda _session, _total: progress.advance(bar))
-    floors = len(scenario.building.floors)
-    say(f"{out}: {len(scenario.sessions)} sessions on {floors} floors, truth beside them")
-    next_step("run", out, "--out", "out")
+
+
+def _print(scenario: Scenario, out: Path) -> None:
+    floors, walks = len(scenario.building.floors), len(scenario.sessions)
+    say(
+        f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; where each "
+        "really led stands in its truth.csv, which only evaluate reads"
+    )

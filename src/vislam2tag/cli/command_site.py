@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import Replace
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson, Replace
 from vislam2tag.cli.site_init import INIT_HELP, SITE_CODES, site_init
 from vislam2tag.cli.site_walkable import WALKABLE_HELP, site_walkable
-from vislam2tag.cli.tables import print_findings, print_site, table, table_console
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.tables import print_findings, print_site, site_record, table, table_console
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -81,28 +82,39 @@ def _show(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw it there: a file named .png, .pdf, .svg or .html.")
     ] = None,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.site.show import draw_site, summarise_site, title_of
 
     summary = summarise_site(site, floor or ())
-    print_site(summary)
     if out is not None:
         draw_site(summary, title_of(site), out)
+    if json:
+        say_json(site_record(summary))
+        return
+    print_site(summary)
+    if out is not None:
         say(f"drawn: {out}")
+    next_step("site show", site=site)
 
 
 def _write(
     site: SiteFolder,
     out: Annotated[Path, typer.Option(help="Output folder: new, empty or from an earlier run.")],
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.site.write import write_published
 
     changes, findings = write_published(site, out)
+    if json:
+        say_json({"out": out, "changes": changes, "findings": findings})
+        return
     for change in changes.floors:
         if change.x_m or change.y_m:
             say(f"floor {change.number}: positions moved by ({change.x_m:g}, {change.y_m:g}) m")
     print_findings(findings)
     say(f"written: {out}")
+    next_step("site write", out=out)
 
 
 def _rebase(
@@ -120,20 +132,25 @@ def _rebase(
     ] = None,
     building: Annotated[str | None, typer.Option(help="The site's building in a data set of several.")] = None,
     replace: Replace = False,
+    json: AsJson = False,
 ) -> None:
-
     from vislam2tag.pipeline.site.rebase import rebase  # reads data sets: the other commands do without
 
     changes = _changes(source, to, old, by, rigid, tuple(without or ()))
     changes = changes.inverse if back else changes
-    _print_changes(changes)
+    if not json:
+        _print_changes(changes)
     try:
         with visible_console(stderr=True).status("rebasing"):
             kind = rebase(source, out, changes, to, building, replace=replace)
     except KeyboardInterrupt:
         say(f"interrupted: nothing was written to {out}", err=True)
         raise typer.Exit(130) from None
+    if json:
+        say_json({"kind": kind, "out": out, "changes": changes})
+        return
     say(f"rebased {kind}: {out}")
+    next_step(f"site rebase, {kind}", out=out)
 
 
 def _changes(

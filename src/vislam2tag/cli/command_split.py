@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -10,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.settings_options import ConfigFile, option_of, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.errors import UsageError
 from vislam2tag.dataset.settings import SplitKind, SplitSettings
 
@@ -61,7 +62,7 @@ def _split(
     block_m: Annotated[float | None, setting("split.block_m")] = None,
     guard_m: Annotated[float | None, setting("split.guard_m")] = None,
     config: ConfigFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print splits and leakage as JSON.")] = False,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.dataset.folder import open_dataset
     from vislam2tag.dataset.splitting.leakage import leakage
@@ -80,10 +81,14 @@ def _split(
         opened = add_split(dataset, split)
         shown = {split.info.name: split}
     found = leakage(opened, shown)
-    if as_json:
-        say(json.dumps([split.model_dump() for split in found], indent=1))
+    if json:
+        say_json(found)
+        return
+    _print(found, opened if by is None else None)
+    if found:
+        next_step("split", dataset=dataset, split=found[0].name)
     else:
-        _print(found, opened if by is None else None)
+        next_step("split, none", dataset=dataset)
 
 
 def _settings(by: SplitKind | None, config: Path | None, given: Mapping[str, float]) -> SplitSettings:

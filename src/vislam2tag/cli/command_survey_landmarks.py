@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
 from vislam2tag.cli.tables import table_console
+from vislam2tag.cli.terminal import say_json
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -50,6 +52,7 @@ def _survey_landmarks(
         list[int] | None, typer.Option(help="Only walks that start on this floor; repeatable. FILE holds all floors.")
     ] = None,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
@@ -60,7 +63,11 @@ def _survey_landmarks(
     check_targets(survey, out, *([] if report is None else [report]))
     result = landmark_survey(_with_progress(survey, settings_of(config, {}, survey), tuple(floor or ()), jobs))
     write_completed(result, out, report)
-    _print(result, out)
+    if json:
+        say_json(result)
+    else:
+        _print(result, out)
+        next_step("survey-landmarks", survey=survey, landmarks=out)
     raise typer.Exit(0 if all(session.used for session in result.sessions) else 1)
 
 

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED, parameters_of
-from vislam2tag.cli.terminal import next_step, say, visible_console
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import INTERRUPTED, AsJson, parameters_of
+from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def _train(
     onnx: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks and cell-density).")
     ] = None,
+    json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.positioning.train import TrainPlan, train
 
@@ -74,9 +76,22 @@ def _train(
     except KeyboardInterrupt:
         say(f"interrupted: no model was written to {out}", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if json:
+        say_json(
+            {
+                "model": out,
+                "name": trained.saved.name,
+                "origin": trained.saved.origin,
+                "access_points": len(trained.saved.model.access_points_),
+                "storeys": trained.saved.model.storeys_,
+                "remarks": trained.saved.model.remarks(),
+                "tested": trained.tested,
+            }
+        )
+        return
     _print(trained, time.monotonic() - begun)
     say(f"model: {out}")
-    next_step("locate", out, "scans.csv")
+    next_step("train", model=out)
 
 
 @contextmanager

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say, visible_console
+from vislam2tag.cli.terminal import say_json, visible_console
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -53,13 +55,14 @@ def _verify(
             "own unit. Times, whole numbers and texts must be equal.",
         ),
     ] = 0.01,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON document instead of tables.")] = False,
+    json: AsJson = False,
 ) -> None:
     found = _compare_with_progress(a, b, tolerance)
     if json:
-        say(found.model_dump_json(indent=1))
+        say_json(found)
     else:
         _print(found)
+        next_step("verify" if found.same else "verify, different", a=a, b=b)
     raise typer.Exit(0 if found.same else 1)
 
 

@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
-from vislam2tag.cli.tables import print_site
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.tables import print_site, site_record
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
+    from vislam2tag.pipeline.site.show import SiteSummary
     from vislam2tag.survey.plans.source import PlanSource
 
 SITE_CODES = "Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted."
@@ -104,6 +107,7 @@ def site_init(
             help="Of the site's origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",
         ),
     ] = None,
+    json: AsJson = False,
 ) -> None:
     """Run the command."""
     from vislam2tag.pipeline.site.init import (
@@ -120,9 +124,7 @@ def site_init(
     earth = None if georeference is None else georeference_part(georeference)
     if plan is None:
         describe_published(site, building, earth)
-        say(f"written: {site / SITE_FILE}")
-        print_site(summarise_site(site))
-        next_step("plan", site, "--out", "plan", "--write")
+        _tell([f"written: {site / SITE_FILE}"], summarise_site(site), site, as_json=json)
         return
     notes: list[str] = []
     if is_competition_floor(plan):
@@ -144,24 +146,33 @@ def site_init(
             epsg=epsg,
         )
         if measure is not None:
-            _measure(measure, site, plan, floor, source)
+            _measure(measure, site, plan, floor, source, as_json=json)
             return
         source, notes = settled_source(plan, source, whole=area == _PAGE, stretch=stretch)
         part = floor_part(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
         new = NewFloor(plan, part)
     add_floor(site, new, building, earth)
-    say(f"floor {new.part.number} added: {site / SITE_FILE}")
-    for note in notes:
-        say(f"note: {note}")
     summary = summarise_site(site)
+    notes += [
+        f"floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?"
+        for each in summary.floors
+        if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M
+    ]
+    added = f"floor {new.part.number} added: {site / SITE_FILE}"
+    _tell([added, *(f"note: {note}" for note in notes)], summary, site, as_json=json)
+
+
+def _tell(lines: list[str], summary: SiteSummary, site: Path, *, as_json: bool) -> None:
+    if as_json:
+        say_json(site_record(summary) | {"notes": lines})
+        return
+    for line in lines:
+        say(line)
     print_site(summary)
-    for each in summary.floors:
-        if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M:
-            say(f"note: floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?")
-    next_step("plan", site, "--out", "plan", "--write")
+    next_step("site init", site=site)
 
 
-def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: PlanSource) -> None:
+def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: PlanSource, *, as_json: bool) -> None:
     import shlex
     import sys
     import webbrowser
@@ -172,6 +183,9 @@ def _measure(page: Path, site: Path, plan: Path, floor: int | None, source: Plan
     words += [] if floor is None else ["--floor", str(floor)]
     words += [] if source.page == 1 else ["--page", str(source.page)]
     write_measure_page(page, plan, source, shlex.join(words))
-    say(f"page: {page}: click two points, type their distance, run what it then shows")
+    if as_json:
+        say_json({"page": page})
+        return
+    next_step("site init, measure", page=page)
     if sys.stdout.isatty():
         webbrowser.open(page.resolve().as_uri())

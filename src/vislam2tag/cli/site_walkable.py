@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vislam2tag.cli.options import Floors
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import AsJson, Floors
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:  # image processing is imported where it is used: the other commands of site do without
     from vislam2tag.pipeline.site.walkable import WalkableFloor
@@ -42,15 +43,20 @@ def site_walkable(
         Path | None, typer.Option(metavar="IMAGE", help="With one floor: green can be walked, red cannot.")
     ] = None,
     wall_contrast: Annotated[float | None, setting("walkable.wall_contrast")] = None,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     """Find and draw walkable space."""
-    from vislam2tag.pipeline.site.walkable import write_walkable
+    from vislam2tag.pipeline.site.walkable import floor_record, write_walkable
 
     settings = settings_of(config, {"walkable.wall_contrast": wall_contrast}).walkable
     found = write_walkable(site, out, floor or (), settings, mask)
+    if json:
+        say_json([floor_record(one) for one in found])
+        return
     _print(found)
     say(f"written: {out}")
+    next_step("site walkable", site=site)
 
 
 def _print(found: tuple[WalkableFloor, ...]) -> None:

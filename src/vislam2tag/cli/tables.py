@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vislam2tag.cli.terminal import say, visible_console
 from vislam2tag.common.findings import Severity
@@ -73,6 +73,25 @@ def print_site(summary: SiteSummary) -> None:
         )
     table_console().print(rows)
     print_findings(summary.findings)
+
+
+def site_record(summary: SiteSummary) -> dict[str, Any]:
+    """A site's floors and findings, as JSON has them."""
+    floors = [
+        {
+            "floor": each.floor.number,
+            "name": each.floor.name,
+            "plan": each.floor.plan.name if each.floor.plan else None,
+            "elevation_m": each.floor.elevation_m,
+            "extent_m": each.floor.extent_m,
+            "pixel_m": each.pixel_m,
+            "landmarks": each.landmarks,
+            "unsurveyed": each.unsurveyed,
+            "control_points": len(each.floor.control_points.ids),
+        }
+        for each in summary.floors
+    ]
+    return {"floors": floors, "findings": summary.findings}
 
 
 def print_findings(findings: Iterable[Finding]) -> None:

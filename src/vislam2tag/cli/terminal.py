@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -31,9 +29,18 @@ def say(text: str, *, err: bool = False) -> None:
     typer.echo(visible(text), err=err)
 
 
-def next_step(*words: str | Path) -> None:
-    """End a command with the one of ours to go on with, ready to copy."""
-    say(f"next: {shlex.join(['vislam2tag', *map(str, words)])}")
+def say_json(result: object) -> None:
+    """Print a result as one JSON document: records and dataclasses by their fields, arrays as lists, NaN as null."""
+    from pydantic_core import to_json
+
+    say(to_json(result, indent=1, inf_nan_mode="null", fallback=_plain).decode())
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has for an array or a number of NumPy; raises TypeError for what has no such form."""
+    if not hasattr(value, "tolist"):
+        raise TypeError(f"{type(value).__name__} has no form in JSON")
+    return value.tolist()
 
 
 def tables_that_fit(table: Table, console: Console) -> list[Table]:

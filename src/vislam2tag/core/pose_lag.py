@@ -35,7 +35,7 @@ def estimate_pose_lag(
         return None
     lags = np.arange(-MAX_LAG_S, MAX_LAG_S + STEP_S / 2, STEP_S)
     shifted = np.array([np.interp(middle_s - lag, gyro_s, gyro_speed) for lag in lags])
-    return _peak(lags, _correlation(shifted, speed))
+    return peak_of(lags, correlation_of_rows(shifted, speed), STEP_S, MIN_CORRELATION)
 
 
 def _angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -47,7 +47,7 @@ def _angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArr
     return (elapsed_s[1:] - step_s / 2)[steady], (angle / np.maximum(step_s, 1e-9))[steady]
 
 
-def _correlation(candidates: FloatArray, reference: FloatArray) -> FloatArray:
+def correlation_of_rows(candidates: FloatArray, reference: FloatArray) -> FloatArray:
     """Pearson correlation of each row of ``candidates`` (c, n) with ``reference`` (n,)."""
     centred = candidates - candidates.mean(axis=1, keepdims=True)
     norm = np.linalg.norm(centred, axis=1) * np.linalg.norm(reference - reference.mean())
@@ -55,12 +55,15 @@ def _correlation(candidates: FloatArray, reference: FloatArray) -> FloatArray:
     return correlation
 
 
-def _peak(lags: FloatArray, correlation: FloatArray) -> float | None:
-    """Lag of the greatest correlation (c,) at lags (c,), s, refined by a parabola; None where weak or at either end."""
+def peak_of(lags: FloatArray, correlation: FloatArray, step_s: float, least: float) -> float | None:
+    """Lag of the greatest correlation (c,) at lags (c,), s, ``step_s`` apart, refined by a parabola.
+
+    None where that correlation is below ``least`` or at either end.
+    """
     best = int(np.argmax(correlation))
-    if correlation[best] < MIN_CORRELATION or best in (0, len(lags) - 1):
+    if correlation[best] < least or best in (0, len(lags) - 1):
         return None
     left, middle, right = correlation[best - 1 : best + 2]
     curvature = left - 2 * middle + right
     offset = 0.5 * (left - right) / curvature if curvature < 0 else 0.0
-    return float(lags[best] + offset * STEP_S)
+    return float(lags[best] + offset * step_s)

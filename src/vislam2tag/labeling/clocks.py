@@ -1,13 +1,12 @@
-"""Times of other people's tables: which column, which clock and unit, as nanoseconds; and how clocks are aligned."""
+"""Times of other people's tables: which column, which clock and unit, as nanoseconds."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
-from typing import TypeAlias
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
@@ -16,7 +15,10 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
-TIME_COLUMNS = ("time_ns", "timestamp", "time", "datetime", "date_time", "t", "unix_time", "unixtime", "epoch", "zeit")
+TIME_COLUMNS = (
+    *("time_ns", "timestamp", "time", "datetime", "date_time", "t", "unix_time", "unixtime", "epoch", "zeit"),
+    "seconds_elapsed",
+)
 """Names of a column of times, those looked for first first; a unit may follow: ``timestamp_ms``."""
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
 _UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
@@ -60,12 +62,19 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
 
 
 def table_times(
-    values: pl.Series, spans_ns: IntArray, *, clock: Clock | None, unit: str | None, zone: str | None
+    values: pl.Series,
+    spans_ns: IntArray,
+    *,
+    clock: Clock | None,
+    unit: str | None,
+    zone: str | None,
+    aligned: bool = False,
 ) -> TableTimes:
     """Read times; ``spans_ns`` (s, 2) are the walks', boot clock.
 
     Clock and unit follow from the name's unit and by magnitude, unless given. Raises UsageError where nothing can be
-    read, or ISO 8601 times have no zone and ``zone`` is not given.
+    read, or ISO 8601 times have no zone and ``zone`` is not given. Times that are to be ``aligned`` need not lie in any
+    walk; such numbers that name no unit are seconds.
     """
     if not values.dtype.is_numeric():
         texts = values.cast(pl.String).str.strip_chars()
@@ -78,6 +87,8 @@ def table_times(
     usable = np.isfinite(numbers)
     if not usable.any():
         raise UsageError(f"column {values.name}: holds no time that can be read: give numbers or ISO 8601")
+    if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
+        clock, unit = (None, None) if _unix_unit(numbers[usable], list(_UNITS_NS)) else (Clock.BOOT, "s")
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
     factor = _UNITS_NS[found_unit]
     if values.dtype.is_integer():
@@ -96,13 +107,13 @@ def _clock_and_unit(
     if unit is None and named is not None:
         unit = "s" if named.group(2).startswith("s") else named.group(2)
     units = list(_UNITS_NS) if unit is None else [unit]
-    middle = float(np.median(np.abs(numbers)))
-    unix = next((each for each in units if _FIRST_UNIX_S <= middle * _UNITS_NS[each] / 1e9 <= _LAST_UNIX_S), None)
+    unix = _unix_unit(numbers, units)
     inside = {each: _share_inside(numbers * _UNITS_NS[each], spans_ns) for each in units}
     boot = max(inside, key=lambda each: inside[each])
     if clock is None:
         clock = Clock.BOOT if unix is None or inside[boot] >= _ENOUGH_INSIDE else Clock.UNIX
     if clock is Clock.UNIX and unix is None:
+        middle = np.median(np.abs(numbers))
         raise UsageError(f"column {name}: {middle:g} is no Unix time in {' or '.join(units)}; give its unit by --unit")
     if clock is Clock.BOOT and unit is None and not inside[boot]:
         raise UsageError(
@@ -110,6 +121,12 @@ def _clock_and_unit(
             "--unit, and by how much the clock is ahead by --offset-s"
         )
     return clock, boot if clock is Clock.BOOT else str(unix)
+
+
+def _unix_unit(numbers: FloatArray, units: Sequence[str]) -> str | None:
+    """The unit in which numbers are Unix times of this century; None where there is none."""
+    middle = float(np.median(np.abs(numbers)))
+    return next((each for each in units if _FIRST_UNIX_S <= middle * _UNITS_NS[each] / 1e9 <= _LAST_UNIX_S), None)
 
 
 def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:
@@ -138,71 +155,3 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
         whole_s = int(moment.replace(microsecond=0).timestamp())
         time_ns[i], usable[i] = whole_s * 1_000_000_000 + moment.microsecond * 1000, True
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")
-
-
-Heard: TypeAlias = Mapping[str, tuple[IntArray, FloatArray]]
-"""Times (n,), ns, sorted, and levels (n,), dBm, by BSSID."""
-_STEP_S = 0.5
-_NEAR_S = 1.5
-"""Two readings of one access point are compared if they are so close in time."""
-_GREATEST_DB = 12.0
-"""Differences count up to this: an access point that fades tells no more than that."""
-_LEAST_PAIRS = 40
-_LEAST_CLEAR = 1.25
-"""How much worse than the best offset the best of the others must be."""
-_APART_S = 10.0
-_COINCIDE_NS = 10_000_000
-_MOST_OFFSETS = 40_000
-
-
-def offset_by_wifi(theirs: Heard, ours: Heard) -> int | None:
-    """Nanoseconds that their clock is ahead of ours, by access points that both heard; None where nothing is clear.
-
-    Levels of two phones may differ by a constant.
-    """
-    shared = [bssid for bssid in theirs if bssid in ours]
-    if not shared:
-        return None
-    first = min(int(theirs[b][0][0]) for b in shared) - max(int(ours[b][0][-1]) for b in shared)
-    last = max(int(theirs[b][0][-1]) for b in shared) - min(int(ours[b][0][0]) for b in shared)
-    offsets = np.arange(first, last, int(_STEP_S * 1e9))
-    if not 0 < len(offsets) <= _MOST_OFFSETS:
-        return None
-    costs = np.array([_cost(theirs, ours, shared, int(offset)) for offset in offsets])
-    best = int(np.argmin(costs))
-    others = costs[np.abs(offsets - offsets[best]) > _APART_S * 1e9]
-    if not np.isfinite(costs[best]) or (len(others) and others.min() < _LEAST_CLEAR * costs[best]):
-        return None
-    return _refined(theirs, ours, shared, int(offsets[best]))
-
-
-def _refined(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> int:
-    """The offset at which most of those readings coincide that both clocks dated, to 10 ms; else as it is."""
-    apart = []
-    for bssid in shared:
-        (their_ns, their_dbm), (our_ns, our_dbm) = theirs[bssid], ours[bssid]
-        differences = (their_ns - offset_ns)[:, None] - our_ns
-        near = (np.abs(differences) <= _NEAR_S * 1e9) & (their_dbm[:, None] == our_dbm)
-        apart.append(differences[near])
-    found = np.round(np.concatenate(apart) / _COINCIDE_NS).astype(np.int64)
-    values, counts = np.unique(found, return_counts=True)
-    if not len(values) or counts.max() < _LEAST_PAIRS // 2:
-        return offset_ns
-    return offset_ns + int(values[np.argmax(counts)]) * _COINCIDE_NS
-
-
-def _cost(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> float:
-    """Mean difference of levels heard at the same time, dB, were their clock ahead by this; infinite for few."""
-    found = []
-    for bssid in shared:
-        (their_ns, their_dbm), (our_ns, our_dbm) = theirs[bssid], ours[bssid]
-        wanted = their_ns - offset_ns
-        after = np.searchsorted(our_ns, wanted).clip(1, max(len(our_ns) - 1, 1)).clip(max=len(our_ns) - 1)
-        before = np.maximum(after - 1, 0)
-        nearer = np.where(np.abs(our_ns[after] - wanted) < np.abs(our_ns[before] - wanted), after, before)
-        near = np.abs(our_ns[nearer] - wanted) <= _NEAR_S * 1e9
-        found.append((their_dbm - our_dbm[nearer])[near])
-    differences = np.concatenate(found)
-    if len(differences) < _LEAST_PAIRS:
-        return np.inf
-    return float(np.minimum(np.abs(differences - np.median(differences)), _GREATEST_DB).mean())

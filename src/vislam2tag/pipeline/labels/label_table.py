@@ -12,14 +12,17 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.table_files import read_csv, read_parquet
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.labeling.clocks import Clock, Heard, TableTimes, offset_by_wifi, table_times, time_column
+from vislam2tag.labeling.clocks import Clock, TableTimes, table_times, time_column
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of
+from vislam2tag.pipeline.labels.table_motion import table_aligners
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.corrections import read_corrections
 from vislam2tag.survey.discover import session_folders
@@ -31,7 +34,6 @@ _YEARS_NS = 10**18
 """30 years: what is further ahead of a phone's boot is no clock that counts from a boot."""
 _SEPARATORS = (";", "\t", ",")
 _PARQUET = (".parquet", ".pq")
-_LEVELS = ("rssi_dbm", "rssi", "rss", "level", "dbm", "signal")
 
 
 @dataclass(frozen=True)
@@ -46,14 +48,17 @@ class TableLabels:
     """Rows by status."""
 
 
+_SAME_CLOCK = ClockAlignment(0)
+
+
 @dataclass(frozen=True)
 class _Walk:
     session: LabelledSession
     trajectory: Trajectory
     start_ns: int
     end_ns: int
-    offset_ns: int = 0
-    """Of the table's clock, ahead of the walk's."""
+    clock: ClockAlignment = _SAME_CLOCK
+    """The table's clock against the walk's."""
 
 
 def label(
@@ -65,6 +70,7 @@ def label(
     unit: str | None = None,
     zone: str | None = None,
     offset_s: float | None = None,
+    align: str | None = None,
     session: str | None = None,
     survey: Path | str | None = None,
 ) -> TableLabels:
@@ -73,9 +79,11 @@ def label(
     ``table`` is CSV, Parquet or a data frame; ``labels`` an output folder of ``process``. Column, clock (``boot``,
     ``unix``) and unit of its times are found unless given; ``zone`` is that of ISO 8601 times without one. The table's
     clock is ahead of the phone's boot clock by ``offset_s``, or, of Unix times, as the phone app's ``session.json`` in
-    the raw ``survey`` says, or as access points show that both heard (columns ``bssid`` and a level). ``session``, a
-    part of its slug, chooses walks where phones walked at the same time. Raises UsageError where anything of that is
-    not clear, DatasetError where the folder holds no labels.
+    the raw ``survey`` says. Otherwise, of Unix times and where no row lies in a walk, it is aligned by the turn rate or
+    the acceleration that both felt (columns such as ``gyro_x``, ``acc_x``), or by access points that both heard
+    (``bssid`` and a level); ``align`` (``motion``, ``levels``) has it so whatever the times are. ``session``, a part of
+    its slug, chooses walks where phones walked at the same time. Raises UsageError, with the figure, where anything of
+    that is not clear, DatasetError where the folder holds no labels.
     """
     rows = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
     if taken := [name for name in ADDED if name in rows.columns]:
@@ -89,8 +97,10 @@ def label(
         clock=None if clock is None else Clock(clock),
         unit=unit,
         zone=zone,
+        aligned=align is not None,
     )
-    walks, why = _with_offsets(walks, times, rows, offset_s, None if survey is None else Path(survey))
+    known = _KnownClock(offset_s, align, None if survey is None else Path(survey))
+    walks, why = _with_clocks(walks, times, rows, known)
     settings = LabelSettings.model_validate(open_labelled(Path(labels)).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)
@@ -124,34 +134,60 @@ def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
     return found
 
 
-def _with_offsets(
-    walks: list[_Walk], times: TableTimes, rows: pl.DataFrame, offset_s: float | None, survey: Path | None
+@dataclass(frozen=True)
+class _KnownClock:
+    """What the caller knows of the table's clock."""
+
+    offset_s: float | None
+    align: str | None
+    survey: Path | None
+
+
+def _with_clocks(
+    walks: list[_Walk], times: TableTimes, rows: pl.DataFrame, known: _KnownClock
 ) -> tuple[list[_Walk], list[str]]:
-    """Say how far the table's clock is ahead of each walk's; walks of which that is not known are left out."""
-    if offset_s is not None or times.clock is Clock.BOOT:
-        return [_shifted(walk, round((offset_s or 0.0) * 1e9)) for walk in walks], []
+    """Say how the table's clock runs against each walk's; walks of which that is not known are left out."""
+    if known.offset_s is not None:
+        return [replace(walk, clock=ClockAlignment(round(known.offset_s * 1e9))) for walk in walks], []
+    if known.align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
+        return walks, []
     notes: list[str] = []
     found: list[_Walk] = []
-    heard, folders = _heard(rows, times), {} if survey is None else _folders(survey)
+    refused: list[str] = []
+    aligners = table_aligners(rows, times, known.align)
+    folders = {} if known.survey is None or known.align is not None else _folders(known.survey)
     for walk in walks:
-        offset_ns = _by_recorder(folders, walk.session)
-        how = "the recorder's own clocks (session.json)"
-        if offset_ns is None and heard:
-            offset_ns, how = offset_by_wifi(heard, _wifi_of(walk.session)), "access points that both heard"
-        if offset_ns is not None:
-            found.append(_shifted(walk, offset_ns))
-            notes.append(f"{walk.session.slug}: the table's clock is {offset_ns / 1e9:.3f} s ahead of boot, by {how}")
+        clock, how = _by_recorder(folders, walk.session), "the recorder's own clocks (session.json)"
+        for name, aligned in aligners.items() if clock is None else ():
+            tried, how = aligned(walk.session), name
+            if tried.offset_ns is not None:
+                clock = tried
+                break
+            refused.append(f"{walk.session.slug}: {name}: {tried.figures}")
+        if clock is not None and clock.offset_ns is not None:
+            found.append(replace(walk, clock=clock))
+            notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, by {how}")
     if not found:
-        raise UsageError(
-            "the table's times are Unix times, the walks' are since the phone's boot, and nothing tells how they "
-            "relate: give --survey where the phone app recorded it, a column bssid with levels, or --offset-s, the "
-            "seconds from one to the other"
-        )
+        raise UsageError(_nothing_tells(times, refused))
     return found, notes
 
 
-def _shifted(walk: _Walk, offset_ns: int) -> _Walk:
-    return replace(walk, offset_ns=offset_ns)
+def _words(clock: ClockAlignment) -> str:
+    offset = f"{(clock.offset_ns or 0) / 1e9:.3f} s"
+    if not clock.figures:
+        return offset
+    rate = f", gains {1e6 * clock.rate:.0f} us each second," if clock.rate else ""
+    return f"{offset} (+- {clock.sigma_s:.3f} s; {clock.figures}){rate}"
+
+
+def _nothing_tells(times: TableTimes, refused: list[str]) -> str:
+    what = "Unix times" if times.clock is Clock.UNIX else "of no walk's time"
+    why = f" ({'; '.join(refused)})" if refused else ""
+    return (
+        f"the table's times are {what}, the walks' are since the phone's boot, and nothing tells how they relate{why}: "
+        "give --survey where the phone app recorded it, a gyroscope's or accelerometer's columns (gyro_x, gyro_y, "
+        "gyro_z), a column bssid with levels, or --offset-s, the seconds from one to the other"
+    )
 
 
 def _folders(survey: Path) -> dict[SessionKey, Path]:
@@ -160,40 +196,19 @@ def _folders(survey: Path) -> dict[SessionKey, Path]:
     return {corrections.true_key(key): folder for key, folder in session_folders(survey)[0]}
 
 
-def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -> int | None:
+def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -> ClockAlignment | None:
     result = session.result()
     try:
         start = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)["start"]
-        return int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
+        return ClockAlignment(int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"]))
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
-    """Times and levels of each access point in a table; empty where it has no such columns."""
-    plain = {name.strip().lower(): name for name in rows.columns}
-    level = next((plain[name] for name in _LEVELS if name in plain), None)
-    if "bssid" not in plain or level is None:
-        return {}
-    numbers = rows[level].cast(pl.String).str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
-    table = pl.DataFrame(
-        {"bssid": rows[plain["bssid"]].cast(pl.String).str.to_lowercase(), "ns": times.time_ns, "dbm": numbers}
-    ).filter(pl.Series(times.usable))
-    return _by_bssid(table)
-
-
-def _wifi_of(session: LabelledSession) -> Heard:
-    table = session.table("wifi", ("bssid", "time_ns", "rssi_dbm"))
-    return _by_bssid(
-        table.select(pl.col("bssid").str.to_lowercase(), pl.col("time_ns").alias("ns"), pl.col("rssi_dbm").alias("dbm"))
-    )
-
-
-def _by_bssid(table: pl.DataFrame) -> Heard:
-    parts = table.drop_nulls().sort("ns").partition_by("bssid", as_dict=True)
-    return {
-        str(key[0]): (part["ns"].to_numpy(), part["dbm"].cast(pl.Float64).to_numpy()) for key, part in parts.items()
-    }
+def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
+    """(n,) rows of the table that were taken on a walk."""
+    boot_ns = walk.clock.ours(times.time_ns)
+    return times.usable & (boot_ns >= walk.start_ns) & (boot_ns <= walk.end_ns)
 
 
 def _labelled(
@@ -202,8 +217,7 @@ def _labelled(
     count = rows.height
     owner = np.full(count, -1)
     for index, walk in enumerate(walks):
-        boot_ns = times.time_ns - walk.offset_ns
-        inside = times.usable & (boot_ns >= walk.start_ns) & (boot_ns <= walk.end_ns)
+        inside = _inside(walk, times)
         if (both := inside & (owner >= 0)).any():
             other = walks[int(owner[both][0])].session.slug
             raise UsageError(
@@ -216,8 +230,10 @@ def _labelled(
     floor = np.full(count, np.nan)
     for index, walk in enumerate(walks):
         mine = np.flatnonzero(owner == index)
-        found = label_by_interpolation(times.time_ns[mine] - walk.offset_ns, walk.trajectory, max_gap_s)
-        position[mine], sigma[mine], status[mine] = found.position_bcs, found.sigma_m, found.status
+        boot_ns = walk.clock.ours(times.time_ns[mine])
+        found = label_by_interpolation(boot_ns, walk.trajectory, max_gap_s)
+        position[mine], status[mine] = found.position_bcs, found.status
+        sigma[mine] = np.hypot(found.sigma_m, _walked_within_sigma(walk, boot_ns, max_gap_s))
         floor[mine] = found.floor if len(found.floor) else walk.session.result().floor
     names = pl.Series(STATUS_LABELS, dtype=pl.String)
     columns = [
@@ -229,3 +245,10 @@ def _labelled(
     made = rows.with_columns(columns)
     counts = made["status"].value_counts(sort=True)
     return made, dict(zip(counts["status"].to_list(), counts["count"].to_list(), strict=True))
+
+
+def _walked_within_sigma(walk: _Walk, boot_ns: IntArray, max_gap_s: float) -> FloatArray:
+    """(n,) metres walked while the clock's sigma passes: what a reading's position is off by if its time is."""
+    sigma_ns = round(walk.clock.sigma_s * 1e9)
+    ends = [label_by_interpolation(boot_ns + way * sigma_ns, walk.trajectory, max_gap_s) for way in (-1, 1)]
+    return np.asarray(np.nan_to_num(np.linalg.norm(ends[1].position_bcs - ends[0].position_bcs, axis=1) / 2))

@@ -72,7 +72,7 @@ def write_walkable(
                 "walkable": settings.model_dump(mode="json", exclude={"graph"}),
                 "graph": settings.graph.model_dump(mode="json"),
             },
-            "floors": [_record(one) for one in found],
+            "floors": [floor_record(one) for one in found],
         }
         (partial / RECORD).write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     return tuple(found)
@@ -122,7 +122,8 @@ def _feature(kind: str, coordinates: object, properties: dict[str, object]) -> d
     return {"type": "Feature", "properties": properties, "geometry": {"type": kind, "coordinates": coordinates}}
 
 
-def _record(found: WalkableFloor) -> dict[str, object]:
+def floor_record(found: WalkableFloor) -> dict[str, object]:
+    """A floor as ``walkable.json`` has it."""
     graph = found.graph
     return {
         "floor": found.floor.number,

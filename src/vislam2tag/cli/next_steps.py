@@ -1,0 +1,70 @@
+"""The step to take after each command, ready to copy: all of them stand here."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+
+from vislam2tag.cli.terminal import say
+
+STEPS: Mapping[str, str] = {
+    "site init": "vislam2tag plan {site} --out plan --write",
+    "site init, measure": "open {page}, click two points, type their distance, run what it then shows",
+    "site show": "vislam2tag plan {site} --out plan --write",
+    "site write": "vislam2tag site show {out}",
+    "site rebase, labels": "vislam2tag dataset {out} --out fingerprints",
+    "site rebase, data set": "vislam2tag split {out}",
+    "site rebase, site": "vislam2tag site show {out}",
+    "site rebase, landmarks": "vislam2tag process survey --out labels --landmarks {out}",
+    "site walkable": "vislam2tag plan {site} --out plan --write",
+    "plan": "vislam2tag sheets {landmarks} --out sheets",
+    "plan, unmet": "look at {page}, give the site what is missing, and plan again",
+    "sheets": "print {pdf} at 100 %, hang the sheets, then: vislam2tag register SITE --click clicks.html",
+    "register": "vislam2tag receive {site}",
+    "register, click": "open {page}, click the landmarks, save, then: vislam2tag register {site} --floor {floor} "
+    "--clicks clicks_floor_{floor}.csv --write",
+    "register, not written": "give the same command with --write: it puts the positions into the site",
+    "receive": "vislam2tag inspect {survey}",
+    "inspect": "vislam2tag run {survey} --out out",
+    "inspect, unusable": "correct what is named above, then: vislam2tag inspect {survey}",
+    "simulate": "vislam2tag run {survey} --out out",
+    "run": "vislam2tag train {dataset} --model weighted-knn --out building.v2t",
+    "run, faults": "vislam2tag diagnose {survey} --apply",
+    "process": "vislam2tag check {survey}",
+    "process, faults": "vislam2tag diagnose {survey}",
+    "process, failed": "vislam2tag inspect {survey}",
+    "label": "vislam2tag dataset {labels} --out fingerprints",
+    "label, nothing": "give --labels of the walks that the table was logged on, or set its clock right by --offset-s",
+    "survey-landmarks": "vislam2tag process {survey} --out labels --landmarks {landmarks}",
+    "diagnose": "vislam2tag run {survey} --out out",
+    "diagnose, faults": "vislam2tag diagnose {survey} --apply",
+    "check": "vislam2tag dataset {survey} --out fingerprints",
+    "check, failed": "vislam2tag inspect {survey}",
+    "evaluate": "vislam2tag dataset {survey} --out fingerprints",
+    "evaluate, failed": "vislam2tag inspect {survey}",
+    "dataset": "vislam2tag train {dataset} --model weighted-knn --out building.v2t",
+    "split": "vislam2tag train {dataset} --model weighted-knn --split {split} --out building.v2t",
+    "split, none": "vislam2tag split {dataset} --by random",
+    "import": "vislam2tag split {dataset}",
+    "export": "read {out} with the program that it was written for; {out}/export.json lists its files",
+    "join": "vislam2tag split {dataset}",
+    "verify": "either folder can stand for the other; nothing is left to do",
+    "verify, different": "vislam2tag verify {a} {b} --json > differences.json",
+    "figures": "vislam2tag radio-maps {dataset} --out maps",
+    "radio-maps": "vislam2tag train {dataset} --model weighted-knn --out building.v2t",
+    "train": "vislam2tag locate {model} scans.csv --out positions.csv",
+    "locate": "draw x and y with the circle radius_68_m: two thirds of scans were taken within theirs",
+    "benchmark": "vislam2tag train {dataset} --model {model} --out building.v2t",
+    "benchmark, public": "compare the figures with the published ones in {page}",
+    "benchmark, failed": "correct what is named above; the same command goes on with the runs that are missing",
+    "paper": "open {page}: each figure stands beside the paper's",
+    "demo": "vislam2tag run {survey} --out out",
+}
+"""By command, and what it found where that matters."""
+
+
+def next_step(after: str, *, err: bool = False, **places: str | Path | int) -> None:
+    """End a command with the step to take after it; ``places`` are quoted as a shell wants them."""
+    quoted = {name: shlex.quote(str(place)) for name, place in places.items()}
+    say(f"next: {STEPS[after].format(**quoted)}", err=err)

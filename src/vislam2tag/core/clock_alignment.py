@@ -1,0 +1,286 @@
+"""How far one recorder's clock is ahead of another's, from what both recorded on one walk: motion, or radio levels.
+
+Motion is told by any norm that both felt alike: of the turn rate (gyroscope), or of the acceleration. The offset is
+looked for everywhere by correlating the whole series, then refined in windows of a few seconds each: how their offsets
+scatter about a line gives its sigma, and the line's slope by how much one clock runs faster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from scipy.signal import correlate
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.pose_lag import correlation_of_rows, peak_of
+
+STEP_S = 0.05
+LEAST_OVERLAP_S = 40.0
+LEAST_CORRELATION = 0.5
+"""Below this two series do not describe the same motion ..."""
+LEAST_MARGIN = 0.15
+"""... nor where another offset, farther than :data:`OTHER_OFFSET_S` off, fits nearly as well."""
+OTHER_OFFSET_S = 2.0
+LEAST_NEAR_MARGIN = 0.1
+"""Nearer offsets at which the correlation has another peak, such as a step earlier, must fit worse by this."""
+LEAST_RIVAL_S = 0.1
+"""... nearer ones are one peak, made uneven by noise."""
+WINDOW_S, FEWEST_WINDOWS, FEWEST_FOR_RATE = 5.0, 5, 12
+USUAL_RATE = 5e-5
+"""Clocks of phones and loggers run at rates that differ by less: what a walk too short to tell it may be off by."""
+FINE_STEP_S, FINE_REACH_S, SMOOTH_S = 0.01, 1.5, 0.06
+LEAST_SIGMA_S = 0.001
+"""Stamps are hardly ever better than this."""
+_OUTLIER = 4.0
+"""Windows farther from the line than so many times the median distance (as a sigma) do not count."""
+
+
+@dataclass(frozen=True)
+class ClockAlignment:
+    """``offset_ns`` by which their clock is ahead of ours at ``at_ns`` of ours, and the seconds that it gains in each
+    second of ours (``rate``); ``sigma_s`` of their distance anywhere on the walk.
+
+    ``figures`` says how well both fit; ``offset_ns`` is None where that does not tell the offset.
+    """
+
+    offset_ns: int | None
+    sigma_s: float = 0.0
+    rate: float = 0.0
+    at_ns: int = 0
+    figures: str = ""
+
+    def ours(self, their_ns: IntArray) -> IntArray:
+        """Their times (n,) on our clock; raises ValueError where the offset is not known."""
+        if self.offset_ns is None:
+            raise ValueError(self.figures)
+        shifted = their_ns - self.offset_ns
+        return shifted - np.round(self.rate / (1 + self.rate) * (shifted - self.at_ns)).astype(np.int64)
+
+
+def align_by_motion(
+    their_ns: IntArray,
+    theirs: FloatArray,
+    our_ns: IntArray,
+    ours: FloatArray,
+    least_correlation: float = LEAST_CORRELATION,
+) -> ClockAlignment:
+    """Align two clocks by one norm of the motion: ``theirs`` (n,) at ``their_ns`` (n,), ``ours`` (m,) at ``our_ns``.
+
+    Units may differ by a factor, and so may how often was sampled. Times need not be sorted; values that are not finite
+    are left out.
+    """
+    their_ns, theirs = _sorted(their_ns, theirs)
+    our_ns, ours = _sorted(our_ns, ours)
+    if min((their_ns[-1:] - their_ns[:1]).sum(), (our_ns[-1:] - our_ns[:1]).sum()) < LEAST_OVERLAP_S * 1e9:
+        return ClockAlignment(None, figures=f"less than {LEAST_OVERLAP_S:g} s of motion to compare")
+    found = best_shift(resampled(our_ns, ours), resampled(their_ns, theirs))
+    figures = f"correlation {found.correlation:.2f}, {max(found.other, 0.0):.2f} at the best other offset"
+    if found.correlation < least_correlation or found.correlation - found.other < LEAST_MARGIN:
+        return ClockAlignment(None, figures=figures)
+    our_s, their_s = (our_ns - our_ns[0]) * 1e-9, (their_ns - their_ns[0]) * 1e-9 + found.shift_s
+    start_ns = int(their_ns[0] - our_ns[0]) - round(found.shift_s * 1e9)
+    return _refined(our_s, ours, their_s, theirs, start_ns, int(our_ns[0]), figures)
+
+
+def _sorted(time_ns: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
+    finite = np.isfinite(values)
+    time_ns, first = np.unique(time_ns[finite], return_index=True)
+    return time_ns, values[finite][first]
+
+
+def resampled(time_ns: IntArray, values: FloatArray) -> FloatArray:
+    """Values every :data:`STEP_S` from the first one on, each a mean over a few samples."""
+    bins = ((time_ns - time_ns[0]) * 1e-9 / STEP_S).astype(np.int64)
+    count = np.bincount(bins)
+    mean = np.bincount(bins, values) / np.maximum(count, 1)
+    there = np.flatnonzero(count)
+    return np.asarray(np.interp(np.arange(len(count)), there, mean[there]))
+
+
+@dataclass(frozen=True)
+class Shift:
+    """By how many seconds to delay a second series so that it fits the first; correlations there, and elsewhere."""
+
+    shift_s: float
+    correlation: float
+    other: float
+
+
+def best_shift(first: FloatArray, second: FloatArray) -> Shift:
+    """Correlate two series of steps of :data:`STEP_S` at every shift at which they overlap by enough."""
+    ones = [np.ones(len(series)) for series in (first, second)]
+    overlap = correlate(ones[0], ones[1])
+    sums = [correlate(first, ones[1]), correlate(ones[0], second)]
+    squares = [correlate(first**2, ones[1]), correlate(ones[0], second**2)]
+    count = np.maximum(overlap, 1.0)
+    spread = [
+        np.maximum(square / count - (total / count) ** 2, 1e-12) for square, total in zip(squares, sums, strict=True)
+    ]
+    together = correlate(first, second) / count - sums[0] * sums[1] / count**2
+    correlation = np.where(overlap * STEP_S >= LEAST_OVERLAP_S, together / np.sqrt(spread[0] * spread[1]), -1.0)
+    best = int(np.argmax(correlation))
+    apart = np.abs(np.arange(len(correlation)) - best) * STEP_S > OTHER_OFFSET_S
+    other = float(correlation[apart].max(initial=-1.0))
+    return Shift((best - (len(second) - 1)) * STEP_S, float(correlation[best]), other)
+
+
+def _refined(
+    our_s: FloatArray, ours: FloatArray, their_s: FloatArray, theirs: FloatArray, start_ns: int, zero_ns: int, told: str
+) -> ClockAlignment:
+    """Refine in windows; ``their_s`` are their times with the rough offset taken off, both from ``zero_ns`` of ours."""
+    begin, end = max(our_s[0], their_s[0] + FINE_REACH_S), min(our_s[-1], their_s[-1] - FINE_REACH_S)
+    lags = np.arange(-FINE_REACH_S, FINE_REACH_S + FINE_STEP_S / 2, FINE_STEP_S)
+    middles, offsets, all_correlations = [], [], []
+    for left in np.arange(begin, end - WINDOW_S, WINDOW_S).tolist():
+        grid = np.arange(left, left + WINDOW_S, 2 * FINE_STEP_S)
+        own = _means(our_s, ours, grid)
+        shifted = _means(their_s, theirs, (grid + lags[:, None]).ravel()).reshape(len(lags), len(grid))
+        correlation = correlation_of_rows(shifted, own)
+        all_correlations.append(correlation)
+        if (lag := peak_of(lags, correlation, FINE_STEP_S, LEAST_CORRELATION)) is not None:
+            middles.append(left + WINDOW_S / 2)
+            offsets.append(lag)
+    if len(offsets) < FEWEST_WINDOWS:
+        return ClockAlignment(None, figures=f"{told}; only {len(offsets)} stretches of {WINDOW_S:g} s tell it alike")
+    rival = _rival(lags, np.mean(all_correlations, axis=0))
+    if rival is not None:
+        return ClockAlignment(None, figures=f"{told}; an offset {rival:+.2f} s from there fits nearly as well")
+    offset, rate, middle_s, sigma_s = _line(np.array(middles), np.array(offsets))
+    return ClockAlignment(
+        start_ns + round(offset * 1e9), max(sigma_s, LEAST_SIGMA_S), rate, zero_ns + round(middle_s * 1e9), told
+    )
+
+
+def _means(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArray:
+    """Means of a series over :data:`SMOOTH_S` about some times."""
+    integral = np.concatenate(([0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time_s))))
+    ends = np.interp(at_s + SMOOTH_S / 2, time_s, integral) - np.interp(at_s - SMOOTH_S / 2, time_s, integral)
+    return np.asarray(ends / SMOOTH_S)
+
+
+def _rival(lags: FloatArray, correlation: FloatArray) -> float | None:
+    """How far off another peak lies that is nearly as high as the highest; None where none is."""
+    best = int(np.argmax(correlation))
+    inner = correlation[1:-1]
+    peaks = np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:])) + 1
+    away = np.abs(lags[peaks] - lags[best]) >= LEAST_RIVAL_S
+    others = peaks[away & (correlation[peaks] > correlation[best] - LEAST_NEAR_MARGIN)]
+    return float(lags[others[np.argmax(correlation[others])]] - lags[best]) if len(others) else None
+
+
+def _line(time_s: FloatArray, offset_s: FloatArray) -> tuple[float, float, float, float]:
+    """Offset at the middle, slope, the middle, and the offset's sigma at either end, seconds; outliers left out."""
+    degree = 1 if len(time_s) >= FEWEST_FOR_RATE else 0
+    residual = offset_s - np.median(offset_s)
+    keep = np.ones(len(time_s), dtype=bool)
+    for _ in range(3):
+        scatter = 1.4826 * float(np.median(np.abs(residual[keep])))
+        keep = np.abs(residual) <= max(_OUTLIER * scatter, FINE_STEP_S)
+        middle = float(time_s[keep].mean())
+        fit = np.polynomial.polynomial.polyfit(time_s[keep] - middle, offset_s[keep], degree)
+        residual = offset_s - np.polynomial.polynomial.polyval(time_s - middle, fit)
+    arm, free = time_s[keep] - middle, keep.sum() - degree - 1
+    # Of so few windows the variance is Student's, not the normal one's.
+    variance = np.sum(residual[keep] ** 2) / max(free - 2, 1)
+    far = np.abs(arm).max()
+    at_end = variance / keep.sum() + (variance * far**2 / np.sum(arm**2) if degree else (USUAL_RATE * far) ** 2)
+    return float(fit[0]), float(fit[1]) if degree else 0.0, middle, float(np.sqrt(at_end))
+
+
+Heard: TypeAlias = Mapping[str, tuple[IntArray, FloatArray]]
+"""Times (n,), ns, sorted, and levels (n,), dBm, by BSSID."""
+_HEARD_STEP_S = 0.5
+_NEAR_S = 1.5
+"""Two readings of one access point are compared if they are so close in time."""
+_GREATEST_DB = 12.0
+"""Differences count up to this: an access point that fades tells no more than that."""
+_LEAST_PAIRS = 40
+_LEAST_CLEAR = 1.25
+"""How much worse than the best offset the best of the others must be."""
+_APART_S = 10.0
+_COINCIDE_NS = 10_000_000
+_MOST_OFFSETS = 40_000
+_PARTS = 5
+"""The walk is cut in so many parts; how their best offsets scatter gives the sigma."""
+
+
+def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
+    """Align two clocks by access points that both heard; levels of two devices may differ by a constant."""
+    shared = [bssid for bssid in theirs if bssid in ours]
+    if not shared:
+        return ClockAlignment(None, figures="no access point was heard by both")
+    first = min(int(theirs[b][0][0]) for b in shared) - max(int(ours[b][0][-1]) for b in shared)
+    last = max(int(theirs[b][0][-1]) for b in shared) - min(int(ours[b][0][0]) for b in shared)
+    offsets = np.arange(first, last, int(_HEARD_STEP_S * 1e9))
+    if not 0 < len(offsets) <= _MOST_OFFSETS:
+        return ClockAlignment(None, figures=f"{len(shared)} access points in common, in times too far apart")
+    costs = np.array([_cost(theirs, ours, shared, int(offset)) for offset in offsets])
+    best = int(np.argmin(costs))
+    others = costs[np.abs(offsets - offsets[best]) > _APART_S * 1e9]
+    other = float(others.min(initial=np.inf))
+    figures = f"{len(shared)} access points in common, {costs[best]:.1f} dB apart, {other:.1f} at the best other offset"
+    if not np.isfinite(costs[best]) or other < _LEAST_CLEAR * costs[best]:
+        return ClockAlignment(None, figures=figures)
+    offset_ns = int(offsets[best])
+    coinciding = _coinciding(theirs, ours, shared, offset_ns)
+    if coinciding is not None:
+        return ClockAlignment(coinciding, _COINCIDE_NS * 1e-9, figures=figures)
+    return ClockAlignment(offset_ns, _scatter_s(theirs, ours, shared, offset_ns), figures=figures)
+
+
+def _coinciding(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> int | None:
+    """The offset at which most of those readings coincide that both clocks dated, to 10 ms; None where few do."""
+    apart = []
+    for bssid in shared:
+        (their_ns, their_dbm), (our_ns, our_dbm) = theirs[bssid], ours[bssid]
+        differences = (their_ns - offset_ns)[:, None] - our_ns
+        near = (np.abs(differences) <= _NEAR_S * 1e9) & (their_dbm[:, None] == our_dbm)
+        apart.append(differences[near])
+    found = np.round(np.concatenate(apart) / _COINCIDE_NS).astype(np.int64)
+    values, counts = np.unique(found, return_counts=True)
+    if not len(values) or counts.max() < _LEAST_PAIRS // 2:
+        return None
+    return offset_ns + int(values[np.argmax(counts)]) * _COINCIDE_NS
+
+
+def _scatter_s(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> float:
+    """Sigma of an offset, seconds: how the best offsets of parts of the walk scatter about it."""
+    start, end = min(ours[b][0][0] for b in shared), max(ours[b][0][-1] for b in shared)
+    edges = np.linspace(start, end + 1, _PARTS + 1)
+    tried = offset_ns + (np.arange(-_APART_S, _APART_S, _HEARD_STEP_S) * 1e9).astype(np.int64)
+    best = []
+    for left, right in pairwise(edges.tolist()):
+        part = {b: _between(ours[b], left, right) for b in shared}
+        costs = [_cost(theirs, part, shared, int(offset)) for offset in tried]
+        if np.isfinite(min(costs)):
+            best.append(float(tried[int(np.argmin(costs))] - offset_ns) * 1e-9)
+    scatter_s = float(np.sqrt(np.mean(np.square(best)) / len(best))) if len(best) > 1 else _APART_S
+    return max(scatter_s, _HEARD_STEP_S / 2)
+
+
+def _between(heard: tuple[IntArray, FloatArray], left: float, right: float) -> tuple[IntArray, FloatArray]:
+    inside = (heard[0] >= left) & (heard[0] < right)
+    return heard[0][inside], heard[1][inside]
+
+
+def _cost(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> float:
+    """Mean difference of levels heard at the same time, dB, were their clock ahead by this; infinite for few."""
+    found = [np.empty(0)]
+    for bssid in shared:
+        (their_ns, their_dbm), (our_ns, our_dbm) = theirs[bssid], ours[bssid]
+        if not len(our_ns):
+            continue
+        wanted = their_ns - offset_ns
+        after = np.searchsorted(our_ns, wanted).clip(1, max(len(our_ns) - 1, 1)).clip(max=len(our_ns) - 1)
+        before = np.maximum(after - 1, 0)
+        nearer = np.where(np.abs(our_ns[after] - wanted) < np.abs(our_ns[before] - wanted), after, before)
+        near = np.abs(our_ns[nearer] - wanted) <= _NEAR_S * 1e9
+        found.append((their_dbm - our_dbm[nearer])[near])
+    differences = np.concatenate(found)
+    if len(differences) < _LEAST_PAIRS:
+        return np.inf
+    return float(np.minimum(np.abs(differences - np.median(differences)), _GREATEST_DB).mean())
