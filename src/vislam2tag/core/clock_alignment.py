@@ -202,6 +202,8 @@ _LEAST_PAIRS = 40
 _LEAST_CLEAR = 1.25
 """How much worse than the best offset the best of the others must be."""
 _APART_S = 10.0
+_ALIKE = 0.1
+"""Offsets that are worse than the best by up to this share of how much worse the others are fit as well as it."""
 _COINCIDE_NS = 10_000_000
 _MOST_OFFSETS = 40_000
 _PARTS = 5
@@ -225,11 +227,16 @@ def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
     figures = f"{len(shared)} access points in common, {costs[best]:.1f} dB apart, {other:.1f} at the best other offset"
     if not np.isfinite(costs[best]) or other < _LEAST_CLEAR * costs[best]:
         return ClockAlignment(None, figures=figures)
-    offset_ns = int(offsets[best])
+    # Scans are seconds apart, so that a stretch of offsets pairs the same ones and fits alike.
+    alike = (costs <= costs[best] + _ALIKE * (min(other, _GREATEST_DB) - costs[best])) & (
+        np.abs(offsets - offsets[best]) <= _APART_S * 1e9
+    )
+    offset_ns, width_s = int(offsets[alike].mean()), float(np.ptp(offsets[alike])) * 1e-9
     coinciding = _coinciding(theirs, ours, shared, offset_ns)
     if coinciding is not None:
         return ClockAlignment(coinciding, _COINCIDE_NS * 1e-9, figures=figures)
-    return ClockAlignment(offset_ns, _scatter_s(theirs, ours, shared, offset_ns), figures=figures)
+    sigma_s = np.hypot(width_s / np.sqrt(12), _scatter_s(theirs, ours, shared, offset_ns))
+    return ClockAlignment(offset_ns, float(sigma_s), figures=figures)
 
 
 def _coinciding(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> int | None:

@@ -251,4 +251,5 @@ def _walked_within_sigma(walk: _Walk, boot_ns: IntArray, max_gap_s: float) -> Fl
     """(n,) metres walked while the clock's sigma passes: what a reading's position is off by if its time is."""
     sigma_ns = round(walk.clock.sigma_s * 1e9)
     ends = [label_by_interpolation(boot_ns + way * sigma_ns, walk.trajectory, max_gap_s) for way in (-1, 1)]
-    return np.asarray(np.nan_to_num(np.linalg.norm(ends[1].position_bcs - ends[0].position_bcs, axis=1) / 2))
+    way = (ends[1].position_bcs - ends[0].position_bcs)[:, :2]
+    return np.asarray(np.nan_to_num(np.linalg.norm(way, axis=1) / 2))
