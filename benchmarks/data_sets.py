@@ -55,8 +55,9 @@ class Walk:
     def residuals(self, trajectory: Trajectory) -> Residuals:
         """Errors as vectors with the covariances stated, at the same points (usable frames inside the truth)."""
         if self.truth is None:
-            return Residuals(np.empty((0, 2)), np.empty((0, 2, 2)))
-        return residuals_at_truth(trajectory, self.truth if not self.truth_at_frames else self._truth_at_frames)
+            return Residuals(np.empty((0, 2)), np.empty((0, 2, 2)), np.empty((0, 2, 2)))
+        truth = self._truth_at_frames if self.truth_at_frames else self.truth
+        return residuals_at_truth(trajectory, truth)
 
     @cached_property
     def _truth_at_frames(self) -> Truth:

@@ -60,7 +60,7 @@ class Mapped:
         trajectory = strategy.map(walk.camera, walk.log, walk.landmarks)
         errors, residuals = walk.errors(trajectory), walk.residuals(trajectory)
         shares = np.bincount(trajectory.status, minlength=len(STATUS_LABELS)) / len(trajectory.status)
-        record = reduce_errors("truth.csv", residuals.error_m, residuals.covariance_m2)
+        record = reduce_errors("truth.csv", residuals.error_m, residuals.covariance_m2, residuals.truth_covariance_m2)
         return cls(summarise(errors), errors, record, shares)
 
 

@@ -14,6 +14,7 @@ import argparse
 import tempfile
 from collections import defaultdict
 from collections.abc import Sequence
+from functools import reduce
 from itertools import combinations
 from pathlib import Path
 
@@ -21,9 +22,13 @@ import numpy as np
 
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.control_points.press_truth import nearest_point_errors, press_errors, press_truth, walk_error
+from vislam2tag.evaluation.reliability import added, coverage_curve, reduce_errors, verdict
 from vislam2tag.evaluation.total_station.alignment import StationWalk, align_device
 from vislam2tag.evaluation.total_station.frame import StationFrame, fit_frame, shot_points
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, read_station_track
+from vislam2tag.evaluation.truth import read_truth, residuals_at_presses, residuals_at_truth
+from vislam2tag.labeling.results import ErrorRecord
+from vislam2tag.labeling.settings import TruthSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.model import Session
@@ -36,6 +41,7 @@ from vislam2tag.survey.model import SessionRef, Survey
 
 STRATEGIES = ("smoother", "local-corrected", "local", "global-affine")
 FEW_WALKS = (1, 2, 3, 5)
+EXACT = TruthSettings(press_sigma_s=0.0, press_sigma_m=0.0)
 Counts = dict[str, list[tuple[int, int, int, int, int, float, float]]]
 Pairs = list[tuple[float, float]]
 
@@ -48,14 +54,17 @@ def main() -> None:
     counts: Counts = defaultdict(list)
     leads: Pairs = []
     clocks: dict[int, Pairs] = defaultdict(list)
+    regions: dict[str, list[ErrorRecord]] = defaultdict(list)
     for seed in options.seeds:
         with tempfile.TemporaryDirectory() as folder:
             scenario = paper_evaluation(seed)
             simulate(scenario, Path(folder) / "survey")
             survey = open_survey(Path(folder) / "survey")
             look_at_presses(scenario, survey, counts, leads)
+            look_at_regions(survey, regions)
             look_at_clocks(scenario, survey, clocks)
     print_presses(counts)
+    print_regions(regions)
     print_pairs("Leads (s)", {"": leads})
     print_pairs("The station's clock (s), by walks of a device", clocks)
 
@@ -98,6 +107,41 @@ def look_at_presses(scenario: Scenario, survey: Survey, counts: Counts, leads: P
                     walk_error(nearest.error_m),
                 )
             )
+
+
+def look_at_regions(survey: Survey, regions: dict[str, list[ErrorRecord]]) -> None:
+    """Count the smoother's errors by stated region at the presses of each walk, by what is taken for their sigma, and
+    at the walk's true positions.
+    """
+    for ref in survey.sessions:
+        session = read_session(ref)
+        if not len(session.presses_ns):
+            continue
+        points = survey.site.floor(ref.key.floor).control_points.position_bcs
+        trajectory = mapped(ref, session, survey, STRATEGIES[0])
+        found = {
+            "presses, taken for exact": residuals_at_presses(trajectory, session.presses_ns, points, EXACT),
+            "presses, with their sigma": residuals_at_presses(trajectory, session.presses_ns, points),
+            "true positions": residuals_at_truth(trajectory, read_truth(ref.folder / "truth.csv")),
+        }
+        for truth, one in found.items():
+            regions[truth].append(reduce_errors(truth, one.error_m, one.covariance_m2, one.truth_covariance_m2))
+
+
+def print_regions(regions: dict[str, list[ErrorRecord]]) -> None:
+    """Print one row a truth: the shares of errors inside the regions, and what the report says of them."""
+    print("\nRegions that the smoother states, by several truths\n")
+    print("| truth | walks | points | mean error | inside 68 % | inside 95 % | truth's part | verdict |")
+    print("| --- " * 8 + "|")
+    for truth, records in regions.items():
+        whole = reduce(added, records)
+        points = sum(whole.inside)
+        upto, curve = np.cumsum(whole.inside) / points, coverage_curve(whole)
+        assert curve is not None
+        print(
+            f"| {truth} | {len(records)} | {points} | {curve.mean_m[-1]:.2f} m | {upto[67]:.1%} | {upto[94]:.1%} | "
+            f"{whole.truth_part / points:.0%} | {verdict(whole) or 'none: cannot tell'} |"
+        )
 
 
 def look_at_clocks(scenario: Scenario, survey: Survey, clocks: dict[int, Pairs]) -> None:

@@ -14,7 +14,7 @@ SECOND = 1_000_000_000
 def errors_at_origin(label: FloatArray, heading: FloatArray) -> PointErrors:
     count = len(label)
     time_ns = np.arange(count) * SECOND
-    return PointErrors(TruthKind.DENSE, time_ns, np.zeros((count, 2)), label, np.ones(count), heading)
+    return PointErrors(TruthKind.DENSE, time_ns, np.zeros((count, 2)), label, np.ones(count), heading, np.zeros(count))
 
 
 def test_ahead_and_left_of_a_northward_walk() -> None:

@@ -20,7 +20,7 @@ def walk(errors: FloatArray, strategy: str = "local") -> StrategyErrors:
     count = len(errors)
     label = np.column_stack((np.where(np.isnan(errors), np.nan, 0.0), errors))
     zeros = np.zeros(count)
-    points = PointErrors(TruthKind.DENSE, np.arange(count), np.zeros((count, 2)), label, zeros, zeros)
+    points = PointErrors(TruthKind.DENSE, np.arange(count), np.zeros((count, 2)), label, zeros, zeros, zeros)
     return strategy_errors(points, "", strategy)
 
 
@@ -51,6 +51,7 @@ def test_labels_that_are_not_sure_enough_are_none() -> None:
         np.zeros((3, 2)),
         np.ones((3, 2)),
         np.array([0.2, 0.6, np.nan]),
+        np.zeros(3),
         np.zeros(3),
     )
     assert points_within_sigma(one, 0.5).labelled.tolist() == [True, False, True]

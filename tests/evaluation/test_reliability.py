@@ -9,11 +9,13 @@ from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.reliability import (
+    Verdict,
     added,
     coverage_curve,
     reduce_errors,
     region_probability,
     reliability_curve,
+    verdict,
 )
 from vislam2tag.labeling.results import ErrorRecord
 
@@ -28,8 +30,9 @@ def stated(seed: int, n: int = 4000) -> tuple[FloatArray, FloatArray]:
     return np.einsum("nij,nj->ni", root, random.normal(size=(n, 2))), root @ root.transpose(0, 2, 1)
 
 
-def record_of(error_m: FloatArray, covariance_m2: FloatArray) -> ErrorRecord:
-    return reduce_errors("truth.csv", error_m, covariance_m2)
+def record_of(error_m: FloatArray, covariance_m2: FloatArray, truth_m2: FloatArray | None = None) -> ErrorRecord:
+    exact = np.zeros_like(covariance_m2)
+    return reduce_errors("truth.csv", error_m, covariance_m2, exact if truth_m2 is None else truth_m2)
 
 
 @settings(max_examples=30)
@@ -82,6 +85,38 @@ def test_coverage_and_accuracy_at_a_limit_are_those_of_the_errors_kept(seed: int
     assert curve.p95_m[place] == pytest.approx(np.quantile(kept, 0.95, method="inverted_cdf"), rel=0.1)
     assert (np.diff(curve.max_sigma_m) > 0).all()
     assert curve.labelled[-1] == pytest.approx(np.isfinite(error[:, 0]).mean())
+
+
+@settings(max_examples=20)
+@given(SEEDS, st.floats(0.0, 0.1))
+def test_regions_allow_for_the_truths_own_error(seed: int, sigma_m: float) -> None:
+    error, covariance = stated(seed)
+    own = np.broadcast_to(sigma_m**2 * np.eye(2), covariance.shape)
+    measured = error + sigma_m * np.random.default_rng(seed + 1).normal(size=error.shape)
+    record = record_of(measured, covariance, own)
+    upto = np.cumsum(record.inside)[:-1] / sum(record.inside)
+    np.testing.assert_allclose(upto, np.arange(1, 100) / 100, atol=0.045)  # Kolmogorov: 2.8 / sqrt(4000)
+
+
+@pytest.mark.parametrize(
+    ("scale", "expected"), [(1.0, Verdict.ABOUT_TRUE), (0.5, Verdict.TOO_SURE), (2.0, Verdict.TOO_CAUTIOUS)]
+)
+def test_a_truth_that_can_tell_gives_a_verdict_of_five_walks(scale: float, expected: Verdict) -> None:
+    error, covariance = stated(1)
+    record = record_of(error, covariance * scale**2)
+    assert verdict(record) is None
+    assert verdict(record.model_copy(update={"sources": {"truth.csv": 5}})) is expected
+    curve = reliability_curve(record)
+    assert curve is not None
+    assert curve.times_as_large == pytest.approx(1 / scale, rel=0.1)
+
+
+def test_a_truth_less_exact_than_the_labels_gives_neither_curve_nor_verdict() -> None:
+    error, covariance = stated(1)
+    own = np.broadcast_to(9.0 * np.eye(2), covariance.shape)
+    record = record_of(error, covariance, own).model_copy(update={"sources": {"presses": 50}})
+    assert sum(record.inside) == len(error)
+    assert (reliability_curve(record), verdict(record)) == (None, None)
 
 
 @given(SEEDS, st.integers(0, 100))

@@ -15,10 +15,12 @@ from vislam2tag.evaluation.truth import (
     covariances_at,
     errors_at_frames,
     errors_at_truth,
+    press_covariance,
     read_truth,
     residuals_at_presses,
     residuals_at_truth,
 )
+from vislam2tag.labeling.settings import TruthSettings
 
 
 def truth_along_x(seconds: list[float]) -> Truth:
@@ -106,6 +108,21 @@ def test_presses_are_compared_with_the_nearest_point() -> None:
     np.testing.assert_allclose(
         np.linalg.norm(residuals.error_m, axis=1), nearest_point_errors(walk, presses, floor_with(POINTS)).error_m
     )
+
+
+def test_a_finger_off_in_time_is_off_along_the_walk() -> None:
+    north_m_s = np.array([[0.0, 2.0], [np.nan, np.nan]])
+    found = press_covariance(north_m_s, TruthSettings(press_sigma_s=0.5, press_sigma_m=0.1))
+    np.testing.assert_allclose(found[0], [[0.01, 0.0], [0.0, 1.01]])
+    assert np.isnan(found[1]).all()
+
+
+def test_a_truth_file_may_tell_how_exact_it_is(tmp_path: Path) -> None:
+    (tmp_path / "truth.csv").write_text("time_ns,x,y,sigma_m\n1,0,0,0.3\n2,1,0,\n3,2,0,0.1\n")
+    truth = read_truth(tmp_path / "truth.csv")
+    assert (truth.sigma_or(9.0).tolist(), [one.lines for one in truth.findings]) == ([0.3, 0.1], [(3,)])
+    (tmp_path / "truth.csv").write_text("time_ns,x,y\n1,0,0\n")
+    assert read_truth(tmp_path / "truth.csv").sigma_or(9.0).tolist() == [9.0]
 
 
 def test_covariances_are_linear_between_usable_frames() -> None:

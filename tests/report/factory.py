@@ -267,7 +267,8 @@ def _errors(random: np.random.Generator) -> ErrorRecord:
     """Errors of a strategy that is a little too sure."""
     sigma_m = random.lognormal(-1.8, 0.6, 400)
     covariance = np.eye(2) * sigma_m[:, None, None] ** 2
-    return reduce_errors("truth.csv", 1.2 * sigma_m[:, None] * random.normal(size=(400, 2)), covariance)
+    errors = 1.2 * sigma_m[:, None] * random.normal(size=(400, 2))
+    return reduce_errors("truth.csv", errors, covariance, np.zeros_like(covariance))
 
 
 def _files(random: np.random.Generator) -> list[FileAccount]:

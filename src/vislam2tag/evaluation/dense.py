@@ -24,6 +24,7 @@ from vislam2tag.evaluation.record import (
     SessionEvaluation,
 )
 from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
+from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
 
 DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
 """Ways over which the error of the displacement is taken."""
@@ -84,13 +85,14 @@ def _beside_holes(time_ns: IntArray, hole: BoolArray) -> BoolArray:
     return np.asarray(early | late)
 
 
-def dense_errors(trajectory: Trajectory, path: TruePath) -> PointErrors:
+def dense_errors(trajectory: Trajectory, path: TruePath, settings: TruthSettings = USUAL_TRUTH) -> PointErrors:
     """Compare the label at each true point's time with it."""
     truth = path.truth
     labels = label_by_interpolation(truth.time_ns, trajectory, MAX_GAP_S)
     heading = heading_of(path.velocity_bcs)
     plane = labels.position_bcs[:, :2]
-    return PointErrors(TruthKind.DENSE, truth.time_ns, truth.position_bcs, plane, labels.sigma_m, heading)
+    own_m = truth.sigma_or(settings.file_sigma_m)
+    return PointErrors(TruthKind.DENSE, truth.time_ns, truth.position_bcs, plane, labels.sigma_m, heading, own_m)
 
 
 def dense_figures(points: PointErrors, path: TruePath, visits_ns: IntArray) -> DenseFigures:

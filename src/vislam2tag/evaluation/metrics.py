@@ -89,6 +89,7 @@ def strategy_errors(
         across_m=_mean(np.abs(points.across_m)),
         ahead_m=_mean(points.along_m),
         errors=log_bins.counts_of(error),
+        truth_sigma_m=_root_mean_square(points.truth_sigma_m),
         sum_m=round(float(error.sum()), 6),
         sum_m2=round(float((error**2).sum()), 6),
         dense=dense,
@@ -99,6 +100,12 @@ def strategy_errors(
 def retention(local: BoolArray, strategy: BoolArray) -> float | None:
     """Share of the frames labelled by ``local`` (n,) that a strategy (n,) labels; None where there are none."""
     return _rounded(float((local & strategy).sum() / local.sum())) if local.any() else None
+
+
+def _root_mean_square(values: FloatArray) -> float | None:
+    """Over the values (n,) that are known; None where none is."""
+    known = values[np.isfinite(values)]
+    return _rounded(float(np.sqrt(np.mean(known**2)))) if len(known) else None
 
 
 def _mean(values: FloatArray) -> float | None:

@@ -34,7 +34,8 @@ class PointErrors:
 
     ``time_ns`` (n,) boot-clock nanoseconds, rising; ``truth_bcs`` (n, 2) metres, finite; ``label_bcs`` (n, 2) metres,
     NaN without a label; ``sigma_m`` (n,) that the label states, NaN where it states none; ``heading_rad`` (n,)
-    direction of walking from the BCS x axis, NaN when standing or where it is not known.
+    direction of walking from the BCS x axis, NaN when standing or where it is not known; ``truth_sigma_m`` (n,) of the
+    true position itself, along each axis, NaN where it is not known.
     """
 
     kind: TruthKind
@@ -43,11 +44,13 @@ class PointErrors:
     label_bcs: FloatArray
     sigma_m: FloatArray
     heading_rad: FloatArray
+    truth_sigma_m: FloatArray
 
     def __post_init__(self) -> None:
         """Raise ValueError where the shapes do not match: a mistake of the program, not of the data."""
         count = len(self.time_ns)
-        planes, rows = (self.truth_bcs, self.label_bcs), (self.time_ns, self.sigma_m, self.heading_rad)
+        planes = (self.truth_bcs, self.label_bcs)
+        rows = (self.time_ns, self.sigma_m, self.heading_rad, self.truth_sigma_m)
         if any(plane.shape != (count, 2) for plane in planes) or any(row.shape != (count,) for row in rows):
             raise ValueError("the arrays of PointErrors must have the same number of rows")
 
@@ -95,6 +98,7 @@ class PointErrors:
             self.label_bcs[wanted],
             self.sigma_m[wanted],
             self.heading_rad[wanted],
+            self.truth_sigma_m[wanted],
         )
 
 

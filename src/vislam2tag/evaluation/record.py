@@ -67,6 +67,8 @@ class StrategyErrors(Record):
     across_m: float | None
     ahead_m: float | None
     """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
+    truth_sigma_m: float | None
+    """How exactly the true positions are known along each axis, root mean square; None where nothing tells."""
     errors: dict[int, int]
     """Number of errors by bin of length (:mod:`vislam2tag.common.log_bins`)."""
     sum_m: float

@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TypeVar
 
 import numpy as np
 
 from vislam2tag.common import log_bins
+from vislam2tag.common.bootstrap import FEWEST_WALKS
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.labeling.results import ErrorRecord, SigmaRow
 
@@ -21,6 +23,12 @@ _Key = TypeVar("_Key", int, str)
 
 PERCENTS = 100
 """Bins of the regions' probabilities."""
+MOST_TRUTH_PART = 0.5
+"""Where more of an error's variance than this is the truth's own, on average, the truth cannot tell of the labels'."""
+ABOUT_TRUE = 1.25
+"""Stated sigmas within this factor of the true ones are called about true."""
+_PERCENT = 68
+"""The region by which that is told."""
 
 
 def region_probability(error_m: FloatArray, covariance_m2: FloatArray) -> FloatArray:
@@ -37,15 +45,35 @@ def region_probability(error_m: FloatArray, covariance_m2: FloatArray) -> FloatA
     return np.asarray(-np.expm1(-squared / 2))
 
 
-def reduce_errors(source: str, error_m: FloatArray, covariance_m2: FloatArray) -> ErrorRecord:
-    """Count the errors (n, 2), NaN without a label, of one session by stated region, and by sigma and length."""
+def reduce_errors(
+    source: str, error_m: FloatArray, covariance_m2: FloatArray, truth_covariance_m2: FloatArray
+) -> ErrorRecord:
+    """Count the errors (n, 2), NaN without a label, of one session by region, and by sigma and length.
+
+    An error is the label's less the truth's, so its region is that of the sum of both covariances (n, 2, 2), m^2: of
+    what the labels state and of the truth's own.
+    """
     labelled = np.isfinite(error_m).all(axis=1)
-    probability = region_probability(error_m[labelled], covariance_m2[labelled])
-    stated = probability[np.isfinite(probability)]
+    own_m2 = truth_covariance_m2[labelled]
+    whole_m2 = covariance_m2[labelled] + own_m2
+    probability = region_probability(error_m[labelled], whole_m2)
+    known = np.isfinite(probability)
+    stated = probability[known]
+    truth_part = _variance(own_m2[known]) / _variance(whole_m2[known])
     inside = np.bincount(np.minimum((stated * PERCENTS).astype(np.int64), PERCENTS - 1), minlength=PERCENTS)
     length = np.linalg.norm(error_m[labelled], axis=1)
-    sigma = np.sqrt(np.trace(covariance_m2[labelled], axis1=1, axis2=2) / 2)
-    return ErrorRecord(sources={source: 1}, points=len(error_m), inside=inside.tolist(), rows=_rows(length, sigma))
+    return ErrorRecord(
+        sources={source: 1},
+        points=len(error_m),
+        inside=inside.tolist(),
+        rows=_rows(length, np.sqrt(_variance(covariance_m2[labelled]))),
+        truth_part=round(float(truth_part.sum()), 6),
+    )
+
+
+def _variance(covariance_m2: FloatArray) -> FloatArray:
+    """Variance (n,) along an axis, the mean of all, of covariances (n, 2, 2), m^2."""
+    return np.asarray(np.trace(covariance_m2, axis1=1, axis2=2) / 2)
 
 
 def _rows(length_m: FloatArray, sigma_m: FloatArray) -> list[SigmaRow]:
@@ -75,6 +103,7 @@ def added(first: ErrorRecord, second: ErrorRecord) -> ErrorRecord:
         points=first.points + second.points,
         inside=[a + b for a, b in zip(first.inside, second.inside, strict=True)],
         rows=[rows[sigma] for sigma in sorted(rows, key=lambda sigma: -1 if sigma is None else sigma)],
+        truth_part=round(first.truth_part + second.truth_part, 6),
     )
 
 
@@ -92,11 +121,51 @@ class ReliabilityCurve:
     observed: FloatArray
     errors: int
 
+    @property
+    def times_as_large(self) -> float:
+        """By how much errors are larger than stated, by the region that should hold 68 % of them; infinite where not
+        even the largest does.
+        """
+        share = _PERCENT / PERCENTS
+        if self.observed[-1] < share:
+            return float("inf")
+        region = float(np.interp(share, self.observed, self.stated))
+        return float(np.sqrt(np.log1p(-region) / np.log1p(-share)))
+
+
+class Verdict(StrEnum):
+    """Whether stated uncertainty is true."""
+
+    ABOUT_TRUE = "about true"
+    TOO_SURE = "too sure"
+    TOO_CAUTIOUS = "too cautious"
+
+
+def verdict(record: ErrorRecord) -> Verdict | None:
+    """Judge stated sigmas by a factor of :data:`ABOUT_TRUE`; None where truth or number of walks do not allow it.
+
+    Errors of one walk are alike, so that fewer than :data:`.FEWEST_WALKS` of them say nothing.
+    """
+    curve = reliability_curve(record)
+    if curve is None or sum(record.sources.values()) < FEWEST_WALKS:
+        return None
+    if curve.times_as_large > ABOUT_TRUE:
+        return Verdict.TOO_SURE
+    return Verdict.TOO_CAUTIOUS if curve.times_as_large < 1 / ABOUT_TRUE else Verdict.ABOUT_TRUE
+
+
+def truth_can_tell(record: ErrorRecord) -> bool:
+    """Whether the truth is exact enough to tell if the labels' stated uncertainty is true."""
+    return record.truth_part <= MOST_TRUTH_PART * sum(record.inside)
+
 
 def reliability_curve(record: ErrorRecord) -> ReliabilityCurve | None:
-    """Stated against observed shares; None where no label states a covariance. True uncertainty is the diagonal."""
+    """Stated against observed shares; None where no label states a covariance or the truth cannot tell.
+
+    True uncertainty is the diagonal.
+    """
     upto = np.cumsum(record.inside)
-    if not len(upto) or upto[-1] == 0:
+    if not len(upto) or upto[-1] == 0 or not truth_can_tell(record):
         return None
     stated = np.arange(1, PERCENTS) / PERCENTS
     return ReliabilityCurve(stated, upto[:-1] / upto[-1], int(upto[-1]))

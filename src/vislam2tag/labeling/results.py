@@ -144,6 +144,8 @@ class ErrorRecord(Record):
     of labels that state a covariance."""
     rows: list[SigmaRow]
     """By sigma, the least first, None before all."""
+    truth_part: float = 0.0
+    """Sum over the errors in ``inside``: the truth's own share, 0 to 1, of the variance that each should have."""
 
 
 class ScanStatistics(Record):

@@ -49,6 +49,22 @@ class LabelSettings(FiniteRecord):
         return value if math.isfinite(value) else "inf"
 
 
+class TruthSettings(FiniteRecord):
+    """How exactly true positions are known that labels are compared with, where they do not tell it themselves."""
+
+    press_sigma_s: float = Field(default=0.35, ge=0)
+    """How early or late a press at a control point is, seconds: the way walked meanwhile is the truth's own error."""
+    press_sigma_m: float = Field(default=0.26, ge=0)
+    """How far from the point the phone is held when its holder passes it, metres along each axis."""
+    station_sigma_m: float = Field(default=0.02, ge=0)
+    """A total station's track in the building, metres along each axis; its clock and its prism come on top."""
+    file_sigma_m: float = Field(default=0.0, ge=0)
+    """A truth file that has no ``sigma_m`` of its own, metres along each axis; 0: the simulator's, which is exact."""
+
+
+USUAL_TRUTH = TruthSettings()
+
+
 class ProcessSettings(FiniteRecord):
     """The settings that labels follow from: those of ``process`` and of all that maps sessions as it does."""
 
@@ -58,6 +74,7 @@ class ProcessSettings(FiniteRecord):
     findings: FindingSettings = FindingSettings()
     mapping: MappingSettings = MappingSettings()
     labels: LabelSettings = LabelSettings()
+    truth: TruthSettings = USUAL_TRUTH
 
     def of_labels(self) -> dict[str, Any]:
         """As JSON holds them, without those that a class made of this one adds: kept with results."""

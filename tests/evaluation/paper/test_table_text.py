@@ -76,7 +76,7 @@ def test_walks_count_only_labels_that_are_sure() -> None:
     time_ns, truth = np.arange(3), np.zeros((3, 2))
     label = np.array([(0.1, 0.0), (0.3, 0.0), (9.0, 0.0)])
     points = PointErrors(
-        TruthKind.CONTROL_POINTS, time_ns, truth, label, np.array([0.1, np.nan, 2.0]), np.full(3, np.nan)
+        TruthKind.CONTROL_POINTS, time_ns, truth, label, np.array([0.1, np.nan, 2.0]), np.full(3, np.nan), np.zeros(3)
     )
     walk = PaperWalk(KEY, {"smoother": points}, faulty=False, movement_m=0.5, max_sigma_m=0.5)
     assert walk.errors.error_m == {"smoother": pytest.approx(0.2)}

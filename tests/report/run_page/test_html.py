@@ -213,7 +213,9 @@ def test_without_truth_the_page_says_so_and_what_to_do(tmp_path: Path) -> None:
 
 def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    errors = reduce_errors("truth.csv", np.array([[3.0, 4.0], [0.0, 1.0]]), np.full((2, 2, 2), np.nan))
+    errors = reduce_errors(
+        "truth.csv", np.array([[3.0, 4.0], [0.0, 1.0]]), np.full((2, 2, 2), np.nan), np.zeros((2, 2, 2))
+    )
     silent: dict[str, object] = {"sigma": None, "errors": errors, "events": [], "contradictions": []}
     result = make_result(survey.sessions[0]).model_copy(update=silent)
     page = own_part(written(tmp_path / "out", survey, [result]))
@@ -226,7 +228,7 @@ def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) 
 def test_errors_at_control_points_are_told_to_be_small(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
     for source, told in ((CONTROL_POINTS, True), ("truth.csv", False)):
-        errors = reduce_errors(source, np.ones((5, 2)), np.repeat(np.eye(2)[None], 5, axis=0))
+        errors = reduce_errors(source, np.ones((5, 2)), np.repeat(np.eye(2)[None], 5, axis=0), np.zeros((5, 2, 2)))
         result = make_result(survey.sessions[0]).model_copy(update={"errors": errors})
         page = own_part(written(tmp_path / source, survey, [result]))
         assert f"({source}: 1 session)" in page

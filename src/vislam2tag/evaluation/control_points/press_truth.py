@@ -21,10 +21,10 @@ from vislam2tag.evaluation.point_errors import (
     TruthKind,
     heading_of,
     usable_path,
-    walking_heading,
     walking_velocity,
 )
-from vislam2tag.evaluation.truth import MAX_GAP_S, nearest_points
+from vislam2tag.evaluation.truth import MAX_GAP_S, nearest_points, press_covariance
+from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
 from vislam2tag.survey.model import Floor
 
 MIN_PRESSES = 4
@@ -133,7 +133,9 @@ def press_truth(reference: Trajectory, presses_ns: IntArray, floor: Floor, route
     return PressTruth(presses_ns, identities, points, lead, route is not None, outside, elsewhere, velocity)
 
 
-def press_errors(trajectory: Trajectory, truth: PressTruth, *, without_lead: bool = False) -> PointErrors:
+def press_errors(
+    trajectory: Trajectory, truth: PressTruth, settings: TruthSettings = USUAL_TRUTH, *, without_lead: bool = False
+) -> PointErrors:
     """Labels at the identified presses against their points.
 
     ``without_lead``: labels are taken earlier by the lead that the session's other presses show; no press is then
@@ -145,11 +147,13 @@ def press_errors(trajectory: Trajectory, truth: PressTruth, *, without_lead: boo
     labels = label_by_interpolation(truth.time_ns[keep] - earlier_ns, trajectory, MAX_GAP_S)
     known = np.where(np.isnan(lead_s)[:, None], np.nan, labels.position_bcs)
     places = truth.points_bcs[truth.identities.point[keep]]
-    heading = heading_of(truth.velocity_bcs[keep])
-    return _compared(truth.time_ns[keep], places, replace(labels, position_bcs=known), heading)
+    labels = replace(labels, position_bcs=known)
+    return _compared(truth.time_ns[keep], places, labels, truth.velocity_bcs[keep], settings)
 
 
-def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Floor) -> PointErrors:
+def nearest_point_errors(
+    trajectory: Trajectory, presses_ns: IntArray, floor: Floor, settings: TruthSettings = USUAL_TRUTH
+) -> PointErrors:
     """Labels at the presses (k,), ns, against the *nearest* control point, as the paper takes them (section VI-A).
 
     The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
@@ -159,7 +163,7 @@ def nearest_point_errors(trajectory: Trajectory, presses_ns: IntArray, floor: Fl
     presses_ns = presses_ns[_on_floor(trajectory, presses_ns, floor.number)]
     labels = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S)
     nearest = nearest_points(labels.position_bcs[:, :2], floor.control_points.position_bcs)
-    return _compared(presses_ns, nearest, labels, walking_heading(presses_ns, *usable_path(trajectory)))
+    return _compared(presses_ns, nearest, labels, walking_velocity(presses_ns, *usable_path(trajectory)), settings)
 
 
 def walk_error(errors_m: FloatArray) -> float:
@@ -188,10 +192,20 @@ def press_truth_findings(truth: PressTruth) -> list[Finding]:
     ]
 
 
-def _compared(time_ns: IntArray, truth_bcs: FloatArray, labels: Labels, heading_rad: FloatArray) -> PointErrors:
-    """Put true places (k, 2) at ``time_ns`` (k,) beside their labels."""
-    label_bcs = labels.position_bcs[:, :2]
-    return PointErrors(TruthKind.CONTROL_POINTS, time_ns, truth_bcs, label_bcs, labels.sigma_m, heading_rad)
+def _compared(
+    time_ns: IntArray, truth_bcs: FloatArray, labels: Labels, velocity_bcs: FloatArray, settings: TruthSettings
+) -> PointErrors:
+    """Put true places (k, 2) at ``time_ns`` (k,), passed with these velocities (k, 2), beside their labels."""
+    heading, own_m2 = heading_of(velocity_bcs), press_covariance(velocity_bcs, settings)
+    return PointErrors(
+        TruthKind.CONTROL_POINTS,
+        time_ns,
+        truth_bcs,
+        labels.position_bcs[:, :2],
+        labels.sigma_m,
+        heading,
+        np.sqrt(np.trace(own_m2, axis1=1, axis2=2) / 2),
+    )
 
 
 def _places(points_bcs: FloatArray, point: IntArray) -> FloatArray:

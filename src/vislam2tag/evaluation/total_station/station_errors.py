@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,12 +11,13 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.evaluation.point_errors import PointErrors, TruthKind, walking_heading
+from vislam2tag.evaluation.point_errors import PointErrors, TruthKind, walking_heading, walking_velocity
 from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, StationWalk, track_segment_of
 from vislam2tag.evaluation.total_station.fit import mean_clipped_error_m, search_clock
 from vislam2tag.evaluation.total_station.frame import frame_findings
 from vislam2tag.evaluation.total_station.station_file import StationTrack
 from vislam2tag.evaluation.truth import MAX_GAP_S, Truth
+from vislam2tag.labeling.settings import TruthSettings
 
 JUMP_M = 2.0
 """``local-corrected`` discards longer steps than this in the paper's total-station evaluation, metres."""
@@ -34,7 +36,19 @@ def station_point_errors(trajectory: Trajectory, truth: Truth) -> PointErrors:
         labels.position_bcs[:, :2],
         labels.sigma_m,
         heading,
+        truth.sigma_or(np.nan),
     )
+
+
+def with_station_sigma(truth: Truth, alignment: DeviceAlignment, settings: TruthSettings) -> Truth:
+    """Say of a truth by a station how exactly it is known: the track, the clock's error at the walker's speed, and the
+    prism's distance from the camera where that is not taken off.
+    """
+    speed_m_s = np.linalg.norm(walking_velocity(truth.time_ns, truth.time_ns, truth.position_bcs), axis=1)
+    clock_m2 = (alignment.clock_sigma_s * np.nan_to_num(speed_m_s)) ** 2 / 2
+    prism = alignment.prism
+    prism_m2 = 0.0 if alignment.prism_applied else (prism.ahead_m.value**2 + prism.left_m.value**2) / 2
+    return replace(truth, sigma_m=np.sqrt(settings.station_sigma_m**2 + clock_m2 + prism_m2))
 
 
 def clock_offset(walks: Sequence[tuple[Trajectory, StationTrack]], bcs_T_station: Similarity2) -> int:

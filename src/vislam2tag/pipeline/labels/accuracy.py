@@ -12,8 +12,16 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.evaluation.reliability import reduce_errors
-from vislam2tag.evaluation.truth import CONTROL_POINTS, MAX_GAP_S, read_truth, residuals_at_presses, residuals_at_truth
+from vislam2tag.evaluation.truth import (
+    CONTROL_POINTS,
+    MAX_GAP_S,
+    Residuals,
+    read_truth,
+    residuals_at_presses,
+    residuals_at_truth,
+)
 from vislam2tag.labeling.results import ErrorRecord
+from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
 from vislam2tag.survey.model import Floor
 
 TRUTH_FILE = "truth.csv"
@@ -32,7 +40,7 @@ def truth_mark(folder: Path) -> str:
 
 
 def error_record(
-    folder: Path, trajectory: Trajectory, presses_ns: IntArray, floor: Floor
+    folder: Path, trajectory: Trajectory, presses_ns: IntArray, floor: Floor, settings: TruthSettings = USUAL_TRUTH
 ) -> tuple[ErrorRecord | None, list[Finding]]:
     """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) on the session's ``floor``.
 
@@ -43,15 +51,18 @@ def error_record(
     if truth_mark(folder):
         try:
             truth = read_truth(folder / TRUTH_FILE)
-            at_truth = residuals_at_truth(trajectory, truth)
-            return reduce_errors(TRUTH_FILE, at_truth.error_m, at_truth.covariance_m2), list(truth.findings)
+            return _counted(TRUTH_FILE, residuals_at_truth(trajectory, truth, settings)), list(truth.findings)
         except SessionError:
             findings.append(Finding(kind="unreadable_truth", file=TRUTH_FILE, count=1, message=_UNREADABLE))
     presses_ns = _on_floor(floor.number, trajectory, presses_ns)
     if not len(presses_ns) or not len(floor.control_points.ids):
         return None, findings
-    at_presses = residuals_at_presses(trajectory, presses_ns, floor.control_points.position_bcs)
-    return reduce_errors(CONTROL_POINTS, at_presses.error_m, at_presses.covariance_m2), findings
+    at_presses = residuals_at_presses(trajectory, presses_ns, floor.control_points.position_bcs, settings)
+    return _counted(CONTROL_POINTS, at_presses), findings
+
+
+def _counted(source: str, found: Residuals) -> ErrorRecord:
+    return reduce_errors(source, found.error_m, found.covariance_m2, found.truth_covariance_m2)
 
 
 def _on_floor(number: int, trajectory: Trajectory, presses_ns: IntArray) -> IntArray:

@@ -146,7 +146,9 @@ def _at_dense_truth(
     known = [visit.frame for visit in passed if visit.landmark in landmarks.surveyed_ids]
     visits_ns = session.camera.time_ns[known]
     for name, trajectory in mapped.items():
-        points = points_within_sigma(dense_errors(trajectory, path), job.settings.labels.max_sigma_m)
+        points = points_within_sigma(
+            dense_errors(trajectory, path, job.settings.truth), job.settings.labels.max_sigma_m
+        )
         found.measured.append(strategy_errors(points, "", name, dense_figures(points, path, visits_ns)))
     _write(job, TRUTH, tum_text_of_truth(truth))
 
@@ -172,7 +174,7 @@ def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) 
 def _at_control_points(
     job: EvaluationJob, session: Session, mapped: dict[str, Trajectory], reference: Trajectory, found: TruthComparisons
 ) -> None:
-    floor = job.task.floor
+    floor, own = job.task.floor, job.settings.truth
     tracked = (job.ref.folder / TRACK_FILE).is_file()
     if not len(session.presses_ns) and (found.measured or tracked or not len(floor.control_points.ids)):
         return
@@ -183,11 +185,11 @@ def _at_control_points(
         found.missing.append(str(error))
         return
     methods: dict[str, Callable[[Trajectory], PointErrors]] = {
-        IDENTIFIED: lambda trajectory: press_errors(trajectory, truth),
-        NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor),
+        IDENTIFIED: lambda trajectory: press_errors(trajectory, truth, own),
+        NEAREST: lambda trajectory: nearest_point_errors(trajectory, session.presses_ns, floor, own),
     }
     if np.isfinite(truth.lead.lead_s):
-        methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, without_lead=True)
+        methods[WITHOUT_LEAD] = lambda trajectory: press_errors(trajectory, truth, own, without_lead=True)
     for method, compare in methods.items():
         for name, trajectory in mapped.items():
             points = points_within_sigma(compare(trajectory), job.settings.labels.max_sigma_m)

@@ -21,7 +21,11 @@ from vislam2tag.evaluation.total_station.alignment import DeviceAlignment, Stati
 from vislam2tag.evaluation.total_station.fit import FreeParameters
 from vislam2tag.evaluation.total_station.frame import CommonPoints, StationFrame, fit_frame, shot_points
 from vislam2tag.evaluation.total_station.frame_from_presses import pressed_points
-from vislam2tag.evaluation.total_station.station_errors import station_findings, station_point_errors
+from vislam2tag.evaluation.total_station.station_errors import (
+    station_findings,
+    station_point_errors,
+    with_station_sigma,
+)
 from vislam2tag.evaluation.total_station.station_file import TRACK_FILE, StationTrack, read_station_track
 from vislam2tag.pipeline.labels.evaluate_session import REFERENCE, EvaluationJob, TruthComparisons, map_with, rounded
 from vislam2tag.pipeline.run.failures import unexpected
@@ -159,8 +163,9 @@ def _compare(walk: _Walk, method: str, alignment: DeviceAlignment, number: int, 
     truth = alignment.truths[number]
     if truth is None:
         return
+    known = with_station_sigma(truth, alignment, walk.job.settings.truth)
     for name in walk.job.strategies:
-        points = station_point_errors(walk.mapped[name], truth)
+        points = station_point_errors(walk.mapped[name], known)
         found.measured.append(
             strategy_errors(points_within_sigma(points, walk.job.settings.labels.max_sigma_m), method, name)
         )

@@ -27,7 +27,7 @@ def session_result(
     """Reduce a session to its result; ``needs`` is what its strategy says that a walk must have had to be mapped."""
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory
     own = task.floor.number
-    errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor)
+    errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor, settings.truth)
     drawings = draw(own, session.camera, session.landmarks, prepared.landmarks, trajectory, walk.readings["wifi"])
     result = result_of(
         task,

@@ -183,8 +183,9 @@ def _coverage(results: PaperResults) -> Figure:
 
 def _record(walks: list[PaperWalk], strategy: str) -> ErrorRecord:
     points = [walk.points[strategy] for walk in walks]
-    variance = np.concatenate([one.sigma_m for one in points])[:, None, None] ** 2
-    return reduce_errors("total station", np.concatenate([one.residual_bcs for one in points]), variance * np.eye(2))
+    covariance = np.concatenate([one.sigma_m for one in points])[:, None, None] ** 2 * np.eye(2)
+    errors = np.concatenate([one.residual_bcs for one in points])
+    return reduce_errors("total station", errors, covariance, np.zeros_like(covariance))
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
+import numpy as np
+
 from vislam2tag.evaluation.point_errors import TruthKind
 from vislam2tag.evaluation.pooling import ALL, ALL_WALKS, OVER_POINTS, OVER_WALKS
 from vislam2tag.evaluation.record import ErrorRow, SessionEvaluation, StrategyErrors, SurveyEvaluation
@@ -18,7 +20,7 @@ MEANINGS = {
     TruthKind.DENSE: "The position at every frame, from truth.csv: the simulator's, or another tracking system's.",
     TruthKind.TOTAL_STATION: "A total station followed a prism on the walker, at its own rate, where it saw it.",
     TruthKind.CONTROL_POINTS: "The walker pressed a button at surveyed points, a few to a walk; what the hand is off "
-    "counts as the label's error.",
+    "is part of the errors here.",
 }
 """Where each kind of truth comes from, for those who did not set it up."""
 _BEST_FIRST = tuple(MEANINGS)
@@ -34,6 +36,8 @@ class TruthView:
 
     name: str
     meaning: str
+    sigma_m: float | None
+    """How exactly its positions are known along each axis, root mean square over walks; None where nothing tells."""
     walks: Sequence[ErrorRow]
     points: Sequence[ErrorRow]
     groups: Sequence[ErrorRow]
@@ -87,12 +91,20 @@ def _truths(evaluation: SurveyEvaluation) -> Iterator[TruthView]:
         yield TruthView(
             name=_name(truth, method),
             meaning=MEANINGS[truth],
+            sigma_m=truth_sigma_m([one for session in evaluation.sessions for one in session.measured], truth, method),
             walks=[row for row in rows if row.group == ALL and row.over == OVER_WALKS],
             points=[row for row in rows if row.group == ALL and row.over == OVER_POINTS],
             groups=[row for row in rows if row.group != ALL and row.over == OVER_WALKS],
             curves=cdf_figure(evaluation, truth, method),
             movement=movement_figure(evaluation, truth, method),
         )
+
+
+def truth_sigma_m(measured: Sequence[StrategyErrors], truth: TruthKind, method: str) -> float | None:
+    """Root mean square, over the walks measured against a truth, of its own sigma; None where nothing tells."""
+    here = [one.truth_sigma_m for one in measured if (one.truth, one.method) == (truth, method)]
+    known = [value for value in here if value is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
 def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[StrategyErrors | None]]]:

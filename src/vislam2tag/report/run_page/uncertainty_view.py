@@ -5,9 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from vislam2tag.common.bootstrap import FEWEST_WALKS
 from vislam2tag.common.palette import EVENT_STYLES, EventStyle
 from vislam2tag.core.faults import EventKind
-from vislam2tag.evaluation.reliability import CoverageCurve, ReliabilityCurve, coverage_curve, reliability_curve
+from vislam2tag.evaluation.reliability import (
+    CoverageCurve,
+    ReliabilityCurve,
+    coverage_curve,
+    reliability_curve,
+    verdict,
+)
 from vislam2tag.evaluation.truth import CONTROL_POINTS
 from vislam2tag.labeling.results import Summary
 from vislam2tag.report.run_page.uncertainty_figures import coverage_figure, reliability_figure
@@ -38,10 +45,26 @@ class UncertaintyView:
         if self.reliability is not None:
             title = "Reliability: is the stated uncertainty true?"
             figures.append((title, reliability_figure(self.reliability)))
-        if self.coverage is not None and self.reliability is not None:
+        if self.coverage is not None and self.summary.errors is not None and any(self.summary.errors.inside):
             title = "Coverage and accuracy: what a limit on sigma costs and brings"
             figures.append((title, coverage_figure(self.coverage, self.limit_m)))
         return figures
+
+    @property
+    def verdict(self) -> str:
+        """What to think of the stated sigmas, as a sentence; empty where no truth is known."""
+        if self.summary.errors is None or not any(self.summary.errors.inside):
+            return ""
+        if self.reliability is None:
+            return (
+                "Whether the stated sigmas are true cannot be told here: this truth is itself less exact than the "
+                "labels say they are. A total station, or a truth.csv of the whole walk, would tell."
+            )
+        judged = verdict(self.summary.errors)
+        if judged is None:
+            return f"Fewer than {FEWEST_WALKS} walks: too few to tell whether the stated sigmas are true."
+        factor = f"{self.reliability.times_as_large:.2f} times as large as stated"
+        return f"So errors are {factor}: the stated sigmas are {judged}."
 
     @property
     def at_nearest_points(self) -> bool:
