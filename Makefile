@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all campaign lint types examples benchmark android docs docs-serve lock clean
+.PHONY: demo test test-all campaign lint types examples benchmark studio android docs docs-serve lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
@@ -38,6 +38,11 @@ examples: $(VENV)/.torch
 
 benchmark: $(VENV)/.installed
 	$(BIN)/python benchmarks/process_speed.py
+
+# The page of `vislam2tag studio`, from studio/ into src/vislam2tag/studio/page (needs Node.js 18 or newer).
+studio:
+	cd studio && npm ci --ignore-scripts --no-audit --no-fund --loglevel error
+	cd studio && npm run --silent openapi && npm run --silent build && npm run --silent lint && npm run --silent types && npm run --silent test
 
 # The documentation as a site in site/ (zensical.toml); a warning, such as a link that leads nowhere, is an error.
 docs: $(VENV)/.installed

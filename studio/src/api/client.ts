@@ -1,0 +1,73 @@
+// Requests to the server. What it refuses is a Refusal with its sentence.
+import type { Change, Comparison, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, SessionDetail, Session, Survey } from './model';
+import { type Series, type Track, readSeries, readTrack } from './arrow';
+
+export class Refusal extends Error {
+  constructor(readonly problem: Problem) {
+    super(problem.message);
+  }
+}
+
+async function request(method: string, path: string, body?: unknown, headers: Record<string, string> = {}): Promise<Response> {
+  const answer = await fetch(path, {
+    method,
+    credentials: 'same-origin',
+    headers: body === undefined ? headers : { ...headers, 'Content-Type': 'application/json' },
+    body: body === undefined ? undefined : JSON.stringify(body),
+  });
+  if (answer.ok) return answer;
+  const problem: Problem = await answer
+    .json()
+    .catch(() => ({ code: 'unexpected', message: `${answer.status} ${answer.statusText}`, corrections: null }));
+  throw new Refusal(problem);
+}
+
+async function json<T>(method: string, path: string, body?: unknown, headers?: Record<string, string>): Promise<T> {
+  return (await request(method, path, body, headers)).json() as Promise<T>;
+}
+
+async function track(path: string): Promise<Track> {
+  const answer = await request('GET', path);
+  return readTrack(await answer.arrayBuffer(), Number(answer.headers.get('Studio-Stride') ?? 1));
+}
+
+const name = encodeURIComponent;
+
+/** Exchange the token of the address for a cookie, and take it out of the address. */
+export async function enter(): Promise<void> {
+  const token = location.hash.slice(1);
+  if (!token) return;
+  history.replaceState(null, '', location.pathname);
+  await request('POST', '/api/enter', { token });
+}
+
+export const survey = () => json<Survey>('GET', '/api/survey');
+export const sessions = async () => (await json<{ sessions: Session[] }>('GET', '/api/sessions')).sessions;
+export const session = (id: string) => json<SessionDetail>('GET', `/api/sessions/${name(id)}`);
+export const overview = (output: string) => track(`/api/tracks?output=${name(output)}`);
+
+/** Every frame in a box [left, low, right, high] of a floor, metres. */
+export const frames = (output: string, floor: number, [left, low, right, high]: number[]) =>
+  track(`/api/tracks/window?output=${name(output)}&floor=${floor}&left=${left}&right=${right}&low=${low}&high=${high}`);
+export const walk = (id: string, output: string) => track(`/api/sessions/${name(id)}/track?output=${name(output)}`);
+export const scans = () => track('/api/scans');
+
+export async function series(id: string): Promise<Series[]> {
+  return readSeries(await (await request('GET', `/api/sessions/${name(id)}/series?points=2000`)).arrayBuffer());
+}
+
+export const corrections = () => json<Corrections>('GET', '/api/corrections');
+export const preview = (changes: Change[], text: string | null = null) =>
+  json<Preview>('POST', '/api/corrections/preview', { text, changes });
+export const save = (text: string, version: string) =>
+  json<Corrections>('PUT', '/api/corrections', { text }, { 'If-Match': `"${version}"` });
+
+export const process = (ids: string[] | null = null) => json<Job>('POST', '/api/jobs', { kind: 'process', sessions: ids });
+export const diagnose = () => json<Job>('POST', '/api/jobs', { kind: 'diagnose' });
+export const cancel = (id: number) => json<Job>('DELETE', `/api/jobs/${id}`);
+export const diagnosis = () => json<Diagnosis>('GET', '/api/diagnosis');
+export const invite = async () => (await json<{ url: string }>('POST', '/api/invitations', {})).url;
+export const compare = (a: string, b: string) => json<Comparison>('GET', `/api/compare?a=${name(a)}&b=${name(b)}`);
+export const layers = async () => (await json<{ layers: LayerInfo[] }>('GET', '/api/layers')).layers;
+export const features = async (layer: string, floor: number) =>
+  (await json<{ features: Feature[] }>('GET', `/api/layers/${name(layer)}?floor=${floor}`)).features;

@@ -1,0 +1,25 @@
+// Short names of what the server answers, generated from its description (npm run openapi).
+import type { components } from './schema';
+
+type Schemas = components['schemas'];
+
+export type Floor = Schemas['FloorView'];
+export type Landmark = Schemas['LandmarkView'];
+export type ControlPoint = Schemas['ControlPointView'];
+export type StatusStyle = Schemas['StatusView'];
+export type EventStyle = Schemas['EventKindView'];
+export type Survey = Schemas['SurveyView'];
+export type Session = Schemas['SessionView'];
+export type SessionDetail = Schemas['SessionDetail'];
+export type WalkEvent = Schemas['EventView'];
+export type Corrections = Schemas['CorrectionsView'];
+export type Change = Schemas['PreviewRequest']['changes'][number];
+export type Preview = Schemas['Preview'];
+export type Job = Schemas['Job'];
+export type Fault = Schemas['FaultView'];
+export type Diagnosis = Schemas['DiagnosisView'];
+export type Comparison = Schemas['ComparisonView'];
+export type LayerInfo = Schemas['LayerInfo'];
+export type Feature = Schemas['Feature'];
+export type Problem = Schemas['Problem'];
+export type Versions = Schemas['Versions'];

@@ -1,0 +1,121 @@
+// Landmarks, control points, events, faults and further layers as features of the map.
+import Feature from 'ol/Feature';
+import { LineString, Point, Polygon } from 'ol/geom';
+import { Circle, Fill, RegularShape, Stroke, Style, Text } from 'ol/style';
+import type { ControlPoint, EventStyle, Fault, Feature as LayerFeature, Landmark, WalkEvent } from '../api/model';
+import { type Placing, at } from './affine';
+
+export interface Mark {
+  kind: 'landmark' | 'control';
+  floor: number;
+  id: string;
+}
+
+const SEVERITY = { info: '#0072b2', warning: '#e69f00', error: '#d55e00' };
+
+/** Where a landmark or control point is, with the corrections; null: nowhere. */
+export const placeOf = (point: Landmark | ControlPoint): [number, number] | null =>
+  point.corrected ? [point.corrected[0], point.corrected[1]] : point.x === null || point.y === null ? null : [point.x, point.y];
+
+function label(text: string, dark: boolean, offset = -15): Text {
+  return new Text({
+    text,
+    font: '600 12px system-ui, sans-serif',
+    offsetY: offset,
+    fill: new Fill({ color: dark ? '#e6edf3' : '#24292f' }),
+    stroke: new Stroke({ color: dark ? '#0d1117' : '#fff', width: 3 }),
+  });
+}
+
+function pointFeature(kind: Mark['kind'], point: Landmark | ControlPoint, placing: Placing, dark: boolean, chosen: Mark | null): Feature[] {
+  const placed = placing.get(point.floor);
+  const place = placeOf(point);
+  if (!placed || !place) return [];
+  const feature = new Feature(new Point(at(placed, ...place)));
+  const mark: Mark = { kind, floor: point.floor, id: point.id };
+  feature.set('mark', mark);
+  const isChosen = chosen?.kind === kind && chosen.floor === point.floor && chosen.id === point.id;
+  const [radius, colour] = kind === 'landmark' ? [isChosen ? 10 : 7, point.corrected ? '#d55e00' : '#6639ba'] : [isChosen ? 9 : 6, '#009e73'];
+  const excluded = 'excluded' in point && point.excluded;
+  const shape = new RegularShape({
+    points: kind === 'landmark' ? 4 : 3,
+    angle: kind === 'landmark' ? Math.PI / 4 : 0,
+    radius,
+    fill: new Fill({ color: excluded ? 'rgba(128,128,128,0.3)' : colour }),
+    stroke: new Stroke({ color: isChosen ? (dark ? '#fff' : '#000') : '#fff', width: isChosen ? 2.5 : 1 }),
+  });
+  feature.setStyle(new Style({ image: shape, text: label(point.id, dark), zIndex: isChosen ? 2 : 1 }));
+  return [feature];
+}
+
+export function pointFeatures(landmarks: Landmark[], control: ControlPoint[], placing: Placing, dark: boolean, chosen: Mark | null): Feature[] {
+  return [
+    ...control.flatMap((point) => pointFeature('control', point, placing, dark, chosen)),
+    ...landmarks.flatMap((point) => pointFeature('landmark', point, placing, dark, chosen)),
+  ];
+}
+
+export function eventFeatures(events: WalkEvent[], styles: EventStyle[], placing: Placing): Feature[] {
+  return events.flatMap((event) => {
+    const placed = event.floor === null ? undefined : placing.get(event.floor);
+    if (!placed || event.x === null || event.y === null) return [];
+    const feature = new Feature(new Point(at(placed, event.x, event.y)));
+    const colour = styles.find(({ kind }) => kind === event.kind)?.colour ?? '#6e7781';
+    feature.setStyle(new Style({ image: new RegularShape({ points: 3, radius: 7, angle: Math.PI, fill: new Fill({ color: '#fff' }), stroke: new Stroke({ color: colour, width: 2.5 }) }) }));
+    feature.set('t', event.t);
+    return [feature];
+  });
+}
+
+export function faultFeatures(faults: Fault[], placing: Placing): Feature[] {
+  return faults.flatMap((fault) => fault.places.flatMap((place) => {
+    const placed = placing.get(place.floor);
+    if (!placed) return [];
+    const from = at(placed, place.x, place.y);
+    const ring = new Feature(new Point(from));
+    ring.setStyle(new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: SEVERITY.error, width: 3 }) }) }));
+    if (place.to_x === null || place.to_y === null) return [ring];
+    const arrow = new Feature(new LineString([from, at(placed, place.to_x, place.to_y)]));
+    arrow.setStyle(arrowStyle(arrow.getGeometry()!, SEVERITY.error, [6, 5]));
+    return [ring, arrow];
+  }));
+}
+
+function arrowStyle(line: LineString, color: string, lineDash?: number[]): Style[] {
+  const end = line.getLastCoordinate();
+  const [before] = line.getCoordinates().slice(-2);
+  const rotation = Math.PI / 2 - Math.atan2(end[1] - before[1], end[0] - before[0]);
+  return [
+    new Style({ stroke: new Stroke({ color, width: 2.5, lineDash }) }),
+    new Style({ geometry: new Point(end), image: new RegularShape({ points: 3, radius: 7, rotation, fill: new Fill({ color }) }) }),
+  ];
+}
+
+export function layerFeatures(features: LayerFeature[], placing: Placing): Feature[] {
+  return features.flatMap((item) => {
+    const placed = placing.get(item.floor);
+    if (!placed || !item.coordinates.length) return [];
+    const put = (ring: number[][]) => ring.map(([x, y]) => at(placed, x, y));
+    const color = item.colour ?? SEVERITY[item.severity];
+    const feature =
+      item.shape === 'point'
+        ? new Feature(new Point(put(item.coordinates)[0]))
+        : item.shape === 'line'
+          ? new Feature(new LineString(put(item.coordinates)))
+          : new Feature(new Polygon([put(item.coordinates), ...item.holes.map(put)]));
+    const shape = feature.getGeometry();
+    if (shape instanceof LineString) feature.setStyle(arrowStyle(shape, color));
+    else if (shape instanceof Polygon) feature.setStyle(new Style({ fill: new Fill({ color: `${color}30` }), stroke: new Stroke({ color: `${color}90`, width: 1 }) }));
+    else feature.setStyle(new Style({ image: new Circle({ radius: 6, fill: new Fill({ color }) }) }));
+    return [feature];
+  });
+}
+
+/** The walker at a moment: a dot and, where known, the direction looked in (rad). */
+export function walkerFeature(x: number, y: number, heading: number): Feature {
+  const feature = new Feature(new Point([x, y]));
+  const dot = new Style({ image: new Circle({ radius: 8, fill: new Fill({ color: '#b00020' }), stroke: new Stroke({ color: '#fff', width: 2.5 }) }) });
+  const pointer = new RegularShape({ points: 3, radius: 8, displacement: [0, 14], rotation: Math.PI / 2 - heading, rotateWithView: true, fill: new Fill({ color: '#b00020' }) });
+  feature.setStyle(Number.isFinite(heading) ? [dot, new Style({ image: pointer })] : dot);
+  return feature;
+}

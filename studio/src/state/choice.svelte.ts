@@ -1,0 +1,74 @@
+// What the reader of the page chose: floor, walk, moment, filter and how walks are drawn.
+import { data } from './data.svelte';
+import type { Session } from '../api/model';
+import type { ColourBy } from '../map/colours';
+
+export type Tab = 'walks' | 'diagnose' | 'landmarks' | 'corrections' | 'compare';
+export type Spot = { floor: number; x: number; y: number };
+
+class Choice {
+  tab = $state<Tab>('walks');
+  floor = $state(0);
+  stacked = $state(false);
+  turn = $state(0.5);
+  colourBy = $state<ColourBy>('status');
+  showScans = $state(false);
+  showBand = $state(false);
+  showEvents = $state(true);
+  layers = $state<Record<string, boolean>>({});
+
+  text = $state('');
+  filterFloor = $state('');
+  filterDevice = $state('');
+  filterDate = $state('');
+  filterFinding = $state('');
+
+  /** Id of the session that stands out. */
+  session = $state<string | null>(null);
+  /** Seconds after its first frame. */
+  time = $state(0);
+  /** A part of the walk painted on the slider: from, to; seconds. */
+  span = $state.raw<[number, number] | null>(null);
+  /** A landmark or control point. */
+  point = $state<{ kind: 'landmark' | 'control'; floor: number; id: string } | null>(null);
+  /** Where the chosen landmark or control point was dragged to. */
+  dragged = $state.raw<{ x: number; y: number } | null>(null);
+  /** What the map is to show next, with a number so that the same may be asked for twice. */
+  goal = $state.raw<{ spots: Spot[] } | null>(null);
+  /** Share of the map's width that the left of two compared outputs takes; null: not compared. */
+  swipe = $state<number | null>(null);
+  other = $state('');
+
+  listed = $derived(data.sessions.filter((session) => this.matches(session)));
+  current = $derived(this.session === null ? null : (data.byId.get(this.session) ?? null));
+
+  private matches(session: Session): boolean {
+    const words = [session.key.session, session.key.device, session.slug, ...session.landmarks].join(' ').toLowerCase();
+    return (
+      words.includes(this.text.trim().toLowerCase()) &&
+      (!this.filterFloor || session.key.floor === Number(this.filterFloor) || session.floors.includes(Number(this.filterFloor))) &&
+      (!this.filterDevice || session.key.device === this.filterDevice) &&
+      (!this.filterDate || session.date === this.filterDate) &&
+      (!this.filterFinding || this.filterFinding in session.findings)
+    );
+  }
+}
+
+export const choice = new Choice();
+
+export function chooseSession(id: string | null): void {
+  choice.session = id;
+  [choice.time, choice.span] = [0, null];
+  const session = id === null ? undefined : data.byId.get(id);
+  if (!session) return;
+  if (!session.floors.includes(choice.floor) && session.floors.length) choice.floor = session.floors[0];
+  const bounds = session.bounds[String(choice.floor)];
+  if (bounds) show([{ floor: choice.floor, x: bounds[0], y: bounds[2] }, { floor: choice.floor, x: bounds[1], y: bounds[3] }]);
+}
+
+/** Bring places into view; the floor becomes that of the first. */
+export function show(spots: Spot[]): void {
+  if (!spots.length) return;
+  choice.floor = spots[0].floor;
+  choice.goal = { spots };
+}

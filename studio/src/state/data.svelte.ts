@@ -1,0 +1,100 @@
+// What the server holds, kept as it is there.
+import type { Track } from '../api/arrow';
+import * as api from '../api/client';
+import type { Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
+
+class Data {
+  survey = $state.raw<Survey | null>(null);
+  sessions = $state.raw<Session[]>([]);
+  overview = $state.raw<Track | null>(null);
+  scans = $state.raw<Track | null>(null);
+  corrections = $state.raw<Corrections>({ version: '', text: '', entries: [], problem: null });
+  diagnosis = $state.raw<Diagnosis | null>(null);
+  layers = $state.raw<LayerInfo[]>([]);
+  jobs = $state.raw<Job[]>([]);
+  /** The output that walks are drawn from: labels, before, or one to compare with. */
+  output = $state('labels');
+  /** Counts up as labels change, for what is loaded of them elsewhere. */
+  generation = $state(0);
+  problem = $state('');
+  /** What was done last, for the status line and readers of the screen. */
+  notice = $state('');
+  entryNeeded = $state(false);
+
+  job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
+  byId = $derived(new Map(this.sessions.map((session) => [session.id, session])));
+}
+
+export const data = new Data();
+
+/** Run a request; what goes wrong is shown. Returns whether it went well. */
+export async function attempt(work: () => Promise<void>): Promise<boolean> {
+  try {
+    await work();
+    data.problem = '';
+    return true;
+  } catch (error) {
+    if (error instanceof api.Refusal && error.problem.code === 'entry_needed') data.entryNeeded = true;
+    if (error instanceof api.Refusal && error.problem.corrections) data.corrections = error.problem.corrections;
+    data.problem = error instanceof Error ? error.message : String(error);
+    return false;
+  }
+}
+
+export async function loadTracks(): Promise<void> {
+  const output = data.output;
+  const [overview, scans] = await Promise.all([api.overview(output), api.scans()]);
+  if (output !== data.output) return;
+  [data.overview, data.scans] = [overview, scans];
+  data.generation++;
+}
+
+async function loadSurvey(): Promise<void> {
+  [data.survey, data.sessions] = await Promise.all([api.survey(), api.sessions()]);
+}
+
+export async function loadDiagnosis(): Promise<void> {
+  data.diagnosis = await api.diagnosis();
+}
+
+export async function start(): Promise<void> {
+  await attempt(async () => {
+    await api.enter();
+    await loadSurvey();
+    await Promise.all([loadTracks(), loadCorrections(), api.layers().then((layers) => (data.layers = layers))]);
+    listen();
+    await loadDiagnosis();
+  });
+}
+
+async function loadCorrections(): Promise<void> {
+  data.corrections = await api.corrections();
+}
+
+/** Hear of changes: by this page, the terminal or a second studio. */
+function listen(): void {
+  let known: Versions | null = null;
+  const source = new EventSource('/api/events');
+  const compare = (event: MessageEvent<string>) => {
+    const now = JSON.parse(event.data) as Versions;
+    const before = known;
+    known = now;
+    if (!before) return;
+    void attempt(async () => {
+      if (now.survey !== before.survey || now.sessions !== before.sessions) await loadSurvey();
+      if (now.corrections !== before.corrections) await loadCorrections();
+      if (now.labels !== before.labels) await loadTracks();
+      if (now.labels !== before.labels || now.corrections !== before.corrections) await loadDiagnosis();
+    });
+  };
+  source.addEventListener('hello', compare);
+  source.addEventListener('versions', compare);
+  source.addEventListener('job', (event: MessageEvent<string>) => {
+    const job = JSON.parse(event.data) as Job;
+    data.jobs = [...data.jobs.filter(({ id }) => id !== job.id), job];
+    if (job.state === 'failed') data.problem = job.error ?? '';
+    if (job.state === 'done' || job.state === 'failed') void attempt(async () => {
+      await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis()]);
+    });
+  });
+}

@@ -1,0 +1,66 @@
+// The chosen walk in full: frames, charts and the moments one can jump to.
+import { type Series, type Track } from '../api/arrow';
+import * as api from '../api/client';
+import type { SessionDetail } from '../api/model';
+import { choice } from './choice.svelte';
+import { attempt, data } from './data.svelte';
+
+export interface Moment {
+  t: number;
+  kind: 'landmark' | 'event' | 'finding';
+  text: string;
+}
+
+class Walk {
+  detail = $state.raw<SessionDetail | null>(null);
+  track = $state.raw<Track | null>(null);
+  series = $state.raw<Series[]>([]);
+  moments = $derived(momentsOf(this.detail));
+  end = $derived(this.detail?.session.duration_s ?? 0);
+  /** Row of the frame at the chosen time. */
+  row = $derived(this.track ? rowAt(this.track.t, choice.time) : -1);
+}
+
+export const walk = new Walk();
+
+export function momentsOf(detail: SessionDetail | null): Moment[] {
+  if (!detail) return [];
+  const contradicted = detail.contradictions.map(({ landmark }) => landmark);
+  return [
+    ...detail.visits.map(({ t, landmark }): Moment => ({ t, kind: contradicted.includes(landmark) ? 'finding' : 'landmark', text: landmark })),
+    ...detail.events.map(({ t, kind }): Moment => ({ t, kind: 'event', text: kind })),
+  ].sort((a, b) => a.t - b.t);
+}
+
+/** The next moment after (`direction` 1) or before (-1) a time, of a kind or of any. */
+export function nextMoment(moments: Moment[], time: number, direction: 1 | -1, kind: Moment['kind'] | null): Moment | undefined {
+  const fitting = moments.filter((moment) => (kind === null || moment.kind === kind || (kind === 'landmark' && moment.kind === 'finding')));
+  return direction > 0 ? fitting.find(({ t }) => t > time + 0.01) : fitting.findLast(({ t }) => t < time - 0.01);
+}
+
+/** Last row whose time is not after `time`; times ascend. */
+export function rowAt(times: Float32Array, time: number): number {
+  let [low, high] = [0, times.length - 1];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (times[middle] <= time) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+/** Load the chosen walk whenever the choice or its labels change; to be called in a component. */
+export function followChoice(): void {
+  $effect(() => {
+    const [id, output] = [choice.session, data.output];
+    void data.generation;
+    if (id === null) {
+      [walk.detail, walk.track, walk.series] = [null, null, []];
+      return;
+    }
+    void attempt(async () => {
+      const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id)]);
+      if (id === choice.session && output === data.output) [walk.detail, walk.track, walk.series] = [detail, track, series];
+    });
+  });
+}

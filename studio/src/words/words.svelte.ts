@@ -1,0 +1,44 @@
+// Words of the page in English and German.
+import { de } from './de';
+import { en } from './en';
+
+export type Word = keyof typeof en;
+export type Language = 'en' | 'de';
+
+class Words {
+  language = $state<Language>(
+    (localStorage.getItem('language') ?? navigator.language).startsWith('de') ? 'de' : 'en',
+  );
+
+  switch(): void {
+    this.language = this.language === 'de' ? 'en' : 'de';
+    localStorage.setItem('language', this.language);
+  }
+}
+
+export const words = new Words();
+
+/** The text of a word, its {names} replaced. */
+export function t(word: Word, values: Record<string, string | number> = {}): string {
+  const text: string = (words.language === 'de' ? de : en)[word];
+  return text.replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+}
+
+/** A word that may be unknown here, such as a kind that a newer server knows: shown as it is. */
+export function named(group: string, name: string): string {
+  const word = `${group}.${name}`;
+  return word in en ? t(word as Word) : name.replaceAll('_', ' ');
+}
+
+export const number = (value: number | null | undefined, digits = 1): string =>
+  value === null || value === undefined || Number.isNaN(value)
+    ? '–'
+    : value.toLocaleString(words.language, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+
+export const percent = (share: number | null | undefined): string =>
+  share === null || share === undefined ? '–' : `${number(share * 100, 1)} %`;
+
+export function clock(seconds: number): string {
+  const whole = Math.max(0, Math.floor(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}.${Math.floor((Math.max(0, seconds) % 1) * 10)}`;
+}
