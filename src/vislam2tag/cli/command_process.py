@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -25,6 +25,7 @@ from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
 from vislam2tag.common.plugins import STRATEGIES
+from vislam2tag.common.store import shown
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
 
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 DEFAULT_STRATEGY = Settings().strategy
 HELP = """
 Map every session of a survey and label every reading.
+
+SURVEY and OUT may be addresses of folders in object storage (s3://, az://, gs://): docs/fleets.md.
 
 Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
 OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
@@ -80,41 +83,23 @@ def _process(
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.process import process
+    from vislam2tag.survey.stored_survey import survey_at_hand
 
-    settings = settings_of(
-        config,
-        {
-            "strategy": strategy,
-            "labels.rule": label_rule,
-            "labels.max_gap_s": max_gap_s,
-            "mapping.visit_radius_m": visit_radius_m,
-            "labels.max_sigma_m": max_sigma_m,
-            "mapping.max_step_m": max_step_m,
-            "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
-        },
-        survey,
-    )
-    selection = selection_of(floor, device)
-    try:
-        with session_bar("sessions") as bar:
-            summary = process(
-                survey,
-                out,
-                settings,
-                landmarks=landmarks,
-                selection=selection,
-                jobs=jobs,
-                replace=replace,
-                progress=lambda outcome, total: bar.advance(total, outcome.error, outcome.rows),
-                tell=print_warnings,
-            )
-    except KeyboardInterrupt:
-        say(
-            f"interrupted: {bar.done} sessions are done and kept in {out}; run the same command again to go on",
-            err=True,
+    given = {
+        "strategy": strategy,
+        "labels.rule": label_rule,
+        "labels.max_gap_s": max_gap_s,
+        "mapping.visit_radius_m": visit_radius_m,
+        "labels.max_sigma_m": max_sigma_m,
+        "mapping.max_step_m": max_step_m,
+        "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
+    }
+    with survey_at_hand(survey) as folder:
+        settings = settings_of(config, given, folder)
+        chosen = selection_of(floor, device)
+        summary = _process_with_progress(
+            folder, out, settings, landmarks=landmarks, selection=chosen, jobs=jobs, replace=replace
         )
-        raise typer.Exit(INTERRUPTED) from None
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)
@@ -124,6 +109,27 @@ def _process(
     after = "process, failed" if summary.failed else "process, faults" if summary.faults else "process"
     next_step(after, survey=survey)
     raise typer.Exit(1 if summary.failed else 0)
+
+
+def _process_with_progress(survey: Path, out: Path, settings: Settings, **options: Any) -> Summary:
+    from vislam2tag.pipeline.labels.process import process
+
+    try:
+        with session_bar("sessions") as bar:
+            return process(
+                survey,
+                out,
+                settings,
+                progress=lambda outcome, total: bar.advance(total, outcome.error, outcome.rows),
+                tell=print_warnings,
+                **options,
+            )
+    except KeyboardInterrupt:
+        say(
+            f"interrupted: {bar.done} sessions are done and kept in {shown(out)}; run the same command again to go on",
+            err=True,
+        )
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _print_summary(summary: Summary, out: Path) -> None:
@@ -145,7 +151,7 @@ def _print_summary(summary: Summary, out: Path) -> None:
             f"landmark {found.landmark} on floor {found.floor} contradicts the rest in {found.sessions} of "
             f"{found.seen} sessions, by up to {found.greatest_m:.2f} m: measure it again"
         )
-    say(f"report: {out / 'report.html'}")
+    say(f"report: {shown(out / 'report.html')}")
 
 
 def _share(counts: dict[str, int]) -> str:

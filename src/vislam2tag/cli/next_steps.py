@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vislam2tag.cli.terminal import say
+from vislam2tag.common.store import shown
 
 STEPS: Mapping[str, str] = {
     "site init": "vislam2tag plan {site} --out plan --write",
@@ -66,5 +67,5 @@ STEPS: Mapping[str, str] = {
 
 def next_step(after: str, *, err: bool = False, **places: str | Path | int) -> None:
     """End a command with the step to take after it; ``places`` are quoted as a shell wants them."""
-    quoted = {name: shlex.quote(str(place)) for name, place in places.items()}
+    quoted = {name: shlex.quote(shown(place) if isinstance(place, Path) else str(place)) for name, place in places.items()}
     say(f"next: {STEPS[after].format(**quoted)}", err=err)

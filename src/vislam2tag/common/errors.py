@@ -28,6 +28,14 @@ class OutputError(Vislam2tagError):
     """The output folder cannot be written, or belongs to something else."""
 
 
+class StoreError(Vislam2tagError):
+    """An object store cannot be read or written, or does not do what is needed."""
+
+
+class StoreConflictError(StoreError):
+    """Another program has written the object meanwhile."""
+
+
 class UsageError(Vislam2tagError):
     """An option has a value that cannot work."""
 

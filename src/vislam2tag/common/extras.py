@@ -14,6 +14,7 @@ _EXTRAS = {
     "receive": ("segno", "starlette", "uvicorn"),
     "positioning": ("safetensors", "sklearn", "tifffile"),
     "hdf5": ("h5py",),
+    "fleet": ("dask", "distributed", "obstore"),
     "models": ("onnx", "onnxscript", "torch"),
 }
 """By extra (pyproject.toml), the packages whose lack names it; segno is in ``prepare``, too."""

@@ -10,6 +10,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.store import shown
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
@@ -17,6 +18,7 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
 from vislam2tag.survey.corrections import Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
+from vislam2tag.survey.stored_survey import survey_at_hand
 
 
 class FloorOverview(Record):
@@ -92,6 +94,11 @@ def inspect_survey(
     ``progress`` is called with the number of sessions done and their total. Corrections are not applied to the
     figures, but sessions they exclude are not read.
     """
+    with survey_at_hand(root) as folder:
+        return _inspection(folder, finding_settings, progress).model_copy(update={"survey": shown(root)})
+
+
+def _inspection(root: Path, finding_settings: FindingSettings | None, progress: Progress[int]) -> Inspection:
     survey = open_survey(root)
     corrections = read_corrections(root)
     sessions = []

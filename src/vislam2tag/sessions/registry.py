@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Protocol
 
 import polars as pl
@@ -22,6 +25,7 @@ from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.survey.stored_survey import stored_folder
 
 UNKNOWN_FORMAT = "unknown"
 """Format of a session folder that cannot be looked into; reading it raises SessionError."""
@@ -75,8 +79,9 @@ def format_module(name: str) -> str:
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
     """SHA-256 of each input file of a session by name; raises SessionError where one cannot be read."""
     try:
-        paths = _format_named(ref).input_files(ref.folder)
-        return {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
+        with at_hand(ref) as ref:
+            paths = _format_named(ref).input_files(ref.folder)
+            return {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
     except OSError as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 
@@ -84,9 +89,33 @@ def hash_inputs(ref: SessionRef) -> dict[str, str]:
 def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read one session whole. Raises SessionError where its folder or format is gone; nothing else."""
     try:
-        return _format_named(ref).read(ref, settings or FindingSettings())
+        with at_hand(ref) as ref:
+            return _format_named(ref).read(ref, settings or FindingSettings())
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+
+
+@contextmanager
+def at_hand(ref: SessionRef, *further: str) -> Iterator[SessionRef]:
+    """Yield a session whose files are on this machine while the block lasts: one in a store is fetched, others stay.
+
+    Fetched is what its format reads, and the ``further`` files that are there, by name.
+    """
+    if ref.stored is None:
+        yield ref
+        return
+    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+        folder = Path(scratch) / ref.folder.name
+        files = {ref.stored.path(file, folder): file.name for file in ref.stored.files}
+        for path in files:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+        here = replace(ref, folder=folder, stored=None)
+        read = {*_format_named(here).input_files(folder), *(folder / name for name in further)}
+        for path in files.keys() & read:
+            if ref.stored.store.fetch(files[path], path) is None:
+                path.unlink()  # removed since the survey was listed
+        yield here
 
 
 def _format_named(ref: SessionRef) -> SessionFormat:
@@ -126,8 +155,8 @@ def open_survey(
     unused = unused_corrections(corrections, [*keys, *(key for key, _, _ in sessions)], site.landmarks)
     slugs = session_slugs(keys)
     listed = zip(keys, sessions, slugs, strict=True)
-    refs = tuple(sorted((SessionRef(key, *of[1:], slug) for key, of, slug in listed), key=lambda ref: ref.key))
-    return Survey(root, site, refs, (*findings, *unused, *odd_folders))
+    refs = (SessionRef(key, *of[1:], slug, stored_folder(root, of[1])) for key, of, slug in listed)
+    return Survey(root, site, tuple(sorted(refs, key=lambda ref: ref.key)), (*findings, *unused, *odd_folders))
 
 
 def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) -> list[SessionKey]:

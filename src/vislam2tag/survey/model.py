@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.store import Listed, Store
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.similarity import Similarity2
@@ -29,6 +30,26 @@ class SessionKey:
 
 
 @dataclass(frozen=True)
+class StoredFolder:
+    """A session's folder in a store (or the one file that a session is), as it was listed."""
+
+    store: Store
+    """That of the survey."""
+    name: str
+    """Path below the survey."""
+    files: tuple[Listed, ...]
+
+    @property
+    def address(self) -> str:
+        """Address of the folder."""
+        return f"{self.store.address}/{self.name}"
+
+    def path(self, file: Listed, folder: Path) -> Path:
+        """Where a file of the folder belongs in another one that stands for it."""
+        return folder / PurePosixPath(file.name).relative_to(self.name)
+
+
+@dataclass(frozen=True)
 class SessionRef:
     """Where a session lies and which format its folder has (a registered name)."""
 
@@ -37,6 +58,8 @@ class SessionRef:
     format: str
     slug: str
     """File-name stem of this session's outputs: unique in the survey, letters, digits, ``.``, ``_`` and ``-`` only."""
+    stored: StoredFolder | None = None
+    """Where the session lies in an object store; ``folder`` then has the names of its files, without their content."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.stored_folder import folder_at_hand
 from vislam2tag.dataset.comparing.comparable import ComparedFolder, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
 
@@ -35,12 +36,17 @@ class Comparison(Record):
 
 
 def compare(first: Path, second: Path, tolerance: float, progress: Progress[int] = silent) -> Comparison:
-    """Compare two folders, one table of one session at a time.
+    """Compare two folders, or addresses of folders in object storage, one table of one session at a time.
 
     ``tolerance``: metres for positions, the own unit of any other column with fractions.
     Raises UsageError where a folder holds nothing to compare or both hold different kinds, DatasetError where a
     table cannot be read.
     """
+    with folder_at_hand(first) as one, folder_at_hand(second) as other:
+        return _comparison(one, other, tolerance, progress)
+
+
+def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[int]) -> Comparison:
     one, other = comparable(first), comparable(second)
     if one.kind != other.kind:
         raise UsageError(

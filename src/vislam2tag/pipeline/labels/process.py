@@ -6,8 +6,11 @@ import hashlib
 import json
 import platform
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -17,24 +20,29 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.store import shown, store_at
 from vislam2tag.diagnosis.record import Fault
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
-from vislam2tag.pipeline.labels.session import Job, Outcome, code_of, process_session
+from vislam2tag.pipeline.labels.session import Outcome, code_of
+from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
 from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.run.output_store import claim_store
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.pipeline.run.store import claim
+from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
+from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef, Site, Survey
+from vislam2tag.survey.stored_survey import survey_at_hand
 
 
 def process(
@@ -45,47 +53,73 @@ def process(
     landmarks: Path | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
+    executor: Executor | None = None,
     replace: bool = False,
     progress: Progress[Outcome] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
+    ``survey_root`` and ``out`` are folders, or addresses of folders in object storage (``Path("s3://bucket/survey")``).
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
-    run in that many processes (call it from under ``if __name__ == "__main__":``). ``replace`` allows ``out`` to hold
-    labels of another strategy, labels that were rebased, or what another command wrote, which is removed. ``tell`` is
-    called with what is odd about the site's own files before sessions are mapped. Raises SurveyError where
-    ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a selection that matches
-    nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
-    ``Summary.failed``.
+    run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere
+    (:mod:`vislam2tag.pipeline.run.dask_executor`). ``replace`` allows ``out`` to hold labels of another strategy,
+    labels that were rebased, or what another command wrote, which is removed. ``tell`` is called with what is odd about
+    the site's own files before sessions are mapped. Raises SurveyError where ``survey_root`` is no survey or
+    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
+    cannot be written or is not ours, StoreError where a store cannot be read or written; a bad session is only counted
+    in ``Summary.failed``.
     """
     settings = settings or ProcessSettings()
     selection = selection or Selection()
+    run_all = executor or partial(process_all, workers=jobs)
+    with survey_at_hand(survey_root) as root:
+        survey, tasks = _tasks(root, settings, landmarks, selection)
+        refuse_among_sessions(survey, out)
+        if not replace:
+            _refuse_other_labels(out, settings.strategy)
+        record = run_record(root, landmarks, settings, selection) | site_record(survey)
+        with _claimed(out, record, replace) as folder:
+            folder.remove(CHANGE_FILE)  # it says that the labels were rebased
+            tell(survey.findings)
+            folder.keep_only({task.ref.slug for task in tasks})
+            run_all(run_session, jobs_of(tasks, settings, folder), report=lambda done: progress(done, len(tasks)))
+            return _reduce(survey, [task.ref for task in tasks], settings, folder)
+
+
+def _tasks(
+    root: Path, settings: ProcessSettings, landmarks: Path | None, selection: Selection
+) -> tuple[Survey, list[SessionTask]]:
+    """The survey, and the sessions of it that are to be processed."""
     strategy_named(settings.strategy, settings.mapping)
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
-    corrections = read_corrections(survey_root)
+    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
+    corrections = read_corrections(root)
     refs = selected(survey, corrections, selection)
     survey = _with_exclusions(survey, corrections)
-    refuse_among_sessions(survey, out)
-    if not replace:
-        _refuse_other_labels(out, settings.strategy)
-    record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
-    with claim(out, record, replace=replace) as folder:
-        (out / CHANGE_FILE).unlink(missing_ok=True)  # it says that the labels were rebased
-        tell(survey.findings)
-        folder.keep_only({ref.slug for ref in refs})
-        code = {name: code_of(name, settings) for name in sorted({ref.format for ref in refs})}
-        todo = [
-            Job(session_task(ref, survey, corrections, settings), settings, folder, code[ref.format]) for ref in refs
-        ]
-        process_all(process_session, todo, jobs, lambda outcome: progress(outcome, len(todo)))
-        return _reduce(survey, refs, settings, folder)
+    return survey, [session_task(ref, survey, corrections, settings) for ref in refs]
+
+
+def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
+    """Jobs that process sessions into ``out``, each with the key of its source."""
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
+    return [job_for(task, settings, out, code[task.ref.format]) for task in tasks]
+
+
+@contextmanager
+def _claimed(out: Path, record: dict[str, object], replace: bool) -> Iterator[Output]:
+    store = store_at(out)
+    if store is None:
+        with claim(out, record, replace=replace) as folder:
+            yield folder
+    else:
+        with claim_store(store, record, replace=replace) as stored:
+            yield stored
 
 
 def _refuse_other_labels(out: Path, strategy: str) -> None:
     """Raise OutputError where ``out`` holds labels that this strategy did not make."""
     try:
-        run = read_json(out / RUN_FILE)
+        run = _run_of(out)
         ours = run["program"] == PROGRAM
         before = str(run["settings"]["strategy"])
         rebased = bool(run.get("rebase"))
@@ -94,8 +128,18 @@ def _refuse_other_labels(out: Path, strategy: str) -> None:
     if ours and (rebased or before != strategy):
         what = "labels that `vislam2tag site rebase` made" if rebased else f"labels of the strategy {before}"
         raise OutputError(
-            f"{out}: holds {what}; give --replace to replace them by labels of {strategy}, or choose another --out"
+            f"{shown(out)}: holds {what}; give --replace to replace them by labels of {strategy}, "
+            "or choose another --out"
         )
+
+
+def _run_of(out: Path) -> Any:
+    """The record of the run that wrote an output folder; raises OSError or ValueError where none can be read."""
+    store = store_at(out)
+    if store is None:
+        return read_json(out / RUN_FILE)
+    found = store.get(RUN_FILE)
+    return None if found is None else json.loads(found.data)
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
@@ -167,7 +211,7 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, folder: OutputFolder) -> Summary:
+def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, folder: Output) -> Summary:
     """Reduce the sessions' results, one at a time, to summary and report."""
 
     def results() -> Iterator[SessionResult]:
@@ -185,7 +229,7 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, f
     return summary
 
 
-def _faults(survey: Survey, refs: Sequence[SessionRef], folder: OutputFolder) -> list[Fault]:
+def _faults(survey: Survey, refs: Sequence[SessionRef], folder: Output) -> list[Fault]:
     """What the walks tell to be wrong with the survey."""
     walks = []
     for ref in thinned(refs):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -22,13 +22,13 @@ from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk, write_table
 from vislam2tag.mapping.registry import strategy_modules, strategy_named
-from vislam2tag.pipeline.labels.accuracy import truth_mark
+from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
-from vislam2tag.sessions.registry import format_module, hash_inputs
+from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 
 
@@ -68,11 +68,22 @@ def process_session(job: Job) -> Outcome:
     """Read, map, label and write one session; what an earlier run did and nothing changed since is not repeated.
 
     A session that cannot be read or mapped becomes a result with an error. Raises OutputError where nothing can be
-    written.
+    written, StoreError where its files lie in a store and cannot be fetched.
     """
+    with at_hand(job.task.ref, TRUTH_FILE) as ref:
+        return _process_at_hand(replace(job, task=replace(job.task, ref=ref)))
+
+
+def fail_session(job: Job, error: str) -> Outcome:
+    """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
+    job.out.forget(job.slug)
+    return _finish(job, _failed(job, f"{job.task.ref.key}: {error}"))
+
+
+def _process_at_hand(job: Job) -> Outcome:
     done = job.out.result(job.slug)
-    if done is not None and _still_holds(job, done):
-        return _outcome(done, repeated=False)
+    if done is not None and still_holds(job, done):
+        return outcome_of(done, repeated=False)
     job.out.forget(job.slug)
     try:
         result = _process(job)
@@ -82,11 +93,17 @@ def process_session(job: Job) -> Outcome:
         result = _failed(job, str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
         result = _failed(job, unexpected(job.task.ref.key, error))
+    return _finish(job, result)
+
+
+def _finish(job: Job, result: SessionResult) -> Outcome:
+    """Write the done-mark."""
     job.out.write_text(f"{RESULTS}/{job.slug}.json", result.model_dump_json(indent=1) + "\n")
-    return _outcome(result, repeated=True)
+    return outcome_of(result, repeated=True)
 
 
-def _outcome(result: SessionResult, *, repeated: bool) -> Outcome:
+def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
+    """What is told of a session with this result."""
     rows = sum(sum(counts.values()) for counts in result.readings.values())
     return Outcome(result.slug, result.error, repeated, rows)
 
@@ -114,12 +131,17 @@ def _write_tables(job: Job, tables: dict[str, pl.DataFrame]) -> None:
         job.out.write(f"{name}/{job.slug}.parquet", partial(write_table, table, name, strategy))
 
 
-def _still_holds(job: Job, done: SessionResult) -> bool:
-    tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
-    if not all((job.out.root / name / f"{job.slug}.parquet").is_file() for name in tables):
-        return False
+def still_holds(job: Job, done: SessionResult, hashes: dict[str, str] | None = None) -> bool:
+    """Whether an earlier result is what processing would make now, and its tables are there.
+
+    ``hashes`` are the SHA-256 of the session's files by name, where they are known without reading the files.
+    """
+    if hashes is None:
+        tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
+        if not all((job.out.root / name / f"{job.slug}.parquet").is_file() for name in tables):
+            return False
     try:
-        return done.fingerprint == _fingerprint(job, hash_inputs(job.task.ref), done.landmarks_logged)
+        return done.fingerprint == _fingerprint(job, hashes or hash_inputs(job.task.ref), done.landmarks_logged)
     except SessionError:
         return False
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import re
 import shutil
 from collections.abc import Callable, Iterator
@@ -31,13 +32,19 @@ class OutputFolder:
 
     root: Path
 
+    @property
+    def place(self) -> str:
+        """Its path, for messages."""
+        return str(self.root)
+
     def write(self, relative: str, fill: Callable[[Path], None]) -> None:
         """Let ``fill`` write a temporary file, then move it to ``relative``.
 
         Raises OutputError, and leaves no half file, where either cannot be done.
         """
         target = self.root / relative
-        partial = self.root / PARTIAL / relative.replace("/", ".")
+        # Where several machines share the folder, two may be at one session: each has a file of its own.
+        partial = self.root / PARTIAL / f"{platform.node()}.{os.getpid()}.{relative.replace('/', '.')}"
         try:
             target.parent.mkdir(exist_ok=True)
             fill(partial)
@@ -52,6 +59,10 @@ class OutputFolder:
     def write_text(self, relative: str, text: str) -> None:
         """Write a UTF-8 text file whole."""
         self.write(relative, lambda path: _write_bytes(path, text.encode()))
+
+    def remove(self, relative: str) -> None:
+        """Remove a file; none there is no fault."""
+        self._remove(self.root / relative)
 
     def result(self, slug: str) -> SessionResult | None:
         """Read the result (and so the done-mark) of a session; None where there is none that can be read."""

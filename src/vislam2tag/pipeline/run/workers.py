@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import wait
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -23,6 +23,17 @@ from vislam2tag.pipeline.run.failures import LogInOrder, recorded
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
+
+
+class Executor(Protocol):
+    """Does a module's function on all sessions, somewhere, reporting each as it ends."""
+
+    def __call__(
+        self, work: Callable[[_Job], _Outcome], todo: list[_Job], *, report: Callable[[_Outcome], None]
+    ) -> None:
+        """Work all of ``todo``; raises what the work raises."""
+        ...
+
 
 AHEAD = 2
 """Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""

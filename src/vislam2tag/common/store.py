@@ -1,0 +1,266 @@
+"""Folders in object storage (``s3://``, ``az://``, ``gs://``; ``memory://`` in one process): a thin adapter to obstore.
+
+Credentials, endpoint and region come from where each service's own tools look for them (environment, instance, web
+identity); none is ever part of an address, a message or a result.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import timedelta
+from functools import cache
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
+from vislam2tag.common.extras import import_extra
+
+_SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}
+_ADDRESS = re.compile(rf"({'|'.join(_SCHEMES)}):/+([^/].*|)")
+_TIMEOUT_S = 60
+"""Of one request; what is torn, refused for being too frequent (429, 503) or met a server's error is tried again."""
+_RETRIES = {
+    "max_retries": 8,
+    "backoff": {"init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=10), "base": 2},
+    "retry_timeout": timedelta(seconds=120),
+}
+_CAUSES = (
+    ("NoSuchBucket|ContainerNotFound|bucket does not exist", "there is no such bucket: make it, or correct its name"),
+    ("RequestTimeTooSkewed|clock", "this machine's clock is wrong, which the store refuses: set it"),
+    (
+        "PermanentRedirect|AuthorizationHeaderMalformed|IllegalLocationConstraint",
+        "the bucket lies in another region: set AWS_REGION to its own",
+    ),
+    ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
+    ("InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo", "the credentials are wrong: check them"),
+    ("SlowDown|TooManyRequests|429 |503 ", "the store is too busy, in all tries: run again later, with fewer workers"),
+    (r"169\.254\.|metadata\.google|credential", "no credentials were found: set them as for the service's own tools"),
+    ("401 |Unauthenticated", "no credentials that the store knows: set them as for the service's own tools"),
+    ("403 |AccessDenied|PermissionDenied", "permission is denied: the credentials must allow to list, read and write"),
+)
+"""By what the store answers: what it means and what to do; the first that matches counts."""
+
+
+def address_of(path: Path | str) -> str | None:
+    """The address of a folder in a store that a path stands for; None for one of this machine.
+
+    Where a path was made of an address it holds one slash of two, ``s3:/bucket/prefix``. Raises UsageError for an
+    address with credentials or without a bucket.
+    """
+    match = _ADDRESS.fullmatch(os.fspath(path))
+    if match is None:
+        return None
+    scheme, rest = match.groups()
+    if "@" in rest.partition("/")[0]:
+        raise UsageError(f"{scheme}://...: credentials must not stand in an address: set them in the environment")
+    if not rest:
+        raise UsageError(f"{scheme}://: names no bucket; give {scheme}://BUCKET/FOLDER")
+    return f"{scheme}://{rest.rstrip('/')}"
+
+
+def shown(path: Path | str) -> str:
+    """A path, or the address that it stands for, as people write it; other text stays as it is."""
+    return address_of(path) or str(path)
+
+
+@dataclass(frozen=True)
+class Version:
+    """One version of an object, for conditional writes."""
+
+    e_tag: str | None
+    number: str | None = None
+
+    @property
+    def mark(self) -> str:
+        """What tells this version from any other of the same object."""
+        return self.number or self.e_tag or ""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """An object that was read."""
+
+    data: bytes
+    version: Version
+    notes: Mapping[str, str]
+    """What was kept beside it by whoever put it."""
+
+
+@dataclass(frozen=True, order=True)
+class Listed:
+    """An object as a listing shows it."""
+
+    name: str
+    """Path below the folder that was listed."""
+    size: int
+    version: Version = field(compare=False)
+
+
+@dataclass(frozen=True)
+class Store:
+    """A folder in a store; names are paths below it. Cheap to pass to other processes, which connect on their own.
+
+    Every method raises StoreError, with one clear message, where the store does not do what is asked.
+    """
+
+    address: str
+
+    def get(self, name: str) -> Stored | None:
+        """Read an object whole; None where there is none."""
+        try:
+            found = _obstore().get(_connection(self.address), name)
+            data = bytes(found.bytes())
+        except FileNotFoundError as error:
+            self._raise_without_bucket(error)
+            return None
+        except _errors() as error:
+            raise self._error(name, "read", error) from None
+        return Stored(data, _version(found.meta), {str(key): str(value) for key, value in found.attributes.items()})
+
+    def fetch(self, name: str, target: Path) -> Version | None:
+        """Stream an object into a file; None, and no file, where there is none."""
+        try:
+            found = _obstore().get(_connection(self.address), name)
+            with target.open("wb") as file:
+                for chunk in found.stream():
+                    file.write(chunk)
+        except FileNotFoundError as error:
+            self._raise_without_bucket(error)
+            return None
+        except _errors() as error:
+            raise self._error(name, "read", error) from None
+        return _version(found.meta)
+
+    def version(self, name: str) -> Version | None:
+        """Version of an object that is there; None where there is none."""
+        try:
+            return _version(_obstore().head(_connection(self.address), name))
+        except FileNotFoundError:
+            return None
+        except _errors() as error:
+            raise self._error(name, "read", error) from None
+
+    def put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None = None) -> Version:
+        """Write an object whole, in one request or, where it is large, in parts; whatever was there is replaced."""
+        return self._put(name, content, notes, None)
+
+    def put_over(
+        self, name: str, content: bytes, before: Version | None, notes: Mapping[str, str] | None = None
+    ) -> Version:
+        """Replace the version ``before`` of an object, or create it where that is None.
+
+        Raises StoreConflictError where another version is there.
+        """
+        mode = "create" if before is None else {"e_tag": before.e_tag, "version": before.number}
+        if isinstance(mode, dict):
+            mode = {key: value for key, value in mode.items() if value is not None}
+        return self._put(name, content, notes, mode)
+
+    def _put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None, mode: Any) -> Version:
+        options = {} if mode is None else {"mode": mode, "use_multipart": False}
+        try:
+            return _version(
+                _obstore().put(_connection(self.address), name, content, attributes=dict(notes or {}), **options)
+            )
+        except _errors() as error:
+            if type(error).__name__ in ("AlreadyExistsError", "PreconditionError"):
+                raise StoreConflictError(f"{self.address}/{name}: another program has written it meanwhile") from None
+            raise self._error(name, "written", error) from None
+
+    def list(self, folder: str = "") -> Iterator[Listed]:
+        """List all objects below a folder, a page at a time."""
+        try:
+            for page in _obstore().list(_connection(self.address), folder or None):
+                for each in page:
+                    yield Listed(each["path"], each["size"], _version(each))
+        except _errors() as error:
+            raise self._error(folder, "listed", error) from None
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Remove objects; one that is not there is no fault."""
+        wanted = list(names)
+        try:
+            if wanted:
+                _obstore().delete(_connection(self.address), wanted)
+        except FileNotFoundError:
+            return
+        except _errors() as error:
+            raise self._error(wanted[0], "removed", error) from None
+
+    def refuse_without_conditional_writes(self) -> None:
+        """Raise StoreError where two programs could both create one object: then nothing here would be safe."""
+        probe = f".vislam2tag-probe-{os.urandom(8).hex()}"
+        first = self.put_over(probe, b"first", None)
+        try:
+            for before in (None, Version('"another"', None if first.number is None else "1")):
+                try:
+                    self.put_over(probe, b"second", before)
+                except StoreConflictError:
+                    continue
+                raise StoreError(
+                    f"{self.address}: the store has no conditional writes (a second program's object took the place of "
+                    "the first one's), so that two workers could spoil each other's results; choose another store"
+                )
+        finally:
+            self.delete([probe])
+
+    def _error(self, name: str, what: str, error: Exception) -> StoreError:
+        return StoreError(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {_cause(error)}")
+
+    def _raise_without_bucket(self, error: Exception) -> None:
+        if "NoSuchBucket" in str(error) or "ContainerNotFound" in str(error):
+            raise self._error("", "read", error) from None
+
+
+def store_at(path: Path) -> Store | None:
+    """The folder in a store that a path stands for; None for one of this machine."""
+    address = address_of(path)
+    return None if address is None else Store(address)
+
+
+def is_safe_name(name: str) -> bool:
+    """Whether an object's name can be that of a file below a folder, without leaving it or being hidden."""
+    return bool(name) and not any(part in ("", "..") or part.startswith(".") for part in PurePosixPath(name).parts)
+
+
+def _cause(error: Exception) -> str:
+    """Say why, and what to do; addresses of requests, which may hold a signature, are left out."""
+    text = str(error)
+    for pattern, meaning in _CAUSES:
+        if re.search(pattern, text.split("Debug source")[0], re.IGNORECASE):
+            return meaning
+    line = re.sub(r"https?://\S+", "the store", first_line(error))
+    return f"{line}; check the network, the address and the store's endpoint"
+
+
+def _version(meta: Mapping[str, Any]) -> Version:
+    return Version(meta.get("e_tag"), meta.get("version"))
+
+
+def _obstore() -> Any:
+    return import_extra("obstore")
+
+
+@cache
+def _errors() -> tuple[type[Exception], ...]:
+    return (import_extra("obstore.exceptions").BaseError, OSError, ValueError)
+
+
+@cache
+def _connection(address: str) -> Any:
+    """Connect to a store once a process."""
+    scheme = address.partition(":")[0]
+    stores = import_extra("obstore.store")
+    if scheme == "memory":
+        return stores.MemoryStore()
+    options: dict[str, Any] = {"timeout": timedelta(seconds=_TIMEOUT_S)}
+    endpoint = os.environ.get("AWS_ENDPOINT_URL", os.environ.get("AWS_ENDPOINT", ""))
+    if scheme == "s3" and endpoint.startswith("http://"):
+        options["allow_http"] = True  # whoever names such an endpoint wants it
+    try:
+        return stores.from_url(address, client_options=options, retry_config=_RETRIES)
+    except _errors() as error:
+        raise StoreError(f"{address}: cannot be opened as {_SCHEMES[scheme]}: {_cause(error)}") from None

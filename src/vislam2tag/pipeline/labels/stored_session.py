@@ -1,0 +1,154 @@
+"""One session whose outputs go to an object store: processed as any other, in scratch space that lasts as long.
+
+What is computed, and how, is :mod:`vislam2tag.pipeline.labels.session`'s alone; here files come and go.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from logging import LogRecord
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TypeAlias
+
+from vislam2tag.common.store import Version
+from vislam2tag.labeling.results import RESULTS
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
+from vislam2tag.pipeline.labels.session import Job, Outcome, fail_session, outcome_of, process_session, still_holds
+from vislam2tag.pipeline.run.failures import LOG, recorded
+from vislam2tag.pipeline.run.keys import key_of
+from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short, table_name
+from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
+from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.survey.model import SessionRef
+
+
+@dataclass(frozen=True)
+class StoredJob:
+    """All that a worker needs to process one session into a store."""
+
+    task: SessionTask
+    settings: ProcessSettings
+    out: OutputStore
+    code: str
+
+    @property
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.task.ref.slug
+
+
+AnyJob: TypeAlias = Job | StoredJob
+Output: TypeAlias = OutputFolder | OutputStore
+
+
+def job_for(task: SessionTask, settings: ProcessSettings, out: Output, code: str) -> AnyJob:
+    """Make the job that processes a session into ``out``."""
+    return StoredJob(task, settings, out, code) if isinstance(out, OutputStore) else Job(task, settings, out, code)
+
+
+def run_session(job: AnyJob) -> Outcome:
+    """Process a session, wherever its outputs go: what every executor runs. One whose mark holds is not repeated.
+
+    Into a store go its tables, its log and, last, its mark. Raises OutputError or StoreError where what it needs cannot
+    be read or written: then nothing is marked as done.
+    """
+    return _into_store(job, process_session) if isinstance(job, StoredJob) else process_session(job)
+
+
+def give_up(job: AnyJob, error: str) -> Outcome:
+    """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
+    work = partial(fail_session, error=error)
+    return _into_store(job, work) if isinstance(job, StoredJob) else work(job)
+
+
+def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
+    started, since = datetime.now(UTC), time.monotonic()
+    mark, version = stored.out.mark(stored.slug)
+    if mark is not None and not stored.out.holds(stored.slug, mark):
+        mark = None
+    inputs = _inputs(stored.task.ref)
+    with _scratch_job(stored) as job:
+        if mark is not None and mark.inputs == inputs != "" and _unchanged(job, mark):
+            return outcome_of(mark.result, repeated=False)
+        if mark is not None:
+            _lay_out(job, mark)
+        outcome, records = recorded(work, job)
+        if outcome.repeated:
+            _put(stored, job, version, inputs)
+            log = _log(outcome, records, started, time.monotonic() - since)
+            stored.out.write_text(f"{LOGS}/{job.slug}.json", json.dumps(log, indent=1) + "\n")
+    for record in records:
+        LOG.handle(record)
+    return outcome
+
+
+@contextmanager
+def _scratch_job(stored: StoredJob) -> Iterator[Job]:
+    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+        folder = OutputFolder(Path(scratch))
+        (folder.root / PARTIAL).mkdir()
+        yield Job(stored.task, stored.settings, folder, stored.code)
+
+
+def _inputs(ref: SessionRef) -> str:
+    """What tells a session's files in a store from any others; empty for those of this machine, which are hashed."""
+    if ref.stored is None:
+        return ""
+    return key_of(ref.stored.store.address, [[file.name, short(file.version)] for file in ref.stored.files])
+
+
+def _unchanged(job: Job, mark: Mark) -> bool:
+    """Whether a mark of just these files holds; only the truth is fetched, which the mark keeps no hash of."""
+    ref = job.task.ref
+    assert ref.stored is not None
+    folder = job.out.root / "session"
+    folder.mkdir()
+    for file in ref.stored.files:
+        if file.name == f"{ref.stored.name}/{TRUTH_FILE}":
+            ref.stored.store.fetch(file.name, folder / TRUTH_FILE)
+    here = replace(job, task=replace(job.task, ref=replace(ref, folder=folder)))
+    return still_holds(here, mark.result, {file.name: file.sha256 for file in mark.result.files})
+
+
+def _lay_out(job: Job, mark: Mark) -> None:
+    """Let scratch space look as a folder in which the session was done: its tables are there, by name."""
+    for name in mark.tables:
+        (job.out.root / name).mkdir()
+        (job.out.root / table_name(name, job.slug)).touch()
+    job.out.write_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
+
+
+def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str) -> None:
+    store = stored.out.store
+    tables = {}
+    for name in SCHEMAS:
+        path = job.out.root / table_name(name, job.slug)
+        if path.exists():
+            tables[name] = store.put(table_name(name, job.slug), path)
+    store.delete(table_name(name, job.slug) for name in OPTIONAL if name not in tables)
+    result = (job.out.root / RESULTS / f"{job.slug}.json").read_bytes()
+    stored.out.put_mark(job.slug, result, before, inputs, tables)
+
+
+def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds: float) -> dict[str, object]:
+    return {
+        "session": outcome.slug,
+        "host": platform.node(),
+        "process": os.getpid(),
+        "started": started.isoformat(timespec="milliseconds"),
+        "seconds": round(seconds, 3),
+        "rows": outcome.rows,
+        "error": outcome.error,
+        "messages": [{"level": record.levelname, "text": record.getMessage()} for record in records],
+    }

@@ -1,0 +1,192 @@
+"""The output folder in an object store: no lock, as no program there can hold one, but a mark for each session.
+
+A session is done when its result, ``sessions/SLUG.json``, stands there; it is written last, by a conditional write, and
+its notes say which versions of the session's tables it speaks of. So whoever writes at the same time, or dies while
+writing, leaves at worst a mark that does not hold, and the session is done again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+
+from vislam2tag.common.errors import OutputError, StoreConflictError
+from vislam2tag.common.store import Store, Version
+from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.schemas import SCHEMAS
+from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
+
+REPORT_FILE = "report.html"
+LOGS = "logs"
+"""One JSON file for each session: how, where and when it was processed."""
+_TRIES = 5
+"""For a mark that others write at the same time."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A session's result as it stands in the store."""
+
+    result: SessionResult
+    version: Version
+    inputs: str
+    """Of the session's files, what tells them from any others; empty where that is not known."""
+    tables: Mapping[str, str]
+    """Of each table, the version that the result speaks of."""
+
+
+@dataclass(frozen=True)
+class OutputStore:
+    """Reads and writes of one output folder in a store; cheap to pass to workers."""
+
+    store: Store
+
+    @property
+    def place(self) -> str:
+        """Its address."""
+        return self.store.address
+
+    def write(self, relative: str, fill: Callable[[Path], None]) -> None:
+        """Let ``fill`` write a temporary file, then put it whole."""
+        with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+            path = Path(scratch) / PurePosixPath(relative).name
+            fill(path)
+            self.store.put(relative, path)
+
+    def write_text(self, relative: str, text: str) -> None:
+        """Put a UTF-8 text file."""
+        self.store.put(relative, text.encode())
+
+    def remove(self, relative: str) -> None:
+        """Remove a file; none there is no fault."""
+        self.store.delete([relative])
+
+    def result(self, slug: str) -> SessionResult | None:
+        """Read the result of a session; None where there is none that can be read."""
+        mark, _ = self.mark(slug)
+        return None if mark is None else mark.result
+
+    def mark(self, slug: str) -> tuple[Mark | None, Version | None]:
+        """A session's mark, and the version that stands there, be it readable or not."""
+        found = self.store.get(_mark_name(slug))
+        if found is None:
+            return None, None
+        try:
+            result = SessionResult.model_validate_json(found.data)
+            tables = json.loads(found.notes.get("tables", "{}"))
+        except ValueError:
+            return None, found.version
+        return Mark(result, found.version, found.notes.get("inputs", ""), tables), found.version
+
+    def holds(self, slug: str, mark: Mark) -> bool:
+        """Whether the tables that a mark speaks of stand there, in the versions it speaks of."""
+        found = {name: self.store.version(table_name(name, slug)) for name in mark.tables}
+        return {name: version and short(version) for name, version in found.items()} == dict(mark.tables)
+
+    def put_mark(
+        self, slug: str, data: bytes, before: Version | None, inputs: str, tables: Mapping[str, Version]
+    ) -> None:
+        """Write a session's mark, of tables that were written just now; the version ``before`` is replaced.
+
+        Where others wrote it meanwhile, theirs is replaced: the tables that stand there now are ours, or, if they are
+        not, the mark does not hold. Raises StoreConflictError where that goes on.
+        """
+        notes = {"inputs": inputs, "tables": json.dumps({name: short(tables[name]) for name in sorted(tables)})}
+        for _ in range(_TRIES):
+            try:
+                self.store.put_over(_mark_name(slug), data, before, notes)
+                return
+            except StoreConflictError:
+                before = self.store.version(_mark_name(slug))
+        raise StoreConflictError(f"{self.place}: other programs keep writing session {slug}; run again when they ended")
+
+    def keep_only(self, slugs: set[str]) -> int:
+        """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
+        folders = (RESULTS, LOGS, *SCHEMAS)
+        gone = [
+            f"{folder}/{file.name}"
+            for folder in folders
+            for file in Store(f"{self.place}/{folder}").list()
+            if PurePosixPath(file.name).stem not in slugs
+        ]
+        self.store.delete(gone)
+        return sum(name.startswith(f"{RESULTS}/") for name in gone)
+
+
+def table_name(table: str, slug: str) -> str:
+    """Where a session's table stands."""
+    return f"{table}/{slug}.parquet"
+
+
+def short(version: Version) -> str:
+    """A version as notes keep it."""
+    return version.mark.strip('"')
+
+
+@contextmanager
+def claim_store(store: Store, run: dict[str, object], *, replace: bool = False) -> Iterator[OutputStore]:
+    """Open an output folder in a store for one run: new, empty or written by ``process``; raises OutputError otherwise.
+
+    Several programs may run at once as long as their ``run`` is the same. Raises StoreError where the store cannot be
+    written or has no conditional writes, OutputError where a run of other settings took the folder meanwhile.
+    """
+    store.refuse_without_conditional_writes()
+    folder = OutputStore(store)
+    before = store.get(RUN_FILE)
+    if before is None or _program(before.data) != PROGRAM:
+        _empty(store, replace)
+        before = None
+    content = (json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n").encode()
+    taken = OutputError(
+        f"{store.address}: a run of other settings is writing there; wait for it or choose another --out"
+    )
+    if before is None or before.data != content:
+        try:
+            store.put_over(RUN_FILE, content, None if before is None else before.version)
+        except StoreConflictError:
+            if _content(store) != content:
+                raise taken from None
+    store.delete([SUMMARY_FILE, REPORT_FILE, LOG_FILE])
+    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+        log = Path(scratch) / LOG_FILE
+        try:
+            with logged_to(log):
+                yield folder
+        finally:
+            if log.exists():
+                store.put(LOG_FILE, log)
+    if _content(store) != content:
+        raise taken
+
+
+def _content(store: Store) -> bytes | None:
+    found = store.get(RUN_FILE)
+    return None if found is None else found.data
+
+
+def _program(data: bytes) -> str | None:
+    try:
+        return str(json.loads(data)["program"])
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _empty(store: Store, replace: bool) -> None:
+    """Refuse a folder that holds what ``process`` did not write, or remove it."""
+    first = next(store.list(), None)
+    if first is None:
+        return
+    if not replace or any(file.name.startswith("floor_") for file in store.list()):
+        raise OutputError(
+            f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {first.name}); "
+            "choose an empty or new folder for --out"
+        )
+    store.delete(file.name for file in store.list())
+
+
+def _mark_name(slug: str) -> str:
+    return f"{RESULTS}/{slug}.json"
