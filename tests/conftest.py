@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
+from tests.stores import Bucket, bucket
 from tests.undrawn import undrawn
 
 __all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_configure"]
@@ -47,6 +48,13 @@ def agreement(tmp_path_factory: pytest.TempPathFactory) -> Path:
         archive.extraction_filter = getattr(tarfile, "data_filter", None)  # Python 3.11.2 has none
         archive.extractall(out)
     return out
+
+
+@pytest.fixture(scope="session")
+def s3() -> Iterator[Bucket]:
+    """An object store, empty but for what other tests put below names of their own."""
+    with bucket() as made:
+        yield made
 
 
 @pytest.fixture

@@ -92,6 +92,7 @@ def test_a_plan_without_its_extra_is_a_finding(folder: Path) -> None:
         ("locate model.v2t scans.csv", "positioning"),
         ("benchmark set --model knn --out compared", "positioning"),
         ("radio-maps set --out maps", "positioning"),
+        ("inspect s3://bucket/survey", "fleet"),
     ],
 )
 def test_what_needs_an_extra_names_it(folder: Path, command: str, extra: str) -> None:

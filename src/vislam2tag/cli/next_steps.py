@@ -67,5 +67,7 @@ STEPS: Mapping[str, str] = {
 
 def next_step(after: str, *, err: bool = False, **places: str | Path | int) -> None:
     """End a command with the step to take after it; ``places`` are quoted as a shell wants them."""
-    quoted = {name: shlex.quote(shown(place) if isinstance(place, Path) else str(place)) for name, place in places.items()}
+    quoted = {
+        name: shlex.quote(shown(place) if isinstance(place, Path) else str(place)) for name, place in places.items()
+    }
     say(f"next: {STEPS[after].format(**quoted)}", err=err)

@@ -19,7 +19,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.toml_file import toml_value
 from vislam2tag.settings import Settings, part_of, read_settings, setting_fields, with_values, wrong_setting
-from vislam2tag.survey.stored_survey import SETTINGS_FILE
+from vislam2tag.survey.settings import SETTINGS_FILE
 
 ConfigFile: TypeAlias = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")

@@ -19,7 +19,7 @@ from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError,
 from vislam2tag.common.extras import import_extra
 
 _SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}
-_ADDRESS = re.compile(rf"({'|'.join(_SCHEMES)}):/+([^/].*|)")
+_ADDRESS = re.compile(rf"({'|'.join(_SCHEMES)}):(?:/+(.*))?")
 _TIMEOUT_S = 60
 """Of one request; what is torn, refused for being too frequent (429, 503) or met a server's error is tried again."""
 _RETRIES = {
@@ -27,6 +27,7 @@ _RETRIES = {
     "backoff": {"init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=10), "base": 2},
     "retry_timeout": timedelta(seconds=120),
 }
+_SET = "set them as for the service's own tools"
 _CAUSES = (
     ("NoSuchBucket|ContainerNotFound|bucket does not exist", "there is no such bucket: make it, or correct its name"),
     ("RequestTimeTooSkewed|clock", "this machine's clock is wrong, which the store refuses: set it"),
@@ -37,7 +38,10 @@ _CAUSES = (
     ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
     ("InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo", "the credentials are wrong: check them"),
     ("SlowDown|TooManyRequests|429 |503 ", "the store is too busy, in all tries: run again later, with fewer workers"),
-    (r"169\.254\.|metadata\.google|credential", "no credentials were found: set them as for the service's own tools"),
+    (
+        r"169\.254\.|/latest/|metadata\.google|credential",
+        "no credentials were found: set them as for the service's own tools",
+    ),
     ("401 |Unauthenticated", "no credentials that the store knows: set them as for the service's own tools"),
     ("403 |AccessDenied|PermissionDenied", "permission is denied: the credentials must allow to list, read and write"),
 )
@@ -53,7 +57,7 @@ def address_of(path: Path | str) -> str | None:
     match = _ADDRESS.fullmatch(os.fspath(path))
     if match is None:
         return None
-    scheme, rest = match.groups()
+    scheme, rest = match.groups(default="")
     if "@" in rest.partition("/")[0]:
         raise UsageError(f"{scheme}://...: credentials must not stand in an address: set them in the environment")
     if not rest:
@@ -223,7 +227,7 @@ def store_at(path: Path) -> Store | None:
 
 def is_safe_name(name: str) -> bool:
     """Whether an object's name can be that of a file below a folder, without leaving it or being hidden."""
-    return bool(name) and not any(part in ("", "..") or part.startswith(".") for part in PurePosixPath(name).parts)
+    return bool(name) and not any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
 
 
 def _cause(error: Exception) -> str:

@@ -6,6 +6,9 @@ from pydantic import Field
 
 from vislam2tag.common.records import FiniteRecord
 
+SETTINGS_FILE = "vislam2tag.toml"
+"""In a survey's folder: settings of the commands that read it."""
+
 
 class SurveySettings(FiniteRecord):
     """What is taken for granted of landmarks."""

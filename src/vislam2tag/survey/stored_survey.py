@@ -16,10 +16,8 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.store import Listed, Store, is_safe_name, store_at
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.model import StoredFolder
+from vislam2tag.survey.settings import SETTINGS_FILE
 from vislam2tag.survey.site_file import SITE_FILE
-
-SETTINGS_FILE = "vislam2tag.toml"
-"""In a survey's folder: settings of the commands that read it."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,178 @@
+"""Surveys and outputs in object storage: the same bytes as on disk, nothing done twice, nothing trusted wrongly."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from tests.cli.command import vislam2tag
+from tests.stores import Bucket, Fault
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.store import Store
+from vislam2tag.labeling.results import RUN_FILE
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.sessions.inspection import inspect_survey
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.settings import Settings
+
+REQUESTS_A_SESSION = 25
+
+
+class Both(NamedTuple):
+    """A survey on disk and in a bucket, and what processing it from disk to disk gives."""
+
+    s3: Bucket
+    local: Path
+    stored: Path
+    labels: Path
+
+    def out(self, name: str) -> Path:
+        return Path(self.s3.store(name).address)
+
+    def process(self, name: str) -> dict[str, bool]:
+        """Process from bucket to bucket; tell which sessions were repeated."""
+        told: list[Outcome] = []
+        process(self.stored, self.out(name), SETTINGS, progress=lambda outcome, _: told.append(outcome))
+        return {outcome.slug: outcome.repeated for outcome in told}
+
+
+SETTINGS = Settings(strategy="local-corrected")
+
+
+@pytest.fixture(scope="module")
+def survey(s3: Bucket, tmp_path_factory: pytest.TempPathFactory) -> Both:
+    folder = tmp_path_factory.mktemp("stored")
+    local = make_survey(folder / "survey", floors=2, devices=("LG",), seconds=20.0)
+    process(local, folder / "labels", SETTINGS)
+    return Both(s3, local, s3.upload(local, "group/survey"), folder / "labels")
+
+
+@pytest.fixture(autouse=True)
+def no_faults_left(s3: Bucket) -> Iterator[None]:
+    yield
+    s3.fail()
+
+
+def test_from_bucket_to_bucket_is_as_from_disk_to_disk(survey: Both, tmp_path: Path) -> None:
+    survey.s3.seen()
+    assert list(survey.process("first").values()) == [True, True]
+    requests = survey.s3.seen()
+    assert bytes_of(survey.s3.download("first", tmp_path / "there")) == bytes_of(survey.labels)
+    for ref in open_survey(survey.local).sessions:
+        folder = ref.folder.relative_to(survey.local).as_posix()
+        of_session = [request for request in requests if ref.slug in request or folder in request]
+        assert 10 < len(of_session) <= REQUESTS_A_SESSION, of_session
+    assert set(survey.process("first").values()) == {False}
+    again = survey.s3.seen()
+    written = [request for request in again if request.startswith("PUT") and "probe" not in request]
+    assert sorted(written) == ["PUT /bucket/first/report.html", "PUT /bucket/first/summary.json"]
+    assert not [request for request in again if "poses.csv" in request], "nothing is read to see that nothing changed"
+    log = json.loads(content(survey.s3.store("first"), f"{LOGS}/{slug_of(survey)}.json"))
+    assert (log["session"], log["error"]) == (slug_of(survey), None)
+
+
+def test_what_changed_is_repeated_and_what_is_touched_is_not(survey: Both, tmp_path: Path) -> None:
+    store, out = survey.s3.store("changed-survey"), survey.s3.store("changed")
+    survey.s3.upload(survey.local, "changed-survey")
+    both = survey._replace(stored=Path(store.address))
+    both.process("changed")
+    slug = slug_of(survey)
+    out.put(f"wifi/{slug}.parquet", b"spoilt by another program")
+    assert [name for name, repeated in both.process("changed").items() if repeated] == [slug]
+    out.delete([f"sensors/{slug}.parquet"])
+    assert [name for name, repeated in both.process("changed").items() if repeated] == [slug]
+    raw = next(file.name for file in store.list("floor_0") if file.name.endswith("wifi.csv"))
+    before = content(store, raw)
+    store.put(raw, b"".join(before.splitlines(keepends=True)[:-1]))
+    assert [name for name, repeated in both.process("changed").items() if repeated] == [slug]
+    store.put(raw, before)
+    both.process("changed")
+    there = bytes_of(survey.s3.download("changed", tmp_path / "there"))
+    labels = bytes_of(survey.labels)
+    assert {name for name in there if there[name] != labels[name]} <= {RUN_FILE, "report.html"}, "the survey's name"
+
+
+def test_disk_and_bucket_may_be_mixed(survey: Both, tmp_path: Path) -> None:
+    process(survey.stored, tmp_path / "labels", SETTINGS)
+    assert bytes_of(tmp_path / "labels") == bytes_of(survey.labels)
+    process(survey.local, survey.out("mixed"), SETTINGS)
+    assert bytes_of(survey.s3.download("mixed", tmp_path / "there")) == bytes_of(survey.labels)
+
+
+@pytest.mark.parametrize("answer", ["503 SlowDown", "500 InternalError", "torn", "lost"])
+def test_faults_of_the_store_change_nothing(survey: Both, tmp_path: Path, answer: str) -> None:
+    name = f"faulty-{answer.split()[0]}"
+    survey.s3.fail(
+        Fault(f"PUT /bucket/{name}/sessions", answer),
+        Fault("GET /bucket/group/survey/.*poses", answer, 2),
+        Fault(f"PUT /bucket/{name}/wifi", answer, 2),
+        Fault(f"GET /bucket/{name}/sessions", answer, 2),
+    )
+    survey.process(name)
+    assert bytes_of(survey.s3.download(name, tmp_path / "there")) == bytes_of(survey.labels)
+
+
+def test_a_mark_that_another_program_wrote_meanwhile_is_replaced(survey: Both, tmp_path: Path) -> None:
+    survey.process("together")
+    store = survey.s3.store("together")
+    mark = next(file.name for file in store.list("sessions"))
+    survey.s3.fail(Fault(f"PUT /bucket/together/{mark}", "412 PreconditionFailed"))
+    store.delete([f"wifi/{Path(mark).stem}.parquet"])
+    survey.process("together")
+    assert bytes_of(survey.s3.download("together", tmp_path / "there")) == bytes_of(survey.labels)
+
+
+def test_what_another_command_or_program_wrote_is_refused(survey: Both) -> None:
+    survey.s3.store("foreign").put("notes.txt", b"mine")
+    with pytest.raises(OutputError, match=r"not made by `vislam2tag process` .it holds notes.txt"):
+        survey.process("foreign")
+    survey.process("strategy")
+    with pytest.raises(OutputError, match=r"^s3://bucket/strategy: holds labels of the strategy local-corrected"):
+        process(survey.stored, survey.out("strategy"), Settings(strategy="local"))
+
+
+def test_a_run_of_other_settings_that_takes_the_folder_is_told(survey: Both) -> None:
+    out = survey.s3.store("taken")
+
+    def take(outcome: Outcome, total: int) -> None:
+        out.put(RUN_FILE, b"{}")
+
+    with pytest.raises(OutputError, match="a run of other settings is writing there"):
+        process(survey.stored, survey.out("taken"), SETTINGS, progress=take)
+
+
+def test_commands_take_addresses_and_tell_no_secret(survey: Both, tmp_path: Path) -> None:
+    done = vislam2tag(
+        "process", "s3://bucket/group/survey", "-o", "s3://bucket/command", "--strategy", "local-corrected"
+    )
+    assert "report: s3://bucket/command/report.html" in done.stdout, done.stderr
+    assert vislam2tag("verify", "s3://bucket/command", survey.labels).returncode == 0
+    shown = vislam2tag("inspect", "s3://bucket/group/survey", "--json").stdout
+    assert json.loads(shown)["sessions"] == inspect_survey(survey.local).model_dump(mode="json")["sessions"]
+    there = survey.s3.store("command")
+    texts = [content(there, file.name) for file in there.list()]
+    printed = (done.stdout + done.stderr + shown).encode()
+    assert not any(b"a-secret-that-no-log-may-hold" in text for text in (*texts, printed))
+
+
+def test_where_nothing_is_stored_there_is_no_survey(s3: Bucket) -> None:
+    with pytest.raises(SurveyError, match=r"^s3://bucket/nowhere: nothing is stored there"):
+        process(Path("s3://bucket/nowhere"), Path("s3://bucket/out"))
+
+
+def slug_of(survey: Both) -> str:
+    """The first session's."""
+    return min(path.stem for path in (survey.labels / "sessions").iterdir())
+
+
+def content(store: Store, name: str) -> bytes:
+    found = store.get(name)
+    assert found is not None, name
+    return found.data
