@@ -41,11 +41,12 @@ class Failing:
             if fault is not None:
                 fault["times"] -= 1
         if fault is None:
-            return self.app(environ, start)
+            answer: Iterable[bytes] = self.app(environ, start)
+            return answer
         if fault["answer"] in ("lost", "torn"):
-            answer = b"".join(self.app(environ, lambda *_: None)) if fault["answer"] == "lost" else b""
+            done = b"".join(self.app(environ, lambda *_: None)) if fault["answer"] == "lost" else b""
             environ["werkzeug.socket"].shutdown(socket.SHUT_RDWR)
-            return _answer(start, "200 OK", answer.decode("utf-8", errors="replace"))
+            return _answer(start, "200 OK", done.decode("utf-8", errors="replace"))
         environ["wsgi.input"].read(int(environ.get("CONTENT_LENGTH") or 0))
         code = fault["answer"].split()[-1]
         return _answer(start, fault["answer"], f"<Error><Code>{code}</Code><Message>{code}</Message></Error>")
