@@ -6,7 +6,8 @@
 
 The folder is a floor of the Indoor Location Competition 2.0. The step model is the one that its organisers gave out
 (steps from peaks of the accelerometer, stride from their period and strength, heading from the rotation vector), its
-closing error spread over the time between kept taps. Nothing is snapped to where other walks have taps.
+closing error spread over the time between kept taps. The plan tells where shops are. Nothing is snapped to where other
+walks have taps.
 """
 
 from __future__ import annotations
@@ -22,14 +23,17 @@ from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.dead_reckoning.carrying import held, sampled, swung
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
 from vislam2tag.dead_reckoning.training import carried_walks, train
 from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.without_poses import inertial_log
+from vislam2tag.survey.discover import read_site
 
 COLUMNS = {"all but one": None, "every 3rd": 3, "every 5th": 5, "first and last": 0}
 FOLDS = 5
@@ -54,9 +58,11 @@ Guess = Callable[[Walk, BoolArray], tuple[FloatArray, FloatArray | None]]
 
 def main() -> None:
     """Print the table of a floor."""
-    walks, seconds = read_walks(Path(sys.argv[1]))
+    folder = Path(sys.argv[1])
+    walks, seconds = read_walks(folder)
+    area = drawn_area(next(floor for floor in read_site(folder.parent)[0].floors if floor.name == folder.name))
     if "--carried" in sys.argv:
-        carried_table(walks)
+        carried_table(walks, area)
         return
     models = cross_validated(walks) if "--cross-validate" in sys.argv else [speed_model()] * len(walks)
     own = {id(walk): model for walk, model in zip(walks, models, strict=True)}
@@ -64,11 +70,12 @@ def main() -> None:
     ways: dict[str, Guess] = {
         "straight line": lambda walk, kept: (between(walk.taps, kept, np.zeros_like(walk.taps.position_bcs)), None),
         "step model": lambda walk, kept: (between(walk.taps, kept, steps[id(walk)]), None),
-        "dead reckoning": lambda walk, kept: reckoned(walk, kept, own[id(walk)]),
+        "without the plan": lambda walk, kept: reckoned(walk, kept, own[id(walk)], None),
+        "dead reckoning": lambda walk, kept: reckoned(walk, kept, own[id(walk)], area),
     }
     start = time.perf_counter()
     for walk in walks:
-        walk.sensed.path(walk.taps, own[id(walk)], SETTINGS)
+        walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area)
     print(
         f"{len(walks)} walks; file to features {seconds:.2f} s, path {(time.perf_counter() - start) / len(walks):.3f} s"
     )
@@ -77,7 +84,7 @@ def main() -> None:
         print(f"| {name} | " + " | ".join(cell(walks, every, guess) for every in COLUMNS.values()) + " |")
 
 
-def carried_table(walks: list[Walk]) -> None:
+def carried_table(walks: list[Walk], area: WalkableArea | None) -> None:
     """Print the errors of dead reckoning by how the phone is carried and what its sensors are like."""
     print("| phone | " + " | ".join(COLUMNS) + " |")
     for name, change in CARRIED.items():
@@ -88,7 +95,8 @@ def carried_table(walks: list[Walk]) -> None:
             if (sensed := SensedWalk.of(log)) is not None
         ]
         cells = (
-            cell(changed, every, lambda walk, kept: reckoned(walk, kept, speed_model())) for every in COLUMNS.values()
+            cell(changed, every, lambda walk, kept: reckoned(walk, kept, speed_model(), area))
+            for every in COLUMNS.values()
         )
         print(f"| {name} | " + " | ".join(cells) + " |")
 
@@ -160,12 +168,14 @@ def between(taps: FixLog, kept: BoolArray, path: FloatArray) -> FloatArray:
     return np.asarray(path[~kept] + np.column_stack(spread))
 
 
-def reckoned(walk: Walk, kept: BoolArray, model: SpeedModel) -> tuple[FloatArray, FloatArray]:
+def reckoned(
+    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None
+) -> tuple[FloatArray, FloatArray]:
     """Positions and covariances at the hidden taps by the path through the kept ones."""
     fixes = FixLog(walk.taps.time_ns[kept], walk.taps.position_bcs[kept], ("",) * int(kept.sum()))
     signals = walk.sensed.signals
     hidden_s = (walk.taps.time_ns[~kept] - signals.start_ns) * 1e-9 - SETTINGS.fix_delay_s
-    return walk.sensed.path(fixes, model, SETTINGS).at(np.clip(hidden_s, 0, signals.time_s[-1]))
+    return walk.sensed.path(fixes, model, SETTINGS, area).at(np.clip(hidden_s, 0, signals.time_s[-1]))
 
 
 def step_path(log: InertialLog, taps: FixLog) -> FloatArray:

@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.dead_reckoning.equations import STATES, PathModel, PathState, Ties
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.smoothing import smooth_path
+from vislam2tag.dead_reckoning.walls import Walls
 
 SETTINGS = DeadReckoningSettings()
+
+
+CORRIDORS = np.zeros((40, 40), dtype=bool)
+CORRIDORS[18:22], CORRIDORS[:, 10:13] = True, True
+WALLS = Walls(WalkableArea(CORRIDORS, (-10.0, -10.0), 0.5), 0.5)
 
 
 def made(seed: int, count: int = 12) -> tuple[PathModel, Ties, PathState]:
     rng = np.random.default_rng(seed)
     time_s = np.cumsum(rng.uniform(0.3, 0.7, count))
     motion = rng.uniform(0.3, 0.8, count - 1) * np.exp(1j * np.cumsum(rng.normal(0, 0.3, count - 1)))
-    nodes = Nodes(time_s, motion, np.abs(motion), np.ones(count - 1, dtype=bool), rng.normal(0, 0.1, count))
+    turn, known = rng.uniform(0, 0.2, count - 1), np.ones(count - 1, dtype=bool)
+    nodes = Nodes(time_s, motion, np.abs(motion), turn, known, rng.normal(0, 0.1, count))
     ties = Ties(np.array((0, count // 2, count - 1)), rng.normal(0, 3, 3) + 1j * rng.normal(0, 3, 3), 0.5)
     position = rng.normal(0, 2, count) + 1j * rng.normal(0, 2, count)
     return PathModel(nodes, SETTINGS), ties, PathState(position, rng.normal(0, 0.1, count), rng.normal(0, 0.3, count))
@@ -40,6 +50,7 @@ def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, F
 @given(seed=st.integers(0, 50), unknown=st.integers(0, 12 * STATES - 1))
 def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> None:
     model, ties, state = made(seed)
+    model = replace(model, walls=WALLS)
     node, kind = divmod(unknown, STATES)
 
     def cost(by: float) -> float:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -53,3 +55,9 @@ class WalkableArea:
     def grid(self) -> CellGrid:
         """The mask's grid."""
         return CellGrid(self.origin_m, self.cell_m, *self.mask.shape)
+
+    @cached_property
+    def into_walls_m(self) -> FloatArray:
+        """How far (rows, columns) cells' centres are beyond the nearest wall, metres; negative where one can walk."""
+        free, built = (np.asarray(distance_transform_edt(mask)) for mask in (self.mask, ~self.mask))
+        return np.asarray(np.where(self.mask, 0.5 - free, built - 0.5) * self.cell_m)

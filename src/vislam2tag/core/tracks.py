@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState
 from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.notebook import Drawable, Summarised
@@ -54,6 +55,8 @@ class CameraTrack:
     """Inertial readings, where there is no tracker: then no frame has a pose, and they stand for the walk's moments."""
     fixes: FixLog | None = None
     """Where the walker is known to have been; None where nobody said."""
+    area: WalkableArea | None = None
+    """Where the session's floor can be walked, for walks without a tracker; None where no drawing of it tells."""
 
     @property
     def usable(self) -> BoolArray:

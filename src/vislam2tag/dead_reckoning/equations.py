@@ -2,7 +2,7 @@
 
 ``z[k+1] = z[k] + exp(s[k] + i h[k]) u[k] + noise``, with ``u`` the sensors' motion between nodes, ``s`` the logarithm
 of the walker's scale, which forgets itself, and ``h`` the heading of the gyroscope's frame, which drifts. Fixes tie
-``z``, the phone's own heading ties ``h`` loosely, both with Student-t tails.
+``z``, the phone's own heading ties ``h`` loosely, and walls keep ``z`` away, all with Student-t tails.
 """
 
 from __future__ import annotations
@@ -15,11 +15,13 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.walls import Walls
 from vislam2tag.smoother.chain import NormalEquations
 
 STATES = 4
 FIX_TAIL = 5.0
 NORTH_TAIL = 3.0
+WALL_TAIL = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STANDING_NOISE_M = 0.01
 """Random part of the motion of somebody who stands, metres per square root of a second."""
@@ -56,6 +58,7 @@ class PathModel:
 
     nodes: Nodes
     settings: DeadReckoningSettings
+    walls: Walls | None = None
 
     @property
     def precision(self) -> FloatArray:
@@ -66,7 +69,7 @@ class PathModel:
         known = walked + STANDING_NOISE_M**2 * duration + LEAST_NOISE_M**2
         position = np.where(nodes.known, known, (UNKNOWN_M_S * duration) ** 2)
         scale = settings.scale_sigma**2 * (1 - self.memory**2)
-        heading = settings.heading_noise_rad**2 * duration
+        heading = settings.heading_noise_rad**2 * duration + settings.turn_noise**2 * nodes.turn_rad
         return np.asarray(1 / np.column_stack((position, position, scale, heading)))
 
     @property
@@ -77,8 +80,12 @@ class PathModel:
     @property
     def north_precision(self) -> FloatArray:
         """(k,) inverse variances of the phone's own heading, as if each node's were independent; 0 where unknown."""
-        share = np.gradient(self.nodes.time_s) / (2 * self.settings.north_memory_s)
+        share = self._share(2 * self.settings.north_memory_s)
         return np.where(np.isfinite(self.nodes.drift_rad), share / self.settings.north_sigma_rad**2, 0.0)
+
+    def _share(self, memory_s: float) -> FloatArray:
+        """(k,) parts of one independent word that each node has of errors that last so long."""
+        return np.asarray(np.gradient(self.nodes.time_s) / memory_s)
 
     def equations(self, state: PathState, ties: Ties) -> NormalEquations:
         """Linearise about a state: the solution is by how much it must change."""
@@ -101,6 +108,12 @@ class PathModel:
         off, weight = self.north(state)
         diagonal[:, 3, 3] += weight
         right[:, 3] -= weight * off
+        if self.walls is not None:
+            beyond, away = self.walls.beyond(state.position)
+            pull = self._share(self.settings.wall_memory_s) * _wall_weight(beyond / self.settings.wall_sigma_m)
+            pull /= self.settings.wall_sigma_m**2
+            diagonal[:, :2, :2] += pull[:, None, None] * away[:, :, None] * away[:, None, :]
+            right[:, :2] -= (pull * beyond)[:, None] * away
         error, tie_weight = fix_errors(state, ties)
         for axis, part in enumerate((error.real, error.imag)):
             diagonal[:, axis, axis] += np.bincount(ties.node, tie_weight, count)
@@ -127,9 +140,19 @@ class PathModel:
         north = self.north_precision * NORTH_TAIL * spread**2 * np.log1p((off / spread) ** 2 / NORTH_TAIL)
         error = np.abs(state.position[ties.node] - ties.position) / ties.sigma_m
         fixes = (FIX_TAIL + 2) * np.log1p(error**2 / FIX_TAIL)
+        walls = 0.0
+        if self.walls is not None:
+            beyond = self.walls.beyond(state.position)[0] / self.settings.wall_sigma_m
+            share = self._share(self.settings.wall_memory_s)
+            walls = float((share * (WALL_TAIL + 1) * np.log1p(beyond**2 / WALL_TAIL)).sum())
         motion = self.precision * self.residual(state) ** 2
         first = (state.scale[0] / self.settings.scale_sigma) ** 2
-        return float(motion.sum() + north.sum() + fixes.sum() + first)
+        return float(motion.sum() + north.sum() + fixes.sum() + first) + walls
+
+
+def _wall_weight(beyond: FloatArray) -> FloatArray:
+    """Weights (k,) by Student-t of how far, in standard deviations, places (k,) are beyond where one walks."""
+    return np.asarray(np.where(beyond > 0, (WALL_TAIL + 1) / (WALL_TAIL + beyond**2), 0.0))
 
 
 def fix_errors(state: PathState, ties: Ties) -> tuple[ComplexArray, FloatArray]:

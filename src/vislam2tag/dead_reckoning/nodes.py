@@ -20,13 +20,15 @@ class Nodes:
     """``k`` moments of a walk and the k - 1 stretches between them.
 
     ``time_s`` (k,); ``motion`` (k - 1,) complex metres, in a frame that the gyroscope holds still; ``length_m``
-    (k - 1,) of the way; ``known`` (k - 1,) mask of the stretches without a gap in the readings; ``drift_rad`` (k,) the
-    phone's own heading less the gyroscope's, NaN where it has none.
+    (k - 1,) of the way; ``turn_rad`` (k - 1,) how far the phone turned, either way; ``known`` (k - 1,) mask of the
+    stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN where
+    it has none.
     """
 
     time_s: FloatArray
     motion: ComplexArray
     length_m: FloatArray
+    turn_rad: FloatArray
     known: BoolArray
     drift_rad: FloatArray
 
@@ -45,6 +47,7 @@ class Nodes:
             time_s,
             np.diff(np.interp(time_s, signals.time_s, path.real) + 1j * np.interp(time_s, signals.time_s, path.imag)),
             np.diff(np.interp(time_s, signals.time_s, way)),
+            np.abs(np.diff(np.interp(time_s, signals.time_s, headings.turned_rad))),
             np.diff(np.interp(time_s, signals.time_s, unknown)) == 0,
             np.interp(time_s, signals.time_s, headings.drift_rad),
         )

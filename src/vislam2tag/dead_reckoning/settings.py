@@ -10,7 +10,7 @@ from vislam2tag.common.records import FiniteRecord
 class DeadReckoningSettings(FiniteRecord):
     """How paths are found from inertial sensors; docs/results/dead_reckoning.md calibrates the defaults."""
 
-    fix_sigma_m: float = Field(default=0.55, gt=0)
+    fix_sigma_m: float = Field(default=0.62, gt=0)
     """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
     fix_sigma_spread: float = Field(default=0.5, gt=0)
     """How much that differs between sessions: standard deviation of its logarithm."""
@@ -22,11 +22,21 @@ class DeadReckoningSettings(FiniteRecord):
     """Relative error of a walker's speed that lasts for a while, one standard deviation."""
     scale_memory_s: float = Field(default=80.0, gt=0)
     """How long it lasts, seconds."""
-    heading_noise_rad: float = Field(default=0.07, gt=0)
+    heading_noise_rad: float = Field(default=0.05, gt=0)
     """Drift of the heading against the walking direction, rad per square root of a second."""
+    turn_noise: float = Field(default=0.1, ge=0)
+    """And of turns, in which a phone is also moved in the hand: rad for a turn of one rad, growing as its root."""
     north_sigma_rad: float = Field(default=0.26, gt=0)
     """Error of the phone's own heading against the plan's north, one standard deviation, rad."""
     north_memory_s: float = Field(default=6.0, gt=0)
     """How long such an error lasts, seconds."""
+    plan_prior: bool = True
+    """Walls of a plan drawn in polygons keep walks between them."""
+    wall_distance_m: float = Field(default=0.6, ge=0)
+    """Walkers keep so far from walls where there is room, metres."""
+    wall_sigma_m: float = Field(default=1.0, gt=0)
+    """How far they go beyond that, or a plan is off, one standard deviation, metres."""
+    wall_memory_s: float = Field(default=3.0, gt=0)
+    """How long that lasts, seconds."""
     standing_s: float = Field(default=2.0, gt=0)
     """Shortest time without steps that counts as standing, seconds."""

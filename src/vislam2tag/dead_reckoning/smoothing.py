@@ -43,7 +43,6 @@ class SmoothedPath:
 @dataclass(frozen=True)
 class _Fitted:
     state: PathState
-    equations: NormalEquations
     cost: float
     evidence: float
     sigma_m: float
@@ -63,7 +62,8 @@ def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
         against = tried.evidence + (np.log(factor) / model.settings.fix_sigma_spread) ** 2
         if against < least:
             best, least = tried, against
-    return SmoothedPath(best.state, solve(best.equations).covariance, best.sigma_m, best.converged)
+    equations = model.equations(best.state, replace(ties, sigma_m=best.sigma_m))
+    return SmoothedPath(best.state, solve(equations).covariance, best.sigma_m, best.converged)
 
 
 def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:
@@ -112,7 +112,7 @@ def _fitted(model: PathModel, ties: Ties, state: PathState) -> _Fitted:
             break
     cost = model.cost(state, ties)
     volume = 2 * float(np.log(factor[-1]).sum()) + 4 * len(ties.node) * float(np.log(ties.sigma_m))
-    return _Fitted(state, equations, cost, cost + volume, ties.sigma_m, converged)
+    return _Fitted(state, cost, cost + volume, ties.sigma_m, converged)
 
 
 def _banded(equations: NormalEquations) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.dead_reckoning.equations import PathModel, Ties
@@ -17,6 +18,7 @@ from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.signals import WalkSignals
 from vislam2tag.dead_reckoning.smoothing import SmoothedPath, smooth_path
 from vislam2tag.dead_reckoning.speed import SpeedModel
+from vislam2tag.dead_reckoning.walls import Walls
 
 BEYOND_S = 2.0
 """A fix this long before the first reading or after the last one still holds there."""
@@ -44,13 +46,18 @@ class SensedWalk:
         at = self._moments(fixes, settings)
         return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
 
-    def path(self, fixes: FixLog, speed: SpeedModel, settings: DeadReckoningSettings) -> ReckonedWalk:
-        """Find the path through the fixes, all of which must be usable, and one at least."""
+    def path(
+        self, fixes: FixLog, speed: SpeedModel, settings: DeadReckoningSettings, area: WalkableArea | None = None
+    ) -> ReckonedWalk:
+        """Find the path through the fixes, all of which must be usable, and one at least, between an area's walls."""
         at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, speed_m_s, at_s)
         ties = Ties(nodes.index_of(at_s), as_complex(fixes.position_bcs), settings.fix_sigma_m)
-        return ReckonedWalk(self, nodes, ties, smooth_path(PathModel(nodes, settings), ties), fixes.name)
+        walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
+        if walls is not None and not walls.fit(ties.position):
+            walls = None
+        return ReckonedWalk(self, nodes, ties, smooth_path(PathModel(nodes, settings, walls), ties), fixes.name)
 
     def _moments(self, fixes: FixLog, settings: DeadReckoningSettings) -> FloatArray:
         """When (k,) the walker was at the fixes, seconds since the start."""

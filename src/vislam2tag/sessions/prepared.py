@@ -9,6 +9,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.corrected import corrected_session
+from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
@@ -102,6 +103,8 @@ class PreparedSession:
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
     session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
+    if session.camera.inertial is not None:
+        session = replace(session, camera=replace(session.camera, area=drawn_area(task.floor)))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))

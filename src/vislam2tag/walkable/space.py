@@ -14,7 +14,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
-from vislam2tag.survey.plans.model import FloorPlan, Use
+from vislam2tag.survey.plans.model import FloorPlan
 from vislam2tag.walkable.settings import WalkableSettings
 
 _TOLERANCE_CELLS = 0.8
@@ -125,17 +125,17 @@ def walkable_space(
     settings = settings or WalkableSettings()
     # of an extra: generated buildings, which have no plan, do without
     from vislam2tag.walkable.correction import corrected_cells
-    from vislam2tag.walkable.plan_cells import plan_grid, polygon_floor
+    from vislam2tag.walkable.plan_cells import plan_grid, polygon_area
     from vislam2tag.walkable.regions import inside_of, largest_region
 
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
     green, red = corrected_cells(mask, grid)
-    walls = _walls(plan, grid, settings)
-    if any(polygon.use in (Use.WALKABLE, Use.OUTLINE) for polygon in plan.polygons):
-        free = polygon_floor(plan.polygons, grid, settings) & ~walls
+    drawn = polygon_area(plan, settings)
+    if drawn is not None:
+        free = drawn.mask
     else:
-        free, findings = inside_of((walls & ~green) | red, grid.cell_m, settings)
+        free, findings = inside_of((_walls(plan, grid, settings) & ~green) | red, grid.cell_m, settings)
     region, closed_off = largest_region((free | green) & ~red, grid, settings)
     if not region.any():
         raise SurveyError(
@@ -150,9 +150,9 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
     """Cells (rows, columns) in a plan's walls and obstacles: from its lines and polygons where it has any, else from
     its image.
     """
-    from vislam2tag.walkable.plan_cells import image_walls, line_walls, use_cells
+    from vislam2tag.walkable.image_cells import image_walls
+    from vislam2tag.walkable.plan_cells import drawn_walls
 
     if not len(plan.walls) and not plan.polygons:
         return image_walls(plan, grid, settings)
-    walls = line_walls(plan.walls, grid, settings.wall_m) | use_cells(plan.polygons, Use.OBSTACLE, grid)
-    return walls & ~use_cells(plan.polygons, Use.OPENING, grid)
+    return drawn_walls(plan, grid, settings)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.faults import EventKind, TrackerEvent
 from vislam2tag.core.status import Status
@@ -38,13 +39,14 @@ class DeadReckoning:
         """Map all usable frames, or none where sensors or fixes lack."""
         del log
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
-        walk = _reckoned(camera, self.settings)
+        height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
+        one_floor = len(np.unique(height.floor)) < 2
+        walk = _reckoned(camera, camera.area if one_floor else None, self.settings)
         if walk is None:
             return builder.finish(camera, (), ())
         frame = np.flatnonzero(camera.usable)
         time_s = _seconds(camera.time_ns[frame], walk)
         position, spread = walk.at(time_s)
-        height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
         builder.position_bcs[frame] = np.column_stack((position, height.z_m[frame]))
         builder.status[frame] = Status.OK
         covariance = np.full((len(camera.time_ns), 2, 2), np.nan)
@@ -58,7 +60,7 @@ class DeadReckoning:
         )
 
 
-def _reckoned(camera: CameraTrack, settings: DeadReckoningSettings) -> ReckonedWalk | None:
+def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReckoningSettings) -> ReckonedWalk | None:
     if camera.inertial is None or camera.fixes is None or not camera.usable.any():
         return None
     sensed = SensedWalk.of(camera.inertial)
@@ -73,7 +75,7 @@ def _reckoned(camera: CameraTrack, settings: DeadReckoningSettings) -> ReckonedW
     spread = np.ptp(fixes.position_bcs, axis=0).max() if usable.sum() > 1 else -1.0
     if spread < (0.0 if np.isfinite(sensed.headings.drift_rad).any() else APART_M):
         return None
-    return sensed.path(fixes, speed_model(), settings)
+    return sensed.path(fixes, speed_model(), settings, area)
 
 
 def _seconds(time_ns: IntArray, walk: ReckonedWalk) -> FloatArray:

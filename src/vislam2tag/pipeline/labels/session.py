@@ -27,6 +27,7 @@ from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
@@ -163,6 +164,7 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         "ambiguous": [ambiguous.ids, ambiguous.floor.tolist(), ambiguous.source],
         "storeys": None if storeys is None else [storeys.number.tolist(), storeys.elevation_m.tolist()],
         "control_points": task.floor.control_points.position_bcs.tolist(),
+        "drawing": drawing_mark(task.floor),
         "truth": truth_mark(task.ref.folder),
         "frames": [change.model_dump(mode="json") for change in task.frames.values()],
     }

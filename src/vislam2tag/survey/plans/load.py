@@ -34,15 +34,15 @@ _PASSAGE_M = 0.4
 """Half the depth of a passage that a plan gives as a line, metres: more than a wall is thick."""
 
 
-def floor_plan(floor: Floor) -> FloorPlan:
-    """Load a floor's plan in its BCS.
+def floor_plan(floor: Floor, side_px: int = GREATEST_PX) -> FloorPlan:
+    """Load a floor's plan in its BCS, its image's longer side at most ``side_px`` pixels.
 
     Raises SurveyError where the floor has none, it cannot be read, has no scale, or is an image of one colour only.
     """
     if floor.plan is None:
         raise SurveyError(f"floor {floor.number}: has no plan; add floor_{floor.number}/floorplan.jpg or a site.toml")
     try:
-        plan = read_guarded(floor.plan, _load, floor, floor.plan, GREATEST_PX)
+        plan = read_guarded(floor.plan, _load, floor, floor.plan, side_px)
     except OSError as error:
         raise SurveyError(f"{floor.plan}: the plan of floor {floor.number} {error}") from error
     if plan.image.size and (plan.image == plan.image[:1, :1]).all():
