@@ -5,7 +5,13 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.survey.correction_lines import add_entries, remove_added
+from vislam2tag.survey.correction_lines import (
+    ChangedMeanwhileError,
+    add_entries,
+    corrections_text,
+    remove_added,
+    save_text,
+)
 from vislam2tag.survey.corrections import read_corrections
 
 LINES = '[[swap_landmarks]]\nids = ["1", "2"]'
@@ -43,3 +49,17 @@ def test_entries_that_cannot_be_added_leave_the_file_alone(tmp_path: Path) -> No
     with pytest.raises(SurveyError, match="double brackets"):
         add_entries(tmp_path, LINES)
     assert path.read_text() == 'swap_landmarks = [{ids = ["1", "2"]}]\n'
+
+
+def test_a_text_is_saved_only_where_the_file_is_what_it_was_made_from(tmp_path: Path) -> None:
+    first = save_text(tmp_path, LINES, "")
+    assert corrections_text(tmp_path) == (LINES, first)
+    with pytest.raises(ChangedMeanwhileError, match="changed meanwhile"):
+        save_text(tmp_path, "# mine\n", "")
+    add_entries(tmp_path, LINES.replace("1", "3"))
+    with pytest.raises(ChangedMeanwhileError):
+        save_text(tmp_path, "# mine\n", first)
+    with pytest.raises(SurveyError, match="not known"):
+        save_text(tmp_path, "[[swap]]\n", corrections_text(tmp_path)[1])
+    assert save_text(tmp_path, "", corrections_text(tmp_path)[1]) == ""
+    assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@ from vislam2tag.survey.corrections import (
     session_start,
     unused_corrections,
 )
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.model import SessionKey, Site
 
 KEY = SessionKey(0, "LG", "2022-01-14T16:35:30")
 EXAMPLE = """
@@ -142,9 +142,10 @@ def test_a_move_holds_for_its_period_only(tmp_path: Path, session: str, applies:
 def test_entries_for_landmarks_of_a_floor_without_sessions_may_have_an_effect(tmp_path: Path) -> None:
     marks = landmarks_at({"10": (1, 1)})
     marks.floor[:] = 3
+    site = Site((), marks)
     entry = "[[move_landmark]]\nid = 10\nfloor = {}\nx = 5\ny = 6\n"
-    assert unused_corrections(corrections_of(tmp_path, entry.format(3)), [KEY], marks) == []
-    assert len(unused_corrections(corrections_of(tmp_path, entry.format(4)), [KEY], marks)) == 1
+    assert unused_corrections(corrections_of(tmp_path, entry.format(3)), [KEY], site) == []
+    assert len(unused_corrections(corrections_of(tmp_path, entry.format(4)), [KEY], site)) == 1
 
 
 def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
@@ -154,7 +155,7 @@ def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
     assert len(messages) == 1
     assert "[[move_landmark]] number 2 has no effect: no landmark 99 in the files" in messages[0]
     corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
-    findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site.landmarks)
+    findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site)
     assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message
 
 
@@ -205,3 +206,13 @@ def test_a_session_is_listed_by_its_true_floor_and_device(tmp_path: Path) -> Non
     (root / "corrections.toml").write_text(f"[[set_floor]]\n{entry}to = 99\n")
     with pytest.raises(SurveyError, match="floor 99"):
         open_survey(root)
+
+
+def test_a_control_point_is_moved_for_all_sessions(tmp_path: Path) -> None:
+    text = "[[move_control_point]]\nfloor = 1\nid = {}\nx = 5.5\ny = 6.5\n"
+    files = {"floor_1/refmarker.csv": "1,2\n3,4\n"}
+    survey = open_survey(write_survey(tmp_path / "a", {**files, "corrections.toml": text.format(1)}))
+    assert survey.site.floor(1).control_points.position_bcs.tolist() == [[1, 2], [5.5, 6.5]]
+    assert not [finding for finding in survey.findings if finding.kind == "unused_correction"]
+    survey = open_survey(write_survey(tmp_path / "b", {**files, "corrections.toml": text.format(2)}))
+    assert "floor 1 has no control point 2" in next(f.message for f in survey.findings if f.kind == "unused_correction")

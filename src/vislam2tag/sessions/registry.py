@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
@@ -20,6 +20,7 @@ from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.survey.corrected_landmarks import with_control_points_corrected
 from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
@@ -128,6 +129,29 @@ def _format_named(ref: SessionRef) -> SessionFormat:
     return FORMATS.named(ref.format)
 
 
+@dataclass(frozen=True)
+class SurveyFiles:
+    """A survey folder, looked at but not read, before its corrections."""
+
+    root: Path
+    site: Site
+    sessions: tuple[tuple[SessionKey, Path, str], ...]
+    """Key by its folder's names, folder and format of each session, sorted by key."""
+    findings: tuple[Finding, ...]
+    odd_folders: tuple[Finding, ...]
+
+    def corrected(self, corrections: Corrections) -> Survey:
+        """The survey as corrections make it; raises SurveyError where they are wrong for it."""
+        own = [key for key, _, _ in self.sessions]
+        keys = true_keys(own, corrections, self.site)
+        unused = unused_corrections(corrections, [*keys, *own], self.site)
+        listed = zip(keys, self.sessions, session_slugs(keys), strict=True)
+        refs = (SessionRef(key, *of[1:], slug, stored_folder(self.root, of[1])) for key, of, slug in listed)
+        site = with_control_points_corrected(self.site, corrections)
+        in_order = tuple(sorted(refs, key=lambda ref: ref.key))
+        return Survey(self.root, site, in_order, (*self.findings, *unused, *self.odd_folders))
+
+
 def open_survey(
     root: Path,
     default_sigma_m: float = SurveySettings().landmark_sigma_m,
@@ -139,6 +163,11 @@ def open_survey(
     replaces the floors' own landmark files. Raises SurveyError where the folder is missing, no folder, cannot be
     looked into, holds no floor or no session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
     """
+    return survey_files(root, default_sigma_m, landmark_file).corrected(read_corrections(root))
+
+
+def survey_files(root: Path, default_sigma_m: float, landmark_file: Path | None = None) -> SurveyFiles:
+    """Look at a survey folder without its corrections; raises SurveyError as :func:`open_survey`."""
     try:
         site, findings = read_site(root, default_sigma_m, landmark_file)
         sessions, odd_folders = _sessions(root)
@@ -150,13 +179,7 @@ def open_survey(
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
             + "".join(locked[:1])
         )
-    corrections = read_corrections(root)
-    keys = true_keys([key for key, _, _ in sessions], corrections, site)
-    unused = unused_corrections(corrections, [*keys, *(key for key, _, _ in sessions)], site.landmarks)
-    slugs = session_slugs(keys)
-    listed = zip(keys, sessions, slugs, strict=True)
-    refs = (SessionRef(key, *of[1:], slug, stored_folder(root, of[1])) for key, of, slug in listed)
-    return Survey(root, site, tuple(sorted(refs, key=lambda ref: ref.key)), (*findings, *unused, *odd_folders))
+    return SurveyFiles(root, site, tuple(sessions), findings, tuple(odd_folders))
 
 
 def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) -> list[SessionKey]:

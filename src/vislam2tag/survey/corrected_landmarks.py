@@ -1,4 +1,4 @@
-"""Landmarks as a survey's owner corrects them: units, whole floors, and single landmarks."""
+"""Landmarks and control points as a survey's owner corrects them: units, whole floors, and single ones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vislam2tag.survey.corrections import (
     MoveLandmark,
     TurnLandmarks,
 )
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.settings import SurveySettings
 
 
@@ -46,6 +46,22 @@ def corrected_landmarks(
                 _move(chosen, index, entry, default_sigma_m)
                 uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
+
+
+def with_control_points_corrected(site: Site, corrections: Corrections) -> Site:
+    """The site with its control points where corrections put them."""
+    if not corrections.move_control_point:
+        return site
+    return replace(site, floors=tuple(_with_points_moved(floor, corrections) for floor in site.floors))
+
+
+def _with_points_moved(floor: Floor, corrections: Corrections) -> Floor:
+    points = floor.control_points
+    position = points.position_bcs.copy()
+    for entry in corrections.move_control_point:
+        if entry.floor == floor.number and entry.id in points.ids:
+            position[points.ids.index(entry.id)] = entry.x, entry.y
+    return replace(floor, control_points=replace(points, position_bcs=position))
 
 
 def _with_tables_corrected(

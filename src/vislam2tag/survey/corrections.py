@@ -19,8 +19,7 @@ from pydantic import (
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.toml_file import read_toml
-from vislam2tag.core.tracks import Landmarks
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.model import SessionKey, Site
 from vislam2tag.survey.names import landmark_id
 
 CORRECTIONS_FILE = "corrections.toml"
@@ -142,6 +141,16 @@ class MoveLandmark(Correction):
         return (self.since is None or self.since <= start) and (self.until is None or start < self.until)
 
 
+class MoveControlPoint(Record, strict=True):
+    """A control point is not where its file says; its id is its place in the file, counted from 0."""
+
+    floor: int
+    id: _Id
+    x: FiniteFloat
+    y: FiniteFloat
+    reason: str = ""
+
+
 class RenameLandmark(_OfSpan):
     """A landmark's sightings within a time span are another sheet's."""
 
@@ -204,12 +213,11 @@ class Corrections(Record):
     set_floor: tuple[SetFloor, ...] = ()
     set_device: tuple[SetDevice, ...] = ()
     drop_repeated_scans: tuple[DropRepeatedScans, ...] = ()
+    move_control_point: tuple[MoveControlPoint, ...] = ()
 
     def for_session(self, key: SessionKey) -> Corrections:
-        """Keep only the entries that apply to one session."""
-        return Corrections(
-            **{name: tuple(e for e in getattr(self, name) if e.applies(key)) for name in Corrections.model_fields}
-        )
+        """Keep only the entries that apply to one session; those of the site are applied to it before."""
+        return Corrections(**{name: tuple(e for e in getattr(self, name) if e.applies(key)) for name in OF_SESSIONS})
 
     def true_key(self, key: SessionKey) -> SessionKey:
         """Floor and device that a session really has, by its folder's."""
@@ -222,6 +230,11 @@ class Corrections(Record):
         return any(entry.applies(key) for entry in self.exclude_session)
 
 
+OF_SITE = ("move_control_point",)
+"""Tables whose entries hold for whatever session."""
+OF_SESSIONS = tuple(name for name in Corrections.model_fields if name not in OF_SITE)
+
+
 def read_corrections(root: Path) -> Corrections:
     """Read the survey's corrections; raises SurveyError naming file, entry and what was expected."""
     try:
@@ -230,15 +243,20 @@ def read_corrections(root: Path) -> Corrections:
         return Corrections()
 
 
-def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], landmarks: Landmarks) -> list[Finding]:
-    """Find entries that match no session, and moves of landmarks that the files of their floors do not have.
+def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], site: Site) -> list[Finding]:
+    """Find entries that match no session, and moves of what the files of their floors do not have.
 
     Whether a landmark to exclude or to swap was seen is known only to those who read the sessions: such entries may
     well concern landmarks without a surveyed position.
     """
-    known = set(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
-    findings = []
-    for table in Corrections.model_fields:
+    known = set(zip(site.landmarks.floor.tolist(), site.landmarks.ids, strict=True))
+    points = {(floor.number, name) for floor in site.floors for name in floor.control_points.ids}
+    findings = [
+        _unused("move_control_point", number, f"floor {entry.floor} has no control point {entry.id}")
+        for number, entry in enumerate(corrections.move_control_point, start=1)
+        if (entry.floor, entry.id) not in points
+    ]
+    for table in OF_SESSIONS:
         entries: tuple[Correction, ...] = getattr(corrections, table)
         for number, entry in enumerate(entries, start=1):
             floors = {key.floor for key in keys if entry.applies(key)} | _visited_floor(entry, keys, known)
@@ -248,9 +266,13 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], lan
                 problem = f"no landmark {entry.id} in the files of the floors it is for"
             else:
                 continue
-            message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
-            findings.append(Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message))
+            findings.append(_unused(table, number, problem))
     return findings
+
+
+def _unused(table: str, number: int, problem: str) -> Finding:
+    message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
+    return Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message)
 
 
 def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[tuple[int, str]]) -> set[int]:
