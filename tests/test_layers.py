@@ -34,6 +34,7 @@ LAYERS = (
     "settings",
     "report",
     "pipeline",
+    "studio",
     "cli",
 )
 """Packages and modules in the order in which data meets them."""

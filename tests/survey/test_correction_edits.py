@@ -66,7 +66,7 @@ def test_values_on_several_lines_and_values_that_go() -> None:
 
 
 def test_several_changes_mean_the_numbers_of_the_text_before() -> None:
-    changes = [
+    changes: list[AddEntry | ReplaceEntry | RemoveEntry] = [
         RemoveEntry(table="swap_landmarks", number=1),
         AddEntry(table="exclude_landmark", values={"id": "3", "floor": None}),
         ReplaceEntry(table="swap_landmarks", number=2, values={"ids": ["7", "9"]}),

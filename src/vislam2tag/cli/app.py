@@ -31,6 +31,7 @@ COMMANDS = {
         "process": "Map every session of a survey, label every reading.",
         "label": "Positions for any time-stamped table.",
         "survey-landmarks": "Give landmarks that nobody surveyed a position.",
+        "studio": "Look, find and correct in the browser.",
         "diagnose": "What is wrong with a survey, and the lines that correct it.",
         "check": "How good are the labels, without truth?",
         "evaluate": "How good are the labels, against truth?",

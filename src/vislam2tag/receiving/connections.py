@@ -8,6 +8,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import IPv6Address, ip_address
+from typing import Literal
 
 import uvicorn
 from starlette.applications import Starlette
@@ -109,15 +110,20 @@ class _Server(uvicorn.Server):
             opened.listen(_WAITING)
 
 
-def serve(app: Starlette, opened: socket.socket) -> None:
+def serve(
+    app: Starlette,
+    opened: socket.socket,
+    connection: type[H11Protocol] = BoundedConnection,
+    lifespan: Literal["on", "off"] = "off",
+) -> None:
     """Serve an application on an open socket until SIGINT or SIGTERM."""
     config = uvicorn.Config(
         app,
         log_level="critical",
         access_log=False,
-        lifespan="off",
+        lifespan=lifespan,
         timeout_graceful_shutdown=GRACE_S,
-        http=BoundedConnection,
+        http=connection,
         ws="none",
         backlog=_ACCEPTED_AT_ONCE,
     )

@@ -7,7 +7,7 @@ import json
 import platform
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -71,32 +71,59 @@ def process(
     in ``Summary.failed``.
     """
     settings = settings or ProcessSettings()
-    selection = selection or Selection()
     run_all = executor or partial(process_all, workers=jobs)
     with survey_at_hand(survey_root) as root:
-        survey, tasks = _tasks(root, settings, landmarks, selection)
-        refuse_among_sessions(survey, out)
-        if not replace:
-            _refuse_other_labels(out, settings.strategy)
-        record = run_record(root, landmarks, settings, selection) | site_record(survey)
-        with _claimed(out, record, replace) as folder:
-            folder.remove(CHANGE_FILE)  # it says that the labels were rebased
-            tell(survey.findings)
-            folder.keep_only({task.ref.slug for task in tasks})
-            run_all(run_session, jobs_of(tasks, settings, folder), report=lambda done: progress(done, len(tasks)))
-            return _reduce(survey, [task.ref for task in tasks], settings, folder)
+        survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
+        with label_run(
+            survey, read_corrections(root), out, settings, landmarks=landmarks, selection=selection, replace=replace
+        ) as run:
+            tell(run.survey.findings)
+            todo = jobs_of(run.tasks, settings, run.folder)
+            run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
+            return run.reduced()
 
 
-def _tasks(
-    root: Path, settings: ProcessSettings, landmarks: Path | None, selection: Selection
-) -> tuple[Survey, list[SessionTask]]:
-    """The survey, and the sessions of it that are to be processed."""
+@dataclass(frozen=True)
+class LabelRun:
+    """An output that is claimed, and the sessions that are to be processed into it."""
+
+    survey: Survey
+    settings: ProcessSettings
+    folder: Output
+    tasks: list[SessionTask]
+
+    def reduced(self) -> Summary:
+        """Reduce the sessions' results, one at a time, to summary and report."""
+        return _reduce(self.survey, [task.ref for task in self.tasks], self.settings, self.folder)
+
+
+@contextmanager
+def label_run(
+    survey: Survey,
+    corrections: Corrections,
+    out: Path,
+    settings: ProcessSettings,
+    *,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    replace: bool = False,
+) -> Iterator[LabelRun]:
+    """Claim ``out`` for labels of a survey; what it holds of sessions that the run does not cover goes.
+
+    Raises UsageError, OutputError and StoreError as :func:`process`.
+    """
+    selection = selection or Selection()
     strategy_named(settings.strategy, settings.mapping)
-    survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
-    corrections = read_corrections(root)
     refs = selected(survey, corrections, selection)
-    survey = _with_exclusions(survey, corrections)
-    return survey, [session_task(ref, survey, corrections, settings) for ref in refs]
+    refuse_among_sessions(survey, out)
+    if not replace:
+        _refuse_other_labels(out, settings.strategy)
+    record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
+    with _claimed(out, record, replace) as folder:
+        folder.remove(CHANGE_FILE)  # it says that the labels were rebased
+        folder.keep_only({ref.slug for ref in refs})
+        tasks = [session_task(ref, survey, corrections, settings) for ref in refs]
+        yield LabelRun(_with_exclusions(survey, corrections), settings, folder, tasks)
 
 
 def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
@@ -220,7 +247,7 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, f
             if result is not None:
                 yield result
 
-    faults = _faults(survey, refs, folder)
+    faults = kept_faults(survey, refs, folder)
     survey = replace(survey, findings=(*survey.findings, *map(_fault_finding, faults)))
     summary = summarise(results(), settings.strategy, __version__, survey.findings)
     summary = summary.model_copy(update={"faults": [fault.summary for fault in faults]})
@@ -229,8 +256,8 @@ def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, f
     return summary
 
 
-def _faults(survey: Survey, refs: Sequence[SessionRef], folder: Output) -> list[Fault]:
-    """What the walks tell to be wrong with the survey."""
+def kept_faults(survey: Survey, refs: Sequence[SessionRef], folder: Output) -> list[Fault]:
+    """What the walks tell to be wrong with the survey, by their kept results."""
     walks = []
     for ref in thinned(refs):
         result = folder.result(ref.slug)

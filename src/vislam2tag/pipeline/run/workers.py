@@ -19,7 +19,7 @@ from typing import Protocol, TypeVar
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.pipeline.run.failures import LogInOrder, recorded
+from vislam2tag.pipeline.run.failures import LOG, LogInOrder, recorded
 
 _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
@@ -37,6 +37,8 @@ class Executor(Protocol):
 
 AHEAD = 2
 """Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
+STOP_S = 0.1
+"""How often somebody is asked who may want to stop."""
 
 
 def process_all(
@@ -64,7 +66,7 @@ def _outcomes(work: Callable[[_Job], _Outcome], todo: list[_Job], others: int) -
     if others < 1:
         yield from ((number, work(job)) for number, job in enumerate(todo))
         return
-    with _pool(others) as pool:
+    with worker_pool(others) as pool:
         try:
             yield from _shared_out(work, todo, pool, others * AHEAD)
         except BrokenProcessPool as error:
@@ -92,8 +94,34 @@ def _shared_out(
         yield from ((running.pop(future), future.result()) for future in ended)
 
 
+def done_in(
+    pool: ProcessPoolExecutor, work: Callable[[_Job], _Outcome], todo: list[_Job], stopped: Callable[[], bool]
+) -> Iterator[_Outcome]:
+    """Do a module's function on all jobs in a pool, nothing of it here; yield each outcome as it ends.
+
+    What it logs is logged here. Once ``stopped`` says so, jobs that have not begun are left out. Raises OutputError
+    where a worker is ended from outside; the pool is of no use then.
+    """
+    waiting = {pool.submit(recorded, work, job) for job in todo}
+    try:
+        while waiting:
+            ended, waiting = futures.wait(waiting, timeout=STOP_S, return_when=FIRST_COMPLETED)
+            for future in ended:
+                outcome, records = future.result()
+                for record in records:
+                    LOG.handle(record)
+                yield outcome
+            if stopped():
+                waiting -= {future for future in waiting if future.cancel()}
+    except BrokenProcessPool as error:
+        raise OutputError("a worker process was ended from outside (out of memory?); start again") from error
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
 @contextmanager
-def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Worker processes of one thread each, so that they do not compete for the cores; ended at once on errors."""
     before = os.environ.get("POLARS_MAX_THREADS")
     os.environ["POLARS_MAX_THREADS"] = "1"

@@ -1,0 +1,72 @@
+"""``vislam2tag studio``: look, find and correct in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
+from vislam2tag.cli.settings_options import ConfigFile, settings_of
+from vislam2tag.cli.terminal import say
+
+HELP = """
+Look at a survey and its labels in the browser, find what is wrong, correct it.
+
+Opens a page on this computer. What is changed there is a line in the survey's corrections.toml, as if typed; sessions
+that it touches are mapped again into the folder of --labels, as by process. Raw files are never changed. Ctrl-C ends
+it.
+
+The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
+unless --host says more: then use a network that you trust, what is sent can be read there.
+
+Exit code: 0 ended by Ctrl-C, 2 not a survey, or the address cannot be listened on.
+
+\b
+Examples:
+  vislam2tag studio survey
+  vislam2tag studio survey --labels out/labels --compare before
+  vislam2tag studio survey --host 0.0.0.0
+"""
+LOOPBACK = "127.0.0.1"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("studio", help=HELP)(_studio)
+
+
+def _studio(
+    survey: SurveyFolder,
+    labels: Annotated[
+        Path | None,
+        typer.Option(help="Labels as process makes them, existing or not.  [default: SURVEY-labels beside the survey]"),
+    ] = None,
+    compare: Annotated[list[Path] | None, typer.Option(help="Further labels to compare with; repeatable.")] = None,
+    host: Annotated[str, typer.Option(help="Address to listen on; 0.0.0.0: the whole network.")] = LOOPBACK,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8770,
+    browser: Annotated[bool, typer.Option(help="Open the page in this computer's browser.")] = True,
+    jobs: Jobs = ALL_CORES,
+    config: ConfigFile = None,
+) -> None:
+    # Only a server needs these; starting quickly matters to all other commands.
+    import webbrowser
+
+    from vislam2tag.receiving.address import code_of, listen
+    from vislam2tag.studio.serving import opened_studio, serve_studio
+    from vislam2tag.studio.workspace import Workspace
+
+    out = labels or survey.resolve().with_name(f"{survey.resolve().name}-labels")
+    workspace = Workspace(survey, out, settings_of(config, {}, survey), compare or ())
+    with (
+        listen(host, port) as opened,
+        opened_studio(workspace, host, opened, jobs) as (url, app),
+    ):
+        if host != LOOPBACK:
+            say(code_of(url))
+        say(f"{url}\n\nlabels: {out}\nCtrl-C ends it.")
+        if browser:
+            webbrowser.open(url)
+        serve_studio(app, opened)
+        say("ending: summary and report of the labels are made", err=True)

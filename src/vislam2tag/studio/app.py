@@ -1,0 +1,194 @@
+"""The HTTP side of the studio: requests into calls of the endpoints, answers and refusals."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
+from functools import partial
+from pathlib import Path
+
+from pydantic import ValidationError
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.middleware import Middleware
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.studio.corrections_view import corrections_view
+from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, NoQuery, Studio
+from vislam2tag.studio.guard import MOST_BODY, OwnHeaders
+from vislam2tag.studio.work_messages import EnterRequest, Problem
+from vislam2tag.survey.correction_lines import ChangedMeanwhileError
+
+PAGE = Path(__file__).parent / "page"
+BODY_S = 30.0
+"""A request's body must be whole so soon."""
+_CODES: dict[type[Exception], tuple[int, str]] = {
+    ChangedMeanwhileError: (409, "stale"),
+    SurveyError: (422, "invalid"),
+    UsageError: (422, "invalid"),
+    SessionError: (422, "invalid"),
+    OutputError: (409, "busy"),
+    KeyError: (404, "not_found"),
+    ValueError: (422, "invalid"),
+}
+_HTTP_CODES = {403: "forbidden", 404: "not_found", 405: "method"}
+
+
+class RefusedError(Exception):
+    """An answer other than what was asked for."""
+
+    def __init__(self, status: int, code: str, message: str) -> None:
+        super().__init__(message)
+        self.status, self.code, self.message = status, code, message
+
+
+def studio_app(studio: Studio) -> Starlette:
+    """The application that a server runs; it looks at the survey's files as long as it runs."""
+
+    @asynccontextmanager
+    async def lifespan(_app: Starlette) -> AsyncIterator[None]:
+        watching = asyncio.create_task(studio.events.watch())
+        try:
+            yield
+        finally:
+            watching.cancel()
+
+    def let_in(handler: Callable[[Request], Awaitable[Response]]) -> Callable[[Request], Awaitable[Response]]:
+        return partial(_let_in, studio, handler)
+
+    routes = [
+        Route("/", _page, methods=["GET"]),
+        Route("/assets/{name}", _asset, methods=["GET"]),
+        Route("/api/enter", partial(_enter, studio), methods=["POST"]),
+        Route("/api/events", let_in(partial(_events, studio)), methods=["GET"]),
+        *(
+            Route(endpoint.path, let_in(partial(_answer, studio, endpoint)), methods=[endpoint.method])
+            for endpoint in ENDPOINTS
+        ),
+    ]
+    return Starlette(
+        routes=routes,
+        lifespan=lifespan,
+        middleware=[Middleware(OwnHeaders)],
+        exception_handlers={RefusedError: partial(_refuse, studio), HTTPException: partial(_refuse, studio)},
+    )
+
+
+async def _page(request: Request) -> Response:
+    del request
+    return FileResponse(PAGE / "index.html", headers={"Cache-Control": "no-cache"})
+
+
+async def _asset(request: Request) -> Response:
+    name = str(request.path_params["name"])
+    file = next((file for file in (PAGE / "assets").glob("*") if file.name == name), None)
+    if file is None:
+        raise RefusedError(404, "not_found", "there is no such file")
+    return FileResponse(file, headers={"Cache-Control": "private, max-age=31536000, immutable"})
+
+
+async def _enter(studio: Studio, request: Request) -> Response:
+    _refuse_strangers(studio, request)
+    token = EnterRequest.model_validate(await _json(request)).token
+    cookie = studio.guard.enter(token)
+    if cookie is None:
+        raise RefusedError(401, "entry_needed", "this address was used already; start the studio again for a new one")
+    return Response(status_code=204, headers={"Set-Cookie": cookie})
+
+
+async def _let_in(studio: Studio, handler: Callable[[Request], Awaitable[Response]], request: Request) -> Response:
+    _refuse_strangers(studio, request)
+    if not studio.guard.knows(request.headers.get("cookie", "")):
+        raise RefusedError(401, "entry_needed", "open the address that the terminal shows")
+    return await handler(request)
+
+
+def _refuse_strangers(studio: Studio, request: Request) -> None:
+    refusal = studio.guard.refusal(request.method, dict(request.headers))
+    if refusal is not None:
+        raise RefusedError(403, "forbidden", refusal)
+
+
+async def _events(studio: Studio, request: Request) -> Response:
+    del request
+    return StreamingResponse(
+        studio.events.stream(), media_type="text/event-stream", headers={"Cache-Control": "no-store"}
+    )
+
+
+async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Response:
+    if endpoint.method == "PUT" and "if-match" not in request.headers:
+        raise RefusedError(428, "invalid", "the header If-Match must hold the version that was changed")
+    try:
+        query = endpoint.query.model_validate(dict(request.query_params))
+        body = endpoint.body.model_validate(await _json(request) if endpoint.body is not NoQuery else {})
+        asked = Asked({k: str(v) for k, v in request.path_params.items()}, query, body, request.headers.get("if-match"))
+        found = await run_in_threadpool(endpoint.answer, studio, asked)
+    except RefusedError:
+        raise
+    except ValidationError as error:
+        problem = error.errors()[0]
+        place = ".".join(map(str, problem["loc"]))
+        raise RefusedError(422, "invalid", f"{place}: {problem['msg']}") from error
+    except Exception as error:
+        raise _refusal(error) from error
+    return _response(request, endpoint, found)
+
+
+def _refusal(error: Exception) -> RefusedError:
+    """What an endpoint's exception means to the page."""
+    if isinstance(error, KeyError):
+        return RefusedError(404, "not_found", f"there is no {error.args[0]}; load the page again")
+    for kind, (status, code) in _CODES.items():
+        if isinstance(error, kind) and isinstance(error, Vislam2tagError | ValueError):
+            return RefusedError(status, code, str(error))
+    return RefusedError(500, "unexpected", unexpected("studio", error))
+
+
+def _response(request: Request, endpoint: Endpoint, found: FiniteRecord | Binary) -> Response:
+    if isinstance(found, FiniteRecord):
+        return Response(found.model_dump_json(), endpoint.status, {"Cache-Control": "no-store"}, "application/json")
+    headers = {"Cache-Control": "no-cache", **found.headers}
+    if found.version is not None:
+        headers["ETag"] = f'"{found.version}"'
+        if request.headers.get("if-none-match") == headers["ETag"]:
+            return Response(status_code=304, headers=headers)
+    return Response(found.content, endpoint.status, headers, found.media_type)
+
+
+async def _json(request: Request) -> object:
+    """The body, which must come soon and be small; empty counts as an empty object."""
+    content = b""
+    try:
+        async with asyncio.timeout(BODY_S):
+            async for block in request.stream():
+                content += block
+                if len(content) > MOST_BODY:
+                    raise RefusedError(413, "too_large", f"a request may bring {MOST_BODY >> 20} MiB")
+        return json.loads(content or b"{}")
+    except (TimeoutError, ClientDisconnect):
+        raise RefusedError(400, "invalid", "the request broke off") from None
+    except (ValueError, RecursionError):
+        raise RefusedError(400, "invalid", "the request is no JSON") from None
+
+
+async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:
+    del request
+    corrections = None
+    if isinstance(error, RefusedError):
+        status, code, message = error.status, error.code, error.message
+        if code == "stale":
+            corrections = await run_in_threadpool(corrections_view, studio.workspace)
+    else:
+        status = error.status_code if isinstance(error, HTTPException) else 500
+        code, message = _HTTP_CODES.get(status, "unexpected"), "there is no such address or method"
+    content = Problem(code=code, message=message, corrections=corrections).model_dump(mode="json")
+    return JSONResponse(content, status, {"Cache-Control": "no-store"})

@@ -1,0 +1,292 @@
+"""What can be asked of the studio: each endpoint with what it takes and gives, and the function that answers.
+
+Routes and ``openapi.json`` are both made of :data:`ENDPOINTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, TypeVar
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.receiving.address import code_of, url_for
+from vislam2tag.studio import corrections_view, diagnosis_view, session_view, survey_view, tracks
+from vislam2tag.studio import series as charts
+from vislam2tag.studio.comparison import comparison
+from vislam2tag.studio.events import Events
+from vislam2tag.studio.guard import Guard
+from vislam2tag.studio.jobs import JobQueue
+from vislam2tag.studio.layer_registry import LAYERS
+from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView
+from vislam2tag.studio.outputs import LABELS
+from vislam2tag.studio.work_messages import (
+    ComparisonView,
+    CorrectionsText,
+    CorrectionsView,
+    CorrectionTables,
+    DiagnosisView,
+    Invitation,
+    Job,
+    JobRequest,
+    Jobs,
+    LayerInfo,
+    Layers,
+    LayerView,
+    Preview,
+    PreviewRequest,
+)
+from vislam2tag.studio.workspace import Workspace
+
+Text = Annotated[str, Field(max_length=300)]
+_Record = TypeVar("_Record", bound=FiniteRecord)
+
+
+@dataclass(frozen=True)
+class Studio:
+    """All that answers are made of."""
+
+    workspace: Workspace
+    jobs: JobQueue
+    diagnoses: diagnosis_view.Diagnoses
+    events: Events
+    guard: Guard
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A request that was let in: what stands in its path, its query and body as records, and its header If-Match."""
+
+    path: dict[str, str]
+    query: FiniteRecord
+    body: FiniteRecord
+    if_match: str | None
+
+    def of(self, kind: type[_Record]) -> _Record:
+        """The query or body, whichever is of a kind."""
+        found = self.query if isinstance(self.query, kind) else self.body
+        assert isinstance(found, kind)
+        return found
+
+
+@dataclass(frozen=True)
+class Binary:
+    """An answer that is no JSON; ``version`` tells whether the browser has it already."""
+
+    content: bytes
+    media_type: str
+    headers: dict[str, str] = field(default_factory=dict)
+    version: str | None = None
+
+
+class NoQuery(FiniteRecord):
+    """An endpoint without parameters."""
+
+
+class OfOutput(FiniteRecord):
+    """Of which labels."""
+
+    output: Text = LABELS
+
+
+class WindowQuery(OfOutput):
+    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all."""
+
+    floor: int
+    left: float
+    right: float
+    low: float
+    high: float
+    sessions: list[int] | None = None
+
+    @field_validator("sessions", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        return [part for part in value.split(",") if part] if isinstance(value, str) else value
+
+
+class SeriesQuery(OfOutput):
+    """A span of a walk, seconds after its first frame, and how many points of each series may come."""
+
+    points: Annotated[int, Field(ge=2, le=100_000)] = 2000
+    start: float = Field(default=-1e9, alias="from")
+    end: float = Field(default=1e9, alias="to")
+
+
+class PlanQuery(FiniteRecord):
+    """Longer side of the picture, pixels; ``stamp`` is the plan's, for the browser to keep it."""
+
+    side: Annotated[int, Field(ge=64, le=survey_view.MOST_PIXELS)] = 2048
+    stamp: Text = ""
+
+
+class CompareQuery(FiniteRecord):
+    """Names of two outputs."""
+
+    a: Text
+    b: Text
+
+
+class FloorQuery(FiniteRecord):
+    """A floor by its number."""
+
+    floor: int
+
+
+def _survey(studio: Studio, _asked: Asked) -> SurveyView:
+    studio.workspace.refresh()
+    return survey_view.survey_view(studio.workspace)
+
+
+def _plan(studio: Studio, asked: Asked) -> Binary:
+    floor = studio.workspace.now.survey.site.floor(int(asked.path["number"]))
+    return Binary(
+        survey_view.plan_png(floor, asked.of(PlanQuery).side), "image/png", {"Cache-Control": "private, max-age=86400"}
+    )
+
+
+def _sessions(studio: Studio, _asked: Asked) -> SessionList:
+    return session_view.session_list(studio.workspace)
+
+
+def _session(studio: Studio, asked: Asked) -> SessionDetail:
+    return session_view.session_detail(studio.workspace, asked.path["id"])
+
+
+def _overview(studio: Studio, asked: Asked) -> Binary:
+    workspace, output = studio.workspace, asked.of(OfOutput).output
+    chosen = workspace.outputs[output]
+    version = f"{output}-{chosen.stamp()}-{workspace.refresh().sessions}-{len(workspace.before_slugs)}"
+    results = [workspace.result(id, output) for id in workspace.now.ids]
+    frames = sum(session_view.positioned_frames(result) for result in results if result)
+    found = ((i, track) for i, id in enumerate(workspace.now.ids) if (track := workspace.track(id, output)) is not None)
+    return Binary(tracks.overview(found, frames), tracks.ARROW, version=version)
+
+
+def _window(studio: Studio, asked: Asked) -> Binary:
+    workspace, query = studio.workspace, asked.of(WindowQuery)
+    box = (query.left, query.right, query.low, query.high)
+    found = (
+        (i, track)
+        for i, id in enumerate(workspace.now.ids)
+        if (query.sessions is None or i in query.sessions)
+        and session_view.may_be_within(workspace.result(id, query.output), query.floor, box)
+        and (track := workspace.track(id, query.output)) is not None
+    )
+    content, stride = tracks.window(found, query.floor, box)
+    return Binary(content, tracks.ARROW, {"Studio-Stride": str(stride)})
+
+
+def _track(studio: Studio, asked: Asked) -> Binary:
+    id, query = asked.path["id"], asked.of(SeriesQuery)
+    index = studio.workspace.now.ids.index(id)
+    track = studio.workspace.track(id, query.output)
+    if track is None:
+        return Binary(tracks.arrow([], tuple(tracks.FULL)), tracks.ARROW)
+    t = track.columns["t"]
+    inside = np.asarray((t >= query.start) & (t <= query.end))
+    return Binary(tracks.arrow([(index, track.rows(inside))], tuple(tracks.FULL)), tracks.ARROW)
+
+
+def _series(studio: Studio, asked: Asked) -> Binary:
+    query = asked.of(SeriesQuery)
+    found = charts.session_series(studio.workspace, asked.path["id"], query.output)
+    return Binary(charts.series_arrow(found, query.points, (query.start, query.end)), tracks.ARROW)
+
+
+def _scans(studio: Studio, asked: Asked) -> Binary:
+    return Binary(charts.scans_arrow(studio.workspace, asked.of(OfOutput).output), tracks.ARROW)
+
+
+def _corrections(studio: Studio, _asked: Asked) -> CorrectionsView:
+    return corrections_view.corrections_view(studio.workspace)
+
+
+def _tables(_studio: Studio, _asked: Asked) -> CorrectionTables:
+    return corrections_view.correction_tables()
+
+
+def _preview(studio: Studio, asked: Asked) -> Preview:
+    return corrections_view.preview(studio.workspace, asked.of(PreviewRequest))
+
+
+def _save(studio: Studio, asked: Asked) -> CorrectionsView:
+    version = (asked.if_match or "").strip('"')
+    return corrections_view.saved(studio.workspace, asked.of(CorrectionsText).text, version)
+
+
+def _jobs(studio: Studio, _asked: Asked) -> Jobs:
+    return Jobs(jobs=studio.jobs.all())
+
+
+def _new_job(studio: Studio, asked: Asked) -> Job:
+    return studio.jobs.submit(asked.of(JobRequest))
+
+
+def _cancel(studio: Studio, asked: Asked) -> Job:
+    return studio.jobs.cancel(int(asked.path["number"]))
+
+
+def _diagnosis(studio: Studio, _asked: Asked) -> DiagnosisView:
+    return studio.diagnoses.view(studio.jobs.diagnosis)
+
+
+def _compare(studio: Studio, asked: Asked) -> ComparisonView:
+    query = asked.of(CompareQuery)
+    return comparison(studio.workspace, query.a, query.b)
+
+
+def _layers(_studio: Studio, _asked: Asked) -> Layers:
+    found = LAYERS.all()
+    return Layers(layers=[LayerInfo(name=name, title=layer.title, shown=layer.shown) for name, layer in found.items()])
+
+
+def _layer(studio: Studio, asked: Asked) -> LayerView:
+    layer = LAYERS.all()[asked.path["name"]]
+    return LayerView(features=layer.features(studio.workspace, asked.of(FloorQuery).floor))
+
+
+def _invite(studio: Studio, _asked: Asked) -> Invitation:
+    url = url_for(studio.guard.host, studio.guard.port, studio.guard.invite())
+    return Invitation(url=url, code=code_of(url))
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A method and path, the function that answers, and records of query, body and answer (None: no JSON)."""
+
+    method: str
+    path: str
+    answer: Callable[[Studio, Asked], FiniteRecord | Binary]
+    gives: type[FiniteRecord] | None
+    query: type[FiniteRecord] = NoQuery
+    body: type[FiniteRecord] = NoQuery
+    status: int = 200
+
+
+ENDPOINTS = (
+    Endpoint("GET", "/api/survey", _survey, SurveyView),
+    Endpoint("GET", "/api/floors/{number:int}/plan", _plan, None, PlanQuery),
+    Endpoint("GET", "/api/sessions", _sessions, SessionList),
+    Endpoint("GET", "/api/sessions/{id}", _session, SessionDetail),
+    Endpoint("GET", "/api/sessions/{id}/track", _track, None, SeriesQuery),
+    Endpoint("GET", "/api/sessions/{id}/series", _series, None, SeriesQuery),
+    Endpoint("GET", "/api/tracks", _overview, None, OfOutput),
+    Endpoint("GET", "/api/tracks/window", _window, None, WindowQuery),
+    Endpoint("GET", "/api/scans", _scans, None, OfOutput),
+    Endpoint("GET", "/api/corrections", _corrections, CorrectionsView),
+    Endpoint("PUT", "/api/corrections", _save, CorrectionsView, body=CorrectionsText),
+    Endpoint("POST", "/api/corrections/preview", _preview, Preview, body=PreviewRequest),
+    Endpoint("GET", "/api/corrections/tables", _tables, CorrectionTables),
+    Endpoint("GET", "/api/jobs", _jobs, Jobs),
+    Endpoint("POST", "/api/jobs", _new_job, Job, body=JobRequest, status=202),
+    Endpoint("DELETE", "/api/jobs/{number:int}", _cancel, Job),
+    Endpoint("GET", "/api/diagnosis", _diagnosis, DiagnosisView),
+    Endpoint("GET", "/api/compare", _compare, ComparisonView, CompareQuery),
+    Endpoint("GET", "/api/layers", _layers, Layers),
+    Endpoint("GET", "/api/layers/{name}", _layer, LayerView, FloorQuery),
+    Endpoint("POST", "/api/invitations", _invite, Invitation),
+)

@@ -1,0 +1,126 @@
+"""Who may ask the studio: browsers that entered by a token, at the studio's own address, from its own page."""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from typing import Any, TypeAlias
+
+from vislam2tag.receiving.address import EVERYWHERE
+from vislam2tag.receiving.token import new_token
+
+Message: TypeAlias = MutableMapping[str, Any]
+MOST_BODY = 1 << 20
+"""Bytes that a request may bring."""
+MOST_INVITATIONS = 20
+"""Tokens that nobody has used yet; the oldest goes."""
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+        "font-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+@dataclass
+class Guard:
+    """Tokens, each good for one browser, and the cookies that these got for them."""
+
+    host: str
+    """That the server listens on."""
+    port: int
+    _tokens: list[str] = field(default_factory=list)
+    _cookies: set[str] = field(default_factory=set)
+
+    @property
+    def cookie_name(self) -> str:
+        """Of its own for each port: browsers send one host's cookies to all its ports."""
+        return f"vislam2tag-studio-{self.port}"
+
+    def invite(self) -> str:
+        """A token for one more browser."""
+        token = new_token()
+        self._tokens = [*self._tokens, token][-MOST_INVITATIONS:]
+        return token
+
+    def enter(self, token: str) -> str | None:
+        """The cookie for a token, which is used up then; None where it is wrong."""
+        known = [each for each in self._tokens if hmac.compare_digest(each.encode(), token.encode())]
+        if not known:
+            return None
+        self._tokens.remove(known[0])
+        cookie = secrets.token_urlsafe(32)
+        self._cookies.add(cookie)
+        return f"{self.cookie_name}={cookie}; HttpOnly; SameSite=Strict; Path=/"
+
+    def knows(self, header: str) -> bool:
+        """Tell whether a header ``Cookie`` has a cookie of ours."""
+        try:
+            morsel = SimpleCookie(header).get(self.cookie_name)
+        except CookieError:
+            return False
+        return morsel is not None and any(hmac.compare_digest(each, morsel.value) for each in self._cookies)
+
+    def is_own(self, host: str) -> bool:
+        """Tell whether a header ``Host`` names this server, and not a name that somebody lets lead here.
+
+        Nobody can let an address of numbers lead elsewhere, so that any will do where all are listened on.
+        """
+        name, _, port = host.rpartition(":")
+        if port != str(self.port):
+            return False
+        name = name.removeprefix("[").removesuffix("]")
+        if name in ("localhost", self.host):
+            return True
+        try:
+            address = ip_address(name)
+        except ValueError:
+            return False
+        return address.is_loopback or self.host in EVERYWHERE
+
+    def refusal(self, method: str, headers: dict[str, str]) -> str | None:
+        """Why a request is from no page of ours; None where it may be."""
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if not self.is_own(host):
+            return "this address is not the studio's; open the one that the terminal shows"
+        if origin is not None and origin != f"http://{host}":
+            return "another page asked for this"
+        if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
+            return "another page asked for this"
+        if method in ("POST", "PUT") and headers.get("content-type", "").partition(";")[0] != "application/json":
+            return "a change must come as application/json"
+        return None
+
+
+Receive: TypeAlias = Callable[[], Awaitable[Message]]
+Send: TypeAlias = Callable[[Message], Awaitable[None]]
+App: TypeAlias = Callable[[Message, Receive, Send], Awaitable[None]]
+
+
+class OwnHeaders:
+    """Adds our headers to all that an application answers."""
+
+    def __init__(self, app: App) -> None:
+        """Wrap an application."""
+        self._app = app
+        self._headers = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+
+    async def __call__(self, scope: Message, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), *self._headers]
+            await send(message)
+
+        await self._app(scope, receive, send_with_headers)

@@ -1,0 +1,249 @@
+"""Jobs, one after the other: sessions are mapped again in workers that wait ready, and faults are looked for."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, suppress
+from pathlib import Path
+
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.diagnosis.record import Diagnosis
+from vislam2tag.labeling.results import RESULTS
+from vislam2tag.labeling.schemas import TRAJECTORY
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.pipeline.labels.diagnose import diagnose
+from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession
+from vislam2tag.pipeline.labels.process import jobs_of, label_run
+from vislam2tag.pipeline.labels.stored_session import run_session
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.pipeline.run.workers import done_in, worker_pool
+from vislam2tag.studio.messages import NewLabels
+from vislam2tag.studio.outputs import BEFORE
+from vislam2tag.studio.work_messages import Job, JobRequest
+from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.model import Survey
+
+KEPT = 50
+"""Jobs that are still told of when they have ended."""
+MOST_WAITING = 20
+IDLE_S = 3.0
+"""Summary and report are made again when nothing else was asked for so long."""
+_BEFORE_FILES = ((TRAJECTORY, "parquet"), ("wifi", "parquet"), (RESULTS, "json"))
+
+
+class _CancelledError(Exception):
+    """Somebody took the job back while it ran."""
+
+
+class JobQueue:
+    """Does jobs in a thread of its own; :meth:`close` ends it and what it started."""
+
+    def __init__(self, workspace: Workspace, publish: Callable[[str, FiniteRecord], None], workers: int) -> None:
+        """Start the workers, which import what mapping needs meanwhile."""
+        self._workspace, self._publish, self._workers = workspace, publish, workers
+        self._jobs: dict[int, Job] = {}
+        self._requests: dict[int, Sequence[str] | None] = {}
+        self._waiting: deque[int] = deque()
+        self._changed = threading.Condition()
+        self._stopping = False
+        self._unfinished = False
+        """Whether summary and report are older than the labels."""
+        self.diagnosis: tuple[Diagnosis, str] | None = None
+        """The last one, and the version of the sessions that it was made of."""
+        shutil.rmtree(workspace.outputs[BEFORE].root, ignore_errors=True)
+        self._thread = threading.Thread(target=self._run, name="studio jobs")
+        self._thread.start()
+
+    def submit(self, request: JobRequest) -> Job:
+        """Let a job wait for its turn; raises UsageError where too many wait or it names no session."""
+        unknown = set(request.sessions or ()) - self._workspace.now.refs.keys()
+        if unknown:
+            raise UsageError(f"there is no session {min(unknown)}; look at the list again")
+        with self._changed:
+            if len(self._waiting) >= MOST_WAITING:
+                raise UsageError(f"{MOST_WAITING} jobs wait already; let some end first")
+            number = max(self._jobs, default=0) + 1
+            job = Job(
+                id=number, kind=request.kind, state="queued", done=0, total=0, error=None, failed={}, seconds=None
+            )
+            self._jobs[number], self._requests[number] = job, request.sessions
+            self._waiting.append(number)
+            for old in list(self._jobs)[:-KEPT]:
+                del self._jobs[old]
+            self._changed.notify()
+        self._publish("job", job)
+        return job
+
+    def all(self) -> list[Job]:
+        """The latest jobs, in their order."""
+        with self._changed:
+            return list(self._jobs.values())
+
+    def cancel(self, number: int) -> Job:
+        """Take a job back: what it did stays; raises KeyError where there is none."""
+        with self._changed:
+            job = self._jobs[number]
+            if number in self._waiting:
+                self._waiting.remove(number)
+        return self._update(number, state="cancelled") if job.state in ("queued", "running") else job
+
+    def close(self) -> None:
+        """End all jobs; summary and report are made first where labels are newer."""
+        with self._changed:
+            self._stopping = True
+            self._waiting.clear()
+            for number in [number for number, job in self._jobs.items() if job.state == "running"]:
+                self._jobs[number] = self._jobs[number].model_copy(update={"state": "cancelled"})
+            self._changed.notify()
+        self._thread.join()
+        shutil.rmtree(self._workspace.outputs[BEFORE].root, ignore_errors=True)
+
+    def _update(self, number: int, **changes: object) -> Job:
+        with self._changed:
+            job = self._jobs[number] = self._jobs[number].model_copy(update=changes)
+        self._publish("job", job)
+        return job
+
+    def _run(self) -> None:
+        while not self._stopping or self._unfinished:
+            with ExitStack() as stack:
+                pool = stack.enter_context(worker_pool(self._workers))
+                for _ in range(self._workers):
+                    pool.submit(_made_ready, self._workspace.settings)
+                with suppress(
+                    OutputError, BrokenProcessPool
+                ):  # a worker was ended from outside: there are new ones then
+                    self._work(pool)
+
+    def _work(self, pool: ProcessPoolExecutor) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._stopping, IDLE_S if self._unfinished else None)
+                number = self._waiting.popleft() if self._waiting else None
+            if number is not None:
+                self._do(number, pool)
+            elif self._unfinished:
+                self._finish(pool)
+            if self._stopping and number is None:
+                return
+
+    def _do(self, number: int, pool: ProcessPoolExecutor) -> None:
+        began = time.monotonic()
+        job = self._update(number, state="running")
+        try:
+            (self._diagnose if job.kind == "diagnose" else self._process)(number, pool)
+        except _CancelledError:
+            return
+        except Exception as error:  # whatever it is, the server goes on and the page is told
+            said = str(error) if isinstance(error, Vislam2tagError) else unexpected(job.kind, error)
+            self._update(number, state="failed", error=said, seconds=time.monotonic() - began)
+            if isinstance(error, OutputError):
+                raise
+            return
+        if not self._is_cancelled(number):
+            self._update(number, state="done", seconds=time.monotonic() - began)
+
+    def _is_cancelled(self, number: int) -> bool:
+        return self._jobs[number].state == "cancelled"
+
+    def _process(self, number: int, pool: ProcessPoolExecutor) -> None:
+        workspace = self._workspace
+        workspace.refresh()
+        now = workspace.now
+        if now.problem is not None:
+            raise SurveyError(now.problem)
+        requested = self._requests[number]
+        failed = [id for id in now.ids if (result := workspace.result(id)) is not None and result.error is not None]
+        wanted = list(requested) if requested is not None else sorted({*workspace.stale(), *failed})
+        self._keep_before(wanted)
+        id_of = {ref.folder: id for id, ref in now.refs.items()}
+        with label_run(now.survey, now.corrections, workspace.out, workspace.settings) as run:
+            self._unfinished = True
+            tasks = [task for task in run.tasks if id_of[task.ref.folder] in wanted]
+            todo = {job.slug: job for job in jobs_of(tasks, run.settings, run.folder)}
+            left_out = sorted(set(wanted) - {id_of[job.task.ref.folder] for job in todo.values()})
+            self._tell_labels(left_out)
+            failures: dict[str, str] = {}
+            self._update(number, total=len(todo))
+            stopped = lambda: self._is_cancelled(number)
+            for count, outcome in enumerate(done_in(pool, run_session, list(todo.values()), stopped), start=1):
+                id = id_of[todo[outcome.slug].task.ref.folder]
+                if outcome.error is not None:
+                    failures[id] = outcome.error
+                self._tell_labels([id])
+                self._update(number, done=count, failed=dict(failures))
+
+    def _tell_labels(self, ids: Sequence[str]) -> None:
+        if ids:
+            self._publish("labels", NewLabels(sessions=list(ids), version=self._workspace.refresh().labels))
+
+    def _keep_before(self, ids: Sequence[str]) -> None:
+        """Keep the labels of sessions as they are: files are replaced whole, so that a second name keeps the first."""
+        workspace = self._workspace
+        folder = workspace.outputs[BEFORE].root
+        for id in ids:
+            result = workspace.result(id)
+            workspace.before_slugs.pop(id, None)
+            if result is None:
+                continue
+            for table, suffix in _BEFORE_FILES:
+                file = f"{table}/{result.slug}.{suffix}"
+                _link(workspace.out / file, folder / file)
+            workspace.before_slugs[id] = result.slug
+
+    def _diagnose(self, number: int, pool: ProcessPoolExecutor) -> None:
+        del pool  # diagnosis shares its work out itself
+        done = 0
+
+        def progress(_session: DiagnosedSession, total: int) -> None:
+            nonlocal done
+            if self._is_cancelled(number):
+                raise _CancelledError
+            done += 1
+            self._update(number, done=done, total=total)
+
+        version = self._workspace.refresh().sessions
+        found = diagnose(self._workspace.root, self._workspace.settings, jobs=self._workers, progress=progress)
+        self.diagnosis = found, version
+
+    def _finish(self, pool: ProcessPoolExecutor) -> None:
+        """Make summary and report of the labels as they are."""
+        self._unfinished = False
+        now = self._workspace.now
+        if now.problem is None:
+            with suppress(Vislam2tagError):  # the next job, or the command line, makes them
+                made = pool.submit(_reduced, now.survey, now.corrections, self._workspace.out, self._workspace.settings)
+                made.result()
+
+
+def _made_ready(settings: ProcessSettings) -> None:
+    """Import what mapping needs; runs in a worker."""
+    strategy_named(settings.strategy, settings.mapping)
+
+
+def _reduced(survey: Survey, corrections: Corrections, out: Path, settings: ProcessSettings) -> None:
+    """Make summary and report; runs in a worker."""
+    with label_run(survey, corrections, out, settings) as run:
+        run.reduced()
+
+
+def _link(file: Path, kept: Path) -> None:
+    """Give a file a second name, or copy it where the file system cannot."""
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    kept.unlink(missing_ok=True)
+    try:
+        os.link(file, kept)
+    except FileNotFoundError:
+        return
+    except OSError:
+        shutil.copyfile(file, kept)

@@ -1,0 +1,1 @@
+"""Layers of the studio's map, one file each."""

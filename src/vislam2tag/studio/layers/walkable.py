@@ -1,0 +1,48 @@
+"""Where a floor can be walked, found from its plan as planning finds it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vislam2tag.common.extras import import_extra
+from vislam2tag.studio.layer_registry import register
+from vislam2tag.studio.messages import Point
+from vislam2tag.studio.work_messages import Feature, Title
+from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.space import WalkableSpace, walkable_space
+
+
+class Walkable:
+    """The region of one floor as an area with holes."""
+
+    name = "walkable"
+    title = Title(en="Walkable space", de="Begehbare Fläche")
+    shown = False
+
+    def __init__(self) -> None:
+        """Regions are kept while their plan is as it was."""
+        self._found: dict[tuple[str, int], list[list[Point]]] = {}
+
+    def features(self, workspace: Workspace, floor: int) -> list[Feature]:
+        """The region; none where the floor has no plan. Raises SurveyError where nothing on it can be walked."""
+        chosen = workspace.now.survey.site.floor(floor)
+        if chosen.plan is None:
+            return []
+        import_extra("skimage.measure")
+        key = (str(chosen), chosen.plan.stat().st_mtime_ns)
+        if key not in self._found:
+            self._found[key] = _rings(walkable_space(floor_plan(chosen), workspace.settings.walkable))
+        outer, *holes = self._found[key]
+        return [Feature(id=f"{self.name}:{floor}", shape="area", floor=floor, coordinates=outer, holes=holes)]
+
+
+def _rings(space: WalkableSpace) -> list[list[Point]]:
+    """Closed lines about the region and its holes, the outer one, which encloses most, first."""
+    ends = np.flatnonzero((space.walls[:-1, 1] != space.walls[1:, 0]).any(axis=1)) + 1
+    rings = [part[:, 0] for part in np.split(space.walls, ends)]
+    rings.sort(key=lambda ring: -float(np.ptp(ring, axis=0).prod()))
+    return [[(round(x, 3), round(y, 3)) for x, y in ring.tolist()] for ring in rings]
+
+
+register(Walkable())

@@ -1,0 +1,40 @@
+"""Starting the studio: survey, jobs and server together, and their end."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from starlette.applications import Starlette
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from vislam2tag.receiving.address import url_for
+from vislam2tag.receiving.connections import serve
+from vislam2tag.studio.app import studio_app
+from vislam2tag.studio.diagnosis_view import Diagnoses
+from vislam2tag.studio.endpoints import Studio
+from vislam2tag.studio.events import Events
+from vislam2tag.studio.guard import Guard
+from vislam2tag.studio.jobs import JobQueue
+from vislam2tag.studio.workspace import Workspace
+
+
+@contextmanager
+def opened_studio(
+    workspace: Workspace, host: str, opened: socket.socket, workers: int
+) -> Iterator[tuple[str, Starlette]]:
+    """The address with a first token, and the application; its jobs end with the block."""
+    events = Events(workspace.refresh)
+    guard = Guard(host, opened.getsockname()[1])
+    jobs = JobQueue(workspace, events.publish, workers)
+    try:
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard)
+        yield url_for(host, guard.port, guard.invite()), studio_app(studio)
+    finally:
+        jobs.close()
+
+
+def serve_studio(app: Starlette, opened: socket.socket) -> None:
+    """Serve until SIGINT or SIGTERM; connections stay open for many requests, and for events."""
+    serve(app, opened, connection=H11Protocol, lifespan="on")

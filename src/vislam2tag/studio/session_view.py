@@ -1,0 +1,165 @@
+"""Sessions as the page sees them: the list to search and filter, and one with all that happened in it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection
+
+import numpy as np
+
+from vislam2tag.common.findings import Severity
+from vislam2tag.core.status import Status, has_position
+from vislam2tag.labeling.results import Drawing, SessionResult
+from vislam2tag.studio.messages import (
+    Box,
+    ContradictionView,
+    DiscardedView,
+    EventView,
+    FileView,
+    Key,
+    SessionDetail,
+    SessionList,
+    SessionView,
+    VisitView,
+)
+from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.corrections import session_start
+from vislam2tag.survey.model import SessionKey
+
+DRAWN_M = 5.0
+"""Frames lie at most so far from a drawn path, whose points are chosen by distance walked."""
+_WORST = (Severity.ERROR, Severity.WARNING, Severity.INFO)
+
+
+def session_list(workspace: Workspace) -> SessionList:
+    """All sessions in the order of their folders."""
+    version = workspace.refresh().sessions
+    stale = workspace.stale()
+    return SessionList(version=version, sessions=[_session(workspace, id, stale) for id in workspace.now.ids])
+
+
+def session_detail(workspace: Workspace, id: str) -> SessionDetail:
+    """Everything of a session but its frames; raises KeyError where there is none of this id."""
+    key = workspace.now.refs[id].key
+    stale = workspace.stale()
+    view, result = _session(workspace, id, stale), workspace.result(id)
+    if result is None:
+        return SessionDetail(
+            session=view, findings=[], corrections=[], files=[], visits=[], events=[], contradictions=[], discarded=[]
+        )
+    return SessionDetail(
+        session=view,
+        findings=result.findings,
+        corrections=result.corrections,
+        files=[FileView(name=file.name, role=file.role, size_bytes=file.size_bytes) for file in result.files],
+        visits=_visits(result, key, workspace.start_ns(id)),
+        events=_events(result, key, workspace.start_ns(id)),
+        contradictions=[ContradictionView(**found.model_dump()) for found in result.contradictions],
+        discarded=[
+            DiscardedView(floor=floor, status=stretch.status, points=stretch.points)
+            for floor, drawing in _drawings(result).items()
+            for stretch in drawing.discarded
+        ],
+    )
+
+
+def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionView:
+    now = workspace.now
+    ref, folder, result = now.refs[id], now.folder_keys[id], workspace.result(id)
+    start = session_start(folder.session)
+    frames = result.frames if result else {}
+    total = sum(count for label, count in frames.items() if label != Status.DUPLICATE.label)
+    findings = Counter({finding.kind: finding.count for finding in result.findings}) if result else Counter[str]()
+    severities = {finding.severity for finding in result.findings} if result else set()
+    drawings = _drawings(result) if result else {}
+    return SessionView(
+        index=now.ids.index(id),
+        id=id,
+        slug=ref.slug,
+        folder=_key(folder),
+        key=_key(ref.key),
+        start=start.isoformat() if start else None,
+        date=start.date().isoformat() if start else None,
+        format=ref.format,
+        excluded=now.corrections.excludes(ref.key),
+        labelled=result is not None and result.error is None,
+        stale=id in stale,
+        changed=id in workspace.before_slugs,
+        error=result.error if result else None,
+        duration_s=result.duration_s if result else 0.0,
+        distance_m=result.distance_m if result else 0.0,
+        frames=frames,
+        labelled_share=frames.get(Status.OK.label, 0) / total if total else None,
+        sigma_median_m=result.sigma.median_m if result and result.sigma else None,
+        findings=dict(findings),
+        severity=next((severity for severity in _WORST if severity in severities), None),
+        events=dict(Counter(event.kind.value for event in result.events)) if result else {},
+        landmarks=list(dict.fromkeys(visit.landmark for visit in result.visits if visit.landmark)) if result else [],
+        scans=result.scans.scans if result and result.scans else 0,
+        floors=sorted(floor for floor, drawing in drawings.items() if drawing.mapped),
+        bounds={str(floor): box for floor, drawing in drawings.items() if (box := _box(drawing)) is not None},
+    )
+
+
+def _drawings(result: SessionResult) -> dict[int, Drawing]:
+    return {result.floor: result.drawing, **result.elsewhere}
+
+
+def _box(drawing: Drawing) -> Box | None:
+    points = [point for stretch in drawing.mapped for point in stretch.points]
+    if not points:
+        return None
+    (left, low), (right, high) = np.min(points, axis=0).tolist(), np.max(points, axis=0).tolist()
+    return left, right, low, high
+
+
+def may_be_within(result: SessionResult | None, floor: int, box: Box) -> bool:
+    """Tell whether a session's walk may lead through a part of a floor, by its thinned path."""
+    drawing = _drawings(result).get(floor) if result else None
+    around = _box(drawing) if drawing else None
+    if around is None:
+        return False
+    (left, right, low, high), slack = around, DRAWN_M
+    return box[0] - slack <= right and left - slack <= box[1] and box[2] - slack <= high and low - slack <= box[3]
+
+
+def _visits(result: SessionResult, key: SessionKey, start_ns: int) -> list[VisitView]:
+    return [
+        VisitView(
+            landmark=visit.landmark,
+            t=(visit.time_ns - start_ns) * 1e-9,
+            x=visit.position[0] if visit.position else None,
+            y=visit.position[1] if visit.position else None,
+            floor=key.floor if visit.floor is None else visit.floor,
+            distance_m=visit.distance_m,
+        )
+        for visit in result.visits
+    ]
+
+
+def _events(result: SessionResult, key: SessionKey, start_ns: int) -> list[EventView]:
+    return [
+        EventView(
+            kind=event.kind.value,
+            t=(event.time_ns - start_ns) * 1e-9,
+            x=event.position[0] if event.position else None,
+            y=event.position[1] if event.position else None,
+            floor=key.floor if event.floor is None else event.floor,
+            size_m=event.size_m,
+            turn_rad=event.turn_rad,
+            reason=event.reason,
+        )
+        for event in result.events
+    ]
+
+
+def _key(key: SessionKey) -> Key:
+    return Key(floor=key.floor, device=key.device, session=key.session)
+
+
+def positioned_frames(result: SessionResult) -> int:
+    """How many frames of a session have a position."""
+    return sum(count for label, count in result.frames.items() if _POSITIONED[label])
+
+
+_POSITIONED = {status.label: bool(has_position(np.array([status]))[0]) for status in Status}

@@ -1,0 +1,166 @@
+"""The survey as the page sees it: floors, landmarks, control points, and what colours and codes mean."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections import Counter
+
+import numpy as np
+
+from vislam2tag import __version__
+from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.studio.messages import (
+    ControlPointView,
+    EventKindView,
+    FloorView,
+    Frame,
+    LandmarkView,
+    OutputView,
+    StatusView,
+    SurveyView,
+)
+from vislam2tag.studio.outputs import BEFORE, Output
+from vislam2tag.studio.workspace import Workspace
+from vislam2tag.survey.corrected_landmarks import corrected_landmarks
+from vislam2tag.survey.model import Floor, SessionKey
+from vislam2tag.survey.plans.load import plan_picture
+
+MOST_PIXELS = 4096
+
+
+def survey_view(workspace: Workspace) -> SurveyView:
+    """Everything but the sessions."""
+    now = workspace.now
+    labels = workspace.settings.labels
+    return SurveyView(
+        version=now.version,
+        name=workspace.root.resolve().name,
+        root=str(workspace.root.resolve()),
+        labels=str(workspace.out.resolve()),
+        program_version=__version__,
+        floors=[_floor(floor) for floor in now.survey.site.floors],
+        landmarks=_landmarks(workspace),
+        control_points=_control_points(workspace),
+        devices=sorted({ref.key.device for ref in now.survey.sessions}),
+        findings=list(now.survey.findings),
+        statuses=_statuses(),
+        event_kinds=[
+            EventKindView(kind=kind.value, name=style.name, colour=style.colour, meaning=style.meaning)
+            for kind, style in EVENT_STYLES.items()
+        ],
+        outputs=[output_view(each) for name, each in workspace.outputs.items() if name != BEFORE],
+        strategy=workspace.settings.strategy,
+        sigma_limit_m=labels.max_sigma_m if math.isfinite(labels.max_sigma_m) else None,
+    )
+
+
+def output_view(output: Output) -> OutputView:
+    """What there is in a folder of labels."""
+    sessions = len(list(output.root.glob("sessions/*.json")))
+    return OutputView(
+        name=output.name, folder=str(output.root.resolve()), strategy=output.strategy(), sessions=sessions
+    )
+
+
+def plan_png(floor: Floor, side_px: int) -> bytes:
+    """A floor's plan as PNG, its longer side at most so many pixels; raises OSError where it cannot be drawn."""
+    buffer = io.BytesIO()
+    plan_picture(floor, min(side_px, MOST_PIXELS)).save(buffer, "png")
+    return buffer.getvalue()
+
+
+def _floor(floor: Floor) -> FloorView:
+    stamp = floor.plan.stat().st_mtime_ns if floor.plan is not None and floor.plan.exists() else 0
+    there = floor.plan is not None and floor.extent_m is not None
+    frame = floor.site_T_bcs
+    return FloorView(
+        number=floor.number,
+        name=floor.name,
+        elevation_m=floor.elevation_m,
+        extent_m=floor.extent_m,
+        plan=f"/api/floors/{floor.number}/plan?stamp={stamp}" if there else None,
+        site_T_bcs=Frame(rotation_rad=frame.rotation_rad, shift_m=(frame.b.real, frame.b.imag)),
+    )
+
+
+def _statuses() -> list[StatusView]:
+    codes = {status.label: status for status in Status}
+    return [
+        StatusView(
+            code=int(codes[label]),
+            label=label,
+            name=style.name,
+            colour=style.colour,
+            meaning=style.meaning,
+            has_position=bool(has_position(np.array([codes[label]]))[0]),
+        )
+        for label, style in STATUS_STYLES.items()
+    ]
+
+
+def _landmarks(workspace: Workspace) -> list[LandmarkView]:
+    marks = workspace.now.survey.site.landmarks
+    corrected = _corrected_places(workspace, marks)
+    seen = _seen_in(workspace)
+    views = []
+    for i, (name, floor) in enumerate(zip(marks.ids, marks.floor.tolist(), strict=True)):
+        before, after = marks.position_bcs[i], corrected.get((floor, name))
+        moved = after is not None and bool(np.isfinite(after).all()) and not np.array_equal(before, after)
+        variance = float(marks.covariance_bcs[i].trace()) / 2
+        views.append(
+            LandmarkView(
+                id=name,
+                floor=floor,
+                x=_known(before[0]),
+                y=_known(before[1]),
+                z=_known(marks.z_m[i]),
+                sigma_m=math.sqrt(variance) if math.isfinite(variance) else None,
+                heading_rad=_known(marks.heading_rad[i]),
+                surveyed=bool(marks.surveyed[i]),
+                source=marks.source[i] if marks.source else "",
+                corrected=(float(after[0]), float(after[1])) if moved and after is not None else None,
+                excluded=after is None,
+                seen_in=seen[floor, name],
+            )
+        )
+    return views
+
+
+def _corrected_places(workspace: Workspace, marks: Landmarks) -> dict[tuple[int, str], FloatArray]:
+    """Places by floor and id with the corrections that hold for every session; those of excluded landmarks lack."""
+    nobody = SessionKey(0, "", "")
+    chosen, _ = corrected_landmarks(marks, workspace.now.corrections, nobody)
+    return dict(zip(zip(chosen.floor.tolist(), chosen.ids, strict=True), chosen.position_bcs, strict=True))
+
+
+def _seen_in(workspace: Workspace) -> Counter[tuple[int, str]]:
+    seen: Counter[tuple[int, str]] = Counter()
+    for id in workspace.now.ids:
+        result = workspace.result(id)
+        if result is not None:
+            seen.update(
+                (floor, name) for floor in {result.floor, *result.elsewhere} for name in result.landmarks_logged
+            )
+    return seen
+
+
+def _control_points(workspace: Workspace) -> list[ControlPointView]:
+    corrected = {floor.number: floor.control_points for floor in workspace.now.survey.site.floors}
+    views = []
+    for floor in workspace.now.files.site.floors:
+        points, moved = floor.control_points, corrected[floor.number].position_bcs
+        for i, name in enumerate(points.ids):
+            x, y = points.position_bcs[i].tolist()
+            to_x, to_y = moved[i].tolist()
+            source = points.source[i] if points.source else ""
+            place = None if (to_x, to_y) == (x, y) else (to_x, to_y)
+            views.append(ControlPointView(id=name, floor=floor.number, x=x, y=y, source=source, corrected=place))
+    return views
+
+
+def _known(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,171 @@
+"""What the studio works on: a survey, its corrections and its labels as they are now, whoever changes them."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.pipeline.labels.process import jobs_of
+from vislam2tag.pipeline.labels.session import Job, still_holds
+from vislam2tag.pipeline.run.selection import Selection, selected, session_task
+from vislam2tag.pipeline.run.store import OutputFolder
+from vislam2tag.sessions.registry import SurveyFiles, survey_files
+from vislam2tag.settings import Settings
+from vislam2tag.studio.messages import Versions
+from vislam2tag.studio.outputs import BEFORE, LABELS, Output
+from vislam2tag.studio.tracks import Track
+from vislam2tag.survey.correction_edits import corrections_of
+from vislam2tag.survey.correction_lines import corrections_text
+from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
+from vislam2tag.survey.discover import session_folders, site_files
+from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.survey.names import session_slugs
+
+BEFORE_FOLDER = ".before"
+"""In the folder of labels, while the studio runs."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A survey with corrections; ``problem`` says why the file as it is cannot be used: then the last usable one is."""
+
+    files: SurveyFiles
+    corrections: Corrections
+    survey: Survey
+    version: str
+    problem: str | None
+
+    @cached_property
+    def ids(self) -> tuple[str, ...]:
+        """Of the sessions in the order of their folders, whatever is corrected."""
+        return session_slugs([key for key, _, _ in self.files.sessions])
+
+    @cached_property
+    def refs(self) -> Mapping[str, SessionRef]:
+        """Sessions by id."""
+        by_folder = {ref.folder: ref for ref in self.survey.sessions}
+        return {id: by_folder[folder] for id, (_, folder, _) in zip(self.ids, self.files.sessions, strict=True)}
+
+    @cached_property
+    def folder_keys(self) -> Mapping[str, SessionKey]:
+        """Keys by the names of folders, by id."""
+        return dict(zip(self.ids, (key for key, _, _ in self.files.sessions), strict=True))
+
+    @cached_property
+    def id_of_key(self) -> Mapping[str, str]:
+        """Ids by the text of the corrected key."""
+        return {str(ref.key): id for id, ref in self.refs.items()}
+
+    def slugs(self, id: str) -> tuple[str, ...]:
+        """Names that the session's labels may have: that of now, and that without corrections."""
+        return tuple(dict.fromkeys((self.refs[id].slug, id)))
+
+
+class Workspace:
+    """Survey and labels as they are now; used by several threads."""
+
+    def __init__(self, root: Path, out: Path, settings: Settings, compared: Sequence[Path] = ()) -> None:
+        """Look at the survey; raises SurveyError where it is none or its corrections are wrong for it."""
+        self.root, self.out, self.settings = root, out, settings
+        self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, out / BEFORE_FOLDER)}
+        for number, folder in enumerate(compared, start=1):
+            self.outputs[f"compare-{number}"] = Output(f"compare-{number}", folder)
+        self.before_slugs: dict[str, str] = {}
+        """Names that sessions with changed labels have in the output ``before``, by id."""
+        self._lock = threading.RLock()
+        self._stale: tuple[str, frozenset[str]] | None = None
+        self._site_stamp = self._look_at_site()
+        self._content, self._content_version = corrections_text(root)
+        self.now = self._snapshot(survey_files(root, settings.survey.landmark_sigma_m), self._content)
+
+    def refresh(self) -> Versions:
+        """Look whether anything changed, whoever changed it; returns the versions now."""
+        with self._lock:
+            stamp = self._look_at_site()
+            try:
+                text, version = corrections_text(self.root)
+                files = self.now.files
+                if stamp != self._site_stamp:
+                    files = survey_files(self.root, self.settings.survey.landmark_sigma_m)
+                if stamp != self._site_stamp or version != self._content_version:
+                    self._site_stamp, self._content_version = stamp, version
+                    self.now = self._snapshot(files, text)
+            except SurveyError as error:
+                self._site_stamp, self._content_version = stamp, ""
+                self.now = Snapshot(self.now.files, self.now.corrections, self.now.survey, "", str(error))
+            return self._versions()
+
+    def _snapshot(self, files: SurveyFiles, text: str) -> Snapshot:
+        corrections = corrections_of(text)
+        version = hashlib.sha256(f"{self._site_stamp}{text}".encode()).hexdigest()[:16]
+        return Snapshot(files, corrections, files.corrected(corrections), version, None)
+
+    def _versions(self) -> Versions:
+        labels = self.outputs[LABELS].stamp()
+        survey = self.now.version
+        return Versions(survey=survey, sessions=f"{survey}-{labels}", corrections=self._content_version, labels=labels)
+
+    def _look_at_site(self) -> str:
+        files = [path for path in site_files(self.root) if path.name != CORRECTIONS_FILE]
+        stats = [(str(path), stat.st_mtime_ns, stat.st_size) for path in files for stat in [path.stat()]]
+        folders = [str(folder) for _, folder in session_folders(self.root)[0]]
+        return hashlib.sha256(repr((stats, folders)).encode()).hexdigest()
+
+    def result(self, id: str, output: str = LABELS) -> SessionResult | None:
+        """Result of a session in an output; as before where that is asked for and kept, else as now."""
+        if output == BEFORE and id in self.before_slugs:
+            return self.outputs[BEFORE].result([self.before_slugs[id]])
+        return self.outputs[LABELS if output == BEFORE else output].result(self.now.slugs(id))
+
+    def output_of(self, id: str, output: str) -> Output:
+        """The folder that a session's labels of an output are in."""
+        kept = output == BEFORE and id in self.before_slugs
+        return self.outputs[LABELS if output == BEFORE and not kept else output]
+
+    def track(self, id: str, output: str = LABELS) -> Track | None:
+        """Frames of a session in an output; None where it has none."""
+        result = self.result(id, output)
+        return None if result is None else self.output_of(id, output).track(result)
+
+    def start_ns(self, id: str) -> int:
+        """Time of a walk's first frame, from which corrections count; 0 where it has no frames."""
+        track = self.track(id)
+        return track.start_ns if track else 0
+
+    def stale(self) -> frozenset[str]:
+        """Ids of the sessions whose labels do not follow from the survey as it is."""
+        version = self.refresh().sessions
+        if self._stale is None or self._stale[0] != version:
+            self._stale = version, frozenset(self.touched(self.now.survey, self.now.corrections))
+        return self._stale[1]
+
+    def jobs(self, survey: Survey, corrections: Corrections) -> dict[str, Job]:
+        """What it takes to label the sessions of a survey with corrections, by id; sessions left out have none."""
+        refs = selected(survey, corrections, Selection())
+        ids = {folder: id for id, (_, folder, _) in zip(self.now.ids, self.now.files.sessions, strict=True)}
+        tasks = [session_task(ref, survey, corrections, self.settings) for ref in refs]
+        made = jobs_of(tasks, self.settings, OutputFolder(self.out))
+        return {ids[job.task.ref.folder]: job for job in made if isinstance(job, Job)}
+
+    def touched(self, survey: Survey, corrections: Corrections) -> list[str]:
+        """Ids of the sessions whose labels do not follow from a survey with corrections, or are missing or too many.
+
+        Of sessions that could not be mapped nobody can say so: they are not among them.
+        """
+        jobs = self.jobs(survey, corrections)
+        return [id for id in self.now.ids if self._is_touched(jobs.get(id), id)]
+
+    def _is_touched(self, job: Job | None, id: str) -> bool:
+        if job is None:
+            return self.outputs[LABELS].result(self.now.slugs(id)) is not None
+        done = self.outputs[LABELS].result([job.slug])
+        if done is None:
+            return True
+        unchanged = {file.name: file.sha256 for file in done.files}  # raw files are not looked at
+        return done.error is None and not still_holds(job, done, unchanged)
