@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,7 +16,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from vislam2tag.simulation.model import SimulatedBuilding
-from vislam2tag.simulation.scenario import Scenario, regular_survey
+from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.survey.landmark_file import LANDMARK_FILE
 
@@ -56,8 +57,8 @@ def write_faulty_survey(folder: Path) -> Path:
     return survey
 
 
-def _simulate(scenario: Scenario, sessions: list[object], out: Path) -> None:
-    simulate(replace(scenario, sessions=tuple(sessions)), out)  # type: ignore[arg-type]
+def _simulate(scenario: Scenario, sessions: Sequence[PlannedSession], out: Path) -> None:
+    simulate(replace(scenario, sessions=tuple(sessions)), out)
 
 
 def _with_landmark_moved(building: SimulatedBuilding) -> SimulatedBuilding:

@@ -76,8 +76,8 @@ def test_one_walk_with_its_charts(page: Page) -> None:
     track = page.columns(f"/api/sessions/{session['id']}/track")
     assert len(track) == sum(session["frames"].values())
     assert track["t"][0] == 0.0
-    assert abs(track["t"].max() - session["duration_s"]) < 0.05
-    assert track["speed"].drop_nans().max() < 3.0
+    assert abs(track["t"].to_numpy().max() - session["duration_s"]) < 0.05
+    assert np.nanmax(track["speed"].to_numpy()) < 3.0
     series = page.columns(f"/api/sessions/{session['id']}/series", points=200)
     assert set(series["series"].unique()) >= {Series.SPEED, Series.SIGMA, Series.LANDMARKS, Series.ACCESS_POINTS}
     speed = series.filter(series=int(Series.SPEED))["v"]
@@ -88,7 +88,7 @@ def test_one_walk_with_its_charts(page: Page) -> None:
     assert all(0 <= visit["t"] <= session["duration_s"] for visit in detail["visits"])
     scans = page.columns("/api/scans").filter(session=0)
     assert 0 < len(scans) <= session["scans"]
-    assert scans["access_points"].min() > 0
+    assert (scans["access_points"].to_numpy() > 0).all()
 
 
 def test_layers(page: Page) -> None:

@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from vislam2tag.cli.options import ALL_CORES, Jobs, SurveyFolder
+from vislam2tag.cli.next_steps import next_step
+from vislam2tag.cli.options import ALL_CORES, AsJson, Jobs, SurveyFolder
 from vislam2tag.cli.settings_options import ConfigFile, settings_of
-from vislam2tag.cli.terminal import say
+from vislam2tag.cli.terminal import say, say_json
 
 HELP = """
 Look at a survey and its labels in the browser, find what is wrong, correct it.
@@ -48,6 +49,7 @@ def _studio(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8770,
     browser: Annotated[bool, typer.Option(help="Open the page in this computer's browser.")] = True,
     jobs: Jobs = ALL_CORES,
+    json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
@@ -63,10 +65,12 @@ def _studio(
         listen(host, port) as opened,
         opened_studio(workspace, host, opened, jobs) as (url, app),
     ):
-        if host != LOOPBACK:
-            say(code_of(url))
-        say(f"{url}\n\nlabels: {out}\nCtrl-C ends it.")
+        if json:
+            say_json({"url": url, "labels": out})
+        else:
+            say(f"{'' if host == LOOPBACK else code_of(url)}\n{url}\n\nlabels: {out}\nCtrl-C ends it.")
         if browser:
             webbrowser.open(url)
         serve_studio(app, opened)
-        say("ending: summary and report of the labels are made", err=True)
+    if not json:
+        next_step("studio", labels=out)

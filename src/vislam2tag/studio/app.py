@@ -92,7 +92,7 @@ async def _asset(request: Request) -> Response:
     file = next((file for file in (PAGE / "assets").glob("*") if file.name == name), None)
     if file is None:
         raise RefusedError(404, "not_found", "there is no such file")
-    return FileResponse(file, headers={"Cache-Control": "private, max-age=31536000, immutable"})
+    return FileResponse(file, headers={"Cache-Control": "no-cache"})
 
 
 async def _enter(studio: Studio, request: Request) -> Response:
