@@ -1,7 +1,7 @@
 """A walk with a camera through a drawn room whose walls bear tags or sheets: its video, its poses, its truth.
 
-The picture is what a pinhole camera with a rolling shutter sees while it moves: each band of rows at its own moment, each
-moment the mean over the exposure.
+The picture is what a pinhole camera with a rolling shutter sees while it moves: each band of rows at its own moment,
+each moment the mean over the exposure.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from vislam2tag.sheets.features import GreyImage
 
 SIZE_PX, FOCAL_PX = (960, 720), 780.0
 LENS_PX = np.array((FOCAL_PX, FOCAL_PX, SIZE_PX[0] / 2, SIZE_PX[1] / 2))
-RATE_HZ, SPEED_M_S, HEIGHT_M = 10.0, 1.0, 1.4
-READOUT_S, EXPOSURE_S, BANDS, MOMENTS = 0.02, 0.01, 4, 3
+RATE_HZ, SPEED_M_S, HEIGHT_M = 6.0, 1.0, 1.4
+READOUT_S, EXPOSURE_S, BANDS, MOMENTS = 0.02, 0.01, 3, 2
 ROOM_M = (12.0, 8.0)
 _CAMERA = np.diag((1.0, -1.0, -1.0))
 
@@ -54,7 +54,7 @@ class Walk:
         at = np.concatenate(([0.0], np.cumsum(legs)))
         place = np.column_stack([np.interp(along % at[-1], at, corners[:, i]) for i in (0, 1)])
         leg = np.searchsorted(at, along % at[-1], side="right") - 1 + 4 * (along // at[-1])
-        turn = np.convolve(np.pad(leg * np.pi / 2, 5, mode="edge"), np.ones(11) / 11, mode="valid")
+        turn = np.convolve(np.pad(leg * np.pi / 2, 3, mode="edge"), np.ones(7) / 7, mode="valid")
         time_s = 1000 + along / SPEED_M_S
         sway = 0.03 * np.sin(2 * np.pi * 0.9 * time_s)
         return cls(time_s, np.column_stack((place, HEIGHT_M + sway)), turn + sway)
@@ -108,7 +108,7 @@ def _sharp(walk: Walk, posters: list[Poster], at_s: float, wall: GreyImage) -> G
 def write_video(path: Path, walk: Walk, posters: list[Poster]) -> None:
     rng = np.random.default_rng(1)
     coarse = rng.integers(120, 200, (9, 12)).astype(np.uint8)
-    wall = cv2.resize(coarse, SIZE_PX, interpolation=cv2.INTER_CUBIC)
+    wall = np.asarray(cv2.resize(coarse, SIZE_PX, interpolation=cv2.INTER_CUBIC), np.uint8)
     video = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), RATE_HZ, SIZE_PX, isColor=False)
     assert video.isOpened()
     for at_s in walk.time_s.tolist():
@@ -149,7 +149,7 @@ def write_stray_scanner(folder: Path, walk: Walk, posters: list[Poster]) -> None
     rate = phone_q_camera.apply(np.vstack((rate, rate[-1:])))
     imu = ["timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z"]
     for at_s, force, turn in zip(walk.time_s, -up, rate, strict=True):
-        imu.append(f"{at_s:.6f}, " + ", ".join(f"{number:.6f}" for number in (*force, *turn)))
+        imu.append(f"{at_s:.6f}, " + ", ".join(f"{number:.6f}" for number in np.concatenate((force, turn)).tolist()))
     (folder / "imu.csv").write_text("\n".join(imu) + "\n")
 
 

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import INTERRUPTED, AsJson, SurveyFolder
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.tables import table, table_console
-from vislam2tag.cli.terminal import next_step, say
+from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from vislam2tag.pipeline.labels.find_sightings import SightingsFound
+    from vislam2tag.pipeline.labels.sightings import SightingsFound
 
 HELP = """
 Find landmarks in the pictures of walks that an iPhone or another camera recorded.
@@ -55,31 +56,23 @@ def _sightings(
     again: Annotated[bool, typer.Option("--again", help="Look anew where sightings.csv is there already.")] = False,
     json: AsJson = False,
 ) -> None:
-    from vislam2tag.pipeline.labels.find_sightings import detectors_for, find_sightings
+    from vislam2tag.pipeline.labels.sightings import sightings
 
-    detectors = detectors_for(images, tags, tag_side_m)
     try:
         with session_bar("sessions") as bar:
-            found = find_sightings(
-                survey, detectors, again, lambda one, total: bar.advance(total, error=one.error or None)
+            found = sightings(
+                survey, images, tags, tag_side_m, again, lambda one, total: bar.advance(total, error=one.error or None)
             )
     except KeyboardInterrupt:
         say("interrupted: sessions that were done keep their sightings; the same command goes on", err=True)
         raise typer.Exit(INTERRUPTED) from None
     if json:
-        from pydantic import TypeAdapter
-
-        from vislam2tag.pipeline.labels.find_sightings import SightingsFound
-
-        say(TypeAdapter(list[SightingsFound]).dump_json(found, indent=1).decode())
+        say_json(found)
     else:
         table_console().print(_table(found))
-        for one in found:
-            if one.error:
-                say(f"failed {one.session}: {one.error}", err=True)
     failed = any(one.error for one in found)
-    if not failed and not json:
-        next_step("run", survey, "--out", "out")
+    if not json:
+        next_step("sightings, failed" if failed else "sightings", survey=survey)
     raise typer.Exit(1 if failed else 0)
 
 

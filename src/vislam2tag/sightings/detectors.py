@@ -71,10 +71,8 @@ class TagDetector:
     def find(self, picture: GreyImage) -> Sequence[Seen]:
         """List the tags in a picture."""
         corners, numbers, _ = self._detector.detectMarkers(picture)
-        if numbers is None:
-            return []
         size = (self._side_m, self._side_m)
-        found = zip(numbers.ravel().tolist(), corners, strict=True)
+        found = zip(np.ravel(numbers if corners else ()).tolist(), corners, strict=True)  # no corners: numbers is None
         return [Seen(str(number), np.asarray(four[0], np.float64), TAG_CORNER_PX, size) for number, four in found]
 
 

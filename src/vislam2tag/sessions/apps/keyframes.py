@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_json
+from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps.axes import pose_rows, poses_of_matrices
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
@@ -62,7 +62,7 @@ class KeyframeFormat(AppFormat):
         found = self._frames(files)
         size = sum(path.stat().st_size for path in files)
         name = files[0].name if files else ""
-        digest = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+        digest = hashlib.sha256(b"".join(read_bytes(path) for path in files)).hexdigest()
         reading.files.append(FileRecord(name, "poses", size, digest, len(files), len(found)))
         if len(found) < len(files):
             message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"

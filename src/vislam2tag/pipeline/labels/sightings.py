@@ -34,7 +34,7 @@ class SightingsFound:
     error: str = ""
 
 
-def detectors_for(images: Path | None, family: str | None, side_m: float | None) -> list[Detector]:
+def _detectors(images: Path | None, family: str | None, side_m: float | None) -> list[Detector]:
     """Make the detectors of sheets whose images lie in a folder, and of tags of a family with a side in metres.
 
     Raises UsageError where none is asked for, or the family is not known or has no size.
@@ -53,14 +53,21 @@ def detectors_for(images: Path | None, family: str | None, side_m: float | None)
     return found
 
 
-def find_sightings(
-    root: Path, detectors: Sequence[Detector], again: bool = False, progress: Progress[SightingsFound] = silent
+def sightings(
+    root: Path,
+    images: Path | None = None,
+    tags: str | None = None,
+    tag_side_m: float | None = None,
+    again: bool = False,
+    progress: Progress[SightingsFound] = silent,
 ) -> list[SightingsFound]:
     """Look through the pictures of each session and write :data:`SIGHTINGS_FILE` into its folder.
 
+    Looked for are sheets whose ``images`` lie in a folder, and ``tags`` of a family with a black square of this side.
     Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
-    an error of its own. Raises SurveyError where ``root`` is no survey.
+    an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
     """
+    detectors = _detectors(images, tags, tag_side_m)
     survey = open_survey(root)
     found = []
     for ref in survey.sessions:
