@@ -25,7 +25,6 @@ LAYERS = (
     "evaluation",
     "planning",
     "sheets",
-    "sightings",
     "registration",
     "receiving",
     "dataset",

@@ -1,6 +1,7 @@
 // Colour of each point of a walk, as an index into a short palette, so that points of one colour are drawn together.
 import type { Track } from '../api/arrow';
 import type { Session, StatusStyle } from '../api/model';
+import { named } from '../words/words.svelte';
 
 export type ColourBy = 'status' | 'sigma' | 'speed' | 'session' | 'device' | 'age';
 export const COLOUR_BY: ColourBy[] = ['status', 'sigma', 'speed', 'session', 'device', 'age'];
@@ -48,7 +49,7 @@ export function colouring(by: ColourBy, sessions: Session[], statuses: StatusSty
       for (const status of statuses) palette[status.code] = status.colour;
       return {
         palette,
-        legend: statuses.filter((status) => status.has_position).map(({ colour, name }) => ({ colour, text: name })),
+        legend: statuses.filter((status) => status.has_position).map(({ colour, label }) => ({ colour, text: named('status', label) })),
         index: (track, row) => track.status[row],
       };
     }
@@ -68,4 +69,18 @@ export function colouring(by: ColourBy, sessions: Session[], statuses: StatusSty
       return ordered(low, high, (track, row) => starts[track.session[row]], [day(low), day(high)]);
     }
   }
+}
+
+/** The same colours, lighter: for dark ground. */
+export function lightened(colours: Colouring): Colouring {
+  return {
+    ...colours,
+    palette: colours.palette.map(lighter),
+    legend: colours.legend.map(({ colour, text }) => ({ colour: lighter(colour), text })),
+  };
+}
+
+function lighter(colour: string): string {
+  const channels = [1, 3, 5].map((place) => parseInt(colour.slice(place, place + 2), 16));
+  return `#${channels.map((value) => Math.round(value + 0.3 * (255 - value)).toString(16).padStart(2, '0')).join('')}`;
 }

@@ -41,6 +41,7 @@ function pointFeature(kind: Mark['kind'], point: Landmark | ControlPoint, placin
     points: kind === 'landmark' ? 4 : 3,
     angle: kind === 'landmark' ? Math.PI / 4 : 0,
     radius,
+    declutterMode: 'none',
     fill: new Fill({ color: excluded ? 'rgba(128,128,128,0.3)' : colour }),
     stroke: new Stroke({ color: isChosen ? (dark ? '#fff' : '#000') : '#fff', width: isChosen ? 2.5 : 1 }),
   });
@@ -61,7 +62,7 @@ export function eventFeatures(events: WalkEvent[], styles: EventStyle[], placing
     if (!placed || event.x === null || event.y === null) return [];
     const feature = new Feature(new Point(at(placed, event.x, event.y)));
     const colour = styles.find(({ kind }) => kind === event.kind)?.colour ?? '#6e7781';
-    feature.setStyle(new Style({ image: new RegularShape({ points: 3, radius: 7, angle: Math.PI, fill: new Fill({ color: '#fff' }), stroke: new Stroke({ color: colour, width: 2.5 }) }) }));
+    feature.setStyle(new Style({ image: new RegularShape({ points: 3, radius: 7, angle: Math.PI, declutterMode: 'none', fill: new Fill({ color: '#fff' }), stroke: new Stroke({ color: colour, width: 2.5 }) }) }));
     feature.set('t', event.t);
     return [feature];
   });
@@ -73,7 +74,7 @@ export function faultFeatures(faults: Fault[], placing: Placing): Feature[] {
     if (!placed) return [];
     const from = at(placed, place.x, place.y);
     const ring = new Feature(new Point(from));
-    ring.setStyle(new Style({ image: new Circle({ radius: 14, stroke: new Stroke({ color: SEVERITY.error, width: 3 }) }) }));
+    ring.setStyle(new Style({ image: new Circle({ radius: 14, declutterMode: 'none', stroke: new Stroke({ color: SEVERITY.error, width: 3 }) }) }));
     if (place.to_x === null || place.to_y === null) return [ring];
     const arrow = new Feature(new LineString([from, at(placed, place.to_x, place.to_y)]));
     arrow.setStyle(arrowStyle(arrow.getGeometry()!, SEVERITY.error, [6, 5]));
@@ -87,7 +88,7 @@ function arrowStyle(line: LineString, color: string, lineDash?: number[]): Style
   const rotation = Math.PI / 2 - Math.atan2(end[1] - before[1], end[0] - before[0]);
   return [
     new Style({ stroke: new Stroke({ color, width: 2.5, lineDash }) }),
-    new Style({ geometry: new Point(end), image: new RegularShape({ points: 3, radius: 7, rotation, fill: new Fill({ color }) }) }),
+    new Style({ geometry: new Point(end), image: new RegularShape({ points: 3, radius: 7, rotation, declutterMode: 'none', fill: new Fill({ color }) }) }),
   ];
 }
 

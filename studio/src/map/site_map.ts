@@ -79,7 +79,7 @@ export class SiteMap {
         this.main.layer,
         this.other.layer,
         new VectorLayer({ source: this.areas }),
-        new VectorLayer({ source: this.marks, declutter: false }),
+        new VectorLayer({ source: this.marks, declutter: true }),
         new VectorLayer({ source: this.walker, updateWhileAnimating: true }),
       ],
       view: new View({ projection, center: [0, 0], resolution: 0.1, minResolution: 0.002, maxResolution: 5, enableRotation: false, smoothExtentConstraint: false }),
@@ -150,7 +150,8 @@ export class SiteMap {
   /** Bring a box [left, low, right, high] into view, from at least a few metres away. */
   fit(box: number[], atOnce = false): void {
     this.map.updateSize();
-    this.view.fit(box, { padding: [40, 40, 40, 40], minResolution: 0.02, duration: atOnce ? 0 : 250 });
+    const edge = Math.min(40, 0.08 * Math.min(...this.map.getSize()!));
+    this.view.fit(box, { padding: [edge, edge, edge, edge], minResolution: 0.02, duration: atOnce ? 0 : 250 });
   }
 
   zoom(steps: number): void {

@@ -1,4 +1,5 @@
 // What the server holds, kept as it is there.
+import { t } from '../words/words.svelte';
 import type { Track } from '../api/arrow';
 import * as api from '../api/client';
 import type { Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
@@ -93,6 +94,7 @@ function listen(): void {
     const job = JSON.parse(event.data) as Job;
     data.jobs = [...data.jobs.filter(({ id }) => id !== job.id), job];
     if (job.state === 'failed') data.problem = job.error ?? '';
+    data.notice = job.state === 'done' && job.kind === 'process' ? t('change.done') : '';
     if (job.state === 'done' || job.state === 'failed') void attempt(async () => {
       await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis()]);
     });

@@ -39,6 +39,15 @@ export async function accept(): Promise<void> {
   editing.preview = null;
 }
 
+/** Tell whether an entry to add is in the file already. */
+export function isWritten(change: Change): boolean {
+  if (change.action !== 'add') return false;
+  return data.corrections.entries.some(
+    ({ table, values }) =>
+      table === change.table && Object.entries(change.values).every(([name, value]) => JSON.stringify(values[name]) === JSON.stringify(value)),
+  );
+}
+
 export async function correctAtOnce(changes: Change[]): Promise<void> {
   await propose(changes);
   await accept();

@@ -1,0 +1,272 @@
+"""The page in a browser: every fault of a survey is found, corrected, taken back and compared; by mouse, by touch on a
+narrow screen and by keyboard alone."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect
+
+from tests.report.browser import running_browser
+from tests.studio.running import running_studio
+
+LATEST_MS = 120_000
+KINDS = {"swapped", "mis_surveyed", "moved", "wrong_floor"}
+NEAR_M = 0.3
+Act = Callable[[Locator], None]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with running_browser() as running:
+        yield running
+
+
+@contextmanager
+def studio_page(browser: Browser, folder: Path, tmp_path: Path, **view: Any) -> Iterator[tuple[Page, Path]]:
+    """A page on a copy of a survey and its labels; whatever the browser complains about fails the test."""
+    survey, labels = tmp_path / "survey", tmp_path / "labels"
+    shutil.copytree(folder / "survey", survey)
+    shutil.copytree(folder / "labels", labels)
+    problems: list[str] = []
+    with running_studio(survey, "--labels", str(labels), "--jobs", "2") as server:
+        context = browser.new_context(base_url=server.url, locale="en", reduced_motion="reduce", **view)
+        page = context.new_page()
+        page.set_default_timeout(LATEST_MS)
+        page.on("console", lambda message: problems.append(message.text) if complains(message) else None)
+        page.on("pageerror", lambda error: problems.append(f"page error: {error}"))
+        page.on("request", lambda request: problems.append(request.url) if foreign(request.url, server.url) else None)
+        page.goto(f"{server.url}/#{server.token}")
+        expect(page.get_by_role("tab", name="Walks")).to_be_visible(timeout=LATEST_MS)
+        yield page, tmp_path
+        context.close()
+    assert problems == []
+
+
+def complains(message: ConsoleMessage) -> bool:
+    """Tell errors, of the content security policy too, from notes; that a text is refused (422) is part of a test."""
+    return message.type == "error" and "422 (Unprocessable" not in message.text
+
+
+def foreign(url: str, own: str) -> bool:
+    return not url.startswith((own, "data:", "blob:"))
+
+
+def click(locator: Locator) -> None:
+    locator.click()
+
+
+def tap(locator: Locator) -> None:
+    locator.tap()
+
+
+def press(locator: Locator) -> None:
+    """Go on from key to key until the thing has the focus, then press it."""
+    expect(locator).to_be_enabled(timeout=LATEST_MS)
+    for _ in range(400):
+        if locator.evaluate("element => element === document.activeElement"):
+            locator.page.keyboard.press("Enter")
+            return
+        locator.page.keyboard.press("Tab")
+    raise AssertionError(f"the keyboard does not lead to {locator}")
+
+
+def choose(select: Locator, text: str, act: Act) -> None:
+    if act is press:
+        select.page.keyboard.press("Tab")
+        while not select.evaluate("element => element === document.activeElement"):
+            select.page.keyboard.press("Tab")
+        select.page.keyboard.type(text)
+    else:
+        select.select_option(label=text)
+
+
+def open_tab(page: Page, name: str, act: Act) -> None:
+    """Tabs of one bar: one of them is in the order of the Tab key, arrows lead to the others."""
+    if act is not press:
+        return act(page.get_by_role("tab", name=name))
+    press(page.locator("[role=tab][aria-selected=true]"))
+    for _ in range(5):
+        if page.get_by_role("tab", name=name).get_attribute("aria-selected") == "true":
+            return None
+        page.keyboard.press("ArrowRight")
+    raise AssertionError(f"arrow keys do not lead to {name}")
+
+
+def idle(page: Page) -> None:
+    """Wait until labels follow the corrections: no job is under way, and nothing is left to be mapped again."""
+    page.wait_for_timeout(300)
+    deadline = LATEST_MS
+    while deadline > 0:
+        jobs = page.request.get("/api/jobs").json()["jobs"]
+        sessions = page.request.get("/api/sessions").json()["sessions"]
+        running = [job for job in jobs if job["state"] in ("queued", "running")]
+        if not running and not any(session["stale"] for session in sessions):
+            return
+        page.wait_for_timeout(100)
+        deadline -= 100
+    raise AssertionError("labels do not follow the corrections")
+
+
+def correct_all(page: Page, act: Act) -> None:
+    open_tab(page, "Diagnose", act)
+    cards = page.locator(".cards > li[data-kind]")
+    expect(cards).to_have_count(len(KINDS), timeout=LATEST_MS)
+    assert {card.get_attribute("data-kind") for card in cards.all()} == KINDS
+    for kind in sorted(KINDS):
+        act(page.locator(f"li[data-kind={kind}]").get_by_role("button", name="Correct"))
+        expect(page.locator(f"li[data-kind={kind}]")).to_have_count(0, timeout=LATEST_MS)
+        idle(page)
+    expect(page.get_by_text("No fault is known.")).to_be_visible(timeout=LATEST_MS)
+
+
+def errors_m(folder: Path) -> dict[str, float]:
+    """By session: the distance (m) to truth that 95 % of its labelled frames keep; infinite where none is labelled."""
+    found = {}
+    for path in sorted((folder / "labels" / "trajectory").glob("*.parquet")):
+        frames = pl.read_parquet(path)
+        device, session = frames.select("device", "session").row(0)
+        (truth_file,) = (folder / "survey").glob(f"*/{device}/{session.replace(':', '*')}/truth.csv")
+        truth = pl.read_csv(truth_file)
+        known = frames.filter(pl.col("x").is_not_null()).join(truth, on="time_ns", suffix="_true")
+        off = np.hypot(known["x"] - known["x_true"], known["y"] - known["y_true"])
+        right_floor = bool((known["floor"] == known["floor_true"]).all())
+        found[path.stem] = float(np.quantile(off, 0.95)) if len(known) and right_floor else np.inf
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("act", "view"),
+    [
+        pytest.param(click, {"viewport": {"width": 1400, "height": 900}}, id="mouse"),
+        pytest.param(tap, {"viewport": {"width": 400, "height": 800}, "has_touch": True}, id="touch"),
+        pytest.param(press, {"viewport": {"width": 1000, "height": 700}}, id="keyboard"),
+    ],
+)
+def test_every_fault_is_found_corrected_taken_back_and_compared(
+    browser: Browser, faulty: Path, tmp_path: Path, act: Act, view: dict[str, Any]
+) -> None:
+    assert max(errors_m(faulty).values()) > NEAR_M
+    with studio_page(browser, faulty, tmp_path, **view) as (page, folder):
+        correct_all(page, act)
+        assert max(errors_m(folder).values()) < NEAR_M
+        corrections = folder / "survey" / "corrections.toml"
+        text = corrections.read_text()
+        act(page.get_by_role("button", name="Undo"))
+        expect(page.get_by_role("button", name="Redo")).to_be_enabled(timeout=LATEST_MS)
+        idle(page)
+        assert corrections.read_text() != text
+        assert max(errors_m(folder).values()) > NEAR_M
+        act(page.get_by_role("button", name="Redo"))
+        expect(page.get_by_role("button", name="Redo")).to_be_disabled(timeout=LATEST_MS)
+        idle(page)
+        assert corrections.read_text() == text
+        assert max(errors_m(folder).values()) < NEAR_M
+
+        open_tab(page, "Compare", act)
+        choose(page.get_by_label("Second"), "before the last change", act)
+        act(page.get_by_role("button", name="Compare", exact=True))
+        expect(page.get_by_label("Line between the two maps")).to_be_visible(timeout=LATEST_MS)
+        rows = page.get_by_role("region", name="Walks").locator("tbody tr")
+        expect(rows).to_have_count(12)
+
+
+@pytest.mark.slow
+def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> None:
+    view = {"viewport": {"width": 1400, "height": 900}}
+    with studio_page(browser, faulty, tmp_path, **view) as (page, folder):
+        filters(page)
+        time_and_span(page)
+        drags_a_landmark(page)
+        types_a_text_of_corrections(page)
+        assert not (folder / "survey" / "corrections.toml").exists()
+        accessible(page)
+
+
+def filters(page: Page) -> None:
+    rows = page.locator(".list .row")
+    expect(rows).to_have_count(12)
+    page.locator(".filters").get_by_label("Device").select_option("LG")
+    expect(rows).to_have_count(4)
+    page.get_by_label("Search").fill("2021-12-22")
+    expect(rows).to_have_count(2)
+    page.get_by_label("Search").fill("nothing like it")
+    expect(page.get_by_text("No walk fits the filter.")).to_be_visible()
+    page.get_by_label("Search").fill("")
+    page.locator(".filters").get_by_label("Device").select_option("")
+
+
+def time_and_span(page: Page) -> None:
+    page.locator(".list .row").first.click()
+    moment = page.locator(".time output")
+    expect(moment).to_contain_text("/ 2:", timeout=LATEST_MS)
+    page.get_by_role("button", name="One second on").click()
+    expect(moment).to_contain_text("0:01.0")
+    page.keyboard.press("[")
+    page.get_by_label("Jump to").select_option("landmark")
+    page.get_by_role("button", name="Next").click()
+    expect(moment).not_to_contain_text("0:01.0")
+    page.get_by_role("button", name="Span to here").click()
+    page.get_by_text("Correct this walk").click()
+    page.get_by_role("button", name="Exclude the span").click()
+    lines = page.get_by_role("dialog")
+    expect(lines).to_contain_text("[[exclude_span]]")
+    expect(lines).to_contain_text("from_s = 1")
+    expect(lines).to_contain_text("1 walks will be mapped again")
+    page.get_by_role("button", name="Do not save").click()
+
+
+def drags_a_landmark(page: Page) -> None:
+    page.get_by_role("tab", name="Landmarks").click()
+    page.locator(".list .row").nth(3).click()
+    page.wait_for_timeout(1000)
+    x, y = page.get_by_label("x (m)"), page.get_by_label("y (m)")
+    before = float(x.input_value()), float(y.input_value())
+    box = page.locator(".map .canvas").bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 30, middle[1], steps=3)
+    page.mouse.move(middle[0] + 60, middle[1], steps=3)
+    page.mouse.up()
+    expect(x).not_to_have_value(f"{before[0]:g}")
+    assert float(x.input_value()) > before[0]
+    assert float(y.input_value()) == pytest.approx(before[1], abs=0.3)
+    page.locator(".chosen").get_by_role("button", name="Show the change").first.click()
+    expect(page.get_by_role("dialog")).to_contain_text("[[move_landmark]]")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def types_a_text_of_corrections(page: Page) -> None:
+    page.get_by_role("tab", name="Corrections").click()
+    page.get_by_text("Edit as text").click()
+    page.get_by_label("corrections.toml").fill("[[swap_landmarks]]\nids = [1]\n")
+    page.locator(".form").get_by_role("button", name="Show the change").click()
+    expect(page.get_by_role("alert")).to_contain_text("swap_landmarks")
+    page.get_by_role("button", name="Close").click()
+
+
+def accessible(page: Page) -> None:
+    """No serious violation in any view, in light and dark, wide and narrow."""
+    for dark in (False, True):
+        for width in (1400, 400):
+            page.set_viewport_size({"width": width, "height": 900})
+            for tab in ("Walks", "Diagnose", "Landmarks", "Corrections", "Compare"):
+                page.get_by_role("tab", name=tab).click()
+                found = Axe().run(page).response["violations"]
+                serious = [
+                    (one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")
+                ]
+                assert (dark, width, tab, serious) == (dark, width, tab, [])
+        page.get_by_role("button", name="Light or dark").click()
