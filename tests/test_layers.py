@@ -25,6 +25,7 @@ LAYERS = (
     "evaluation",
     "planning",
     "sheets",
+    "sightings",
     "registration",
     "receiving",
     "dataset",

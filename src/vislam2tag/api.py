@@ -105,6 +105,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.landmark_survey import survey_landmarks as survey_landmarks
     from vislam2tag.pipeline.labels.process import process as process
     from vislam2tag.pipeline.labels.session import Outcome as Outcome
+    from vislam2tag.pipeline.labels.sightings import SightingsFound as SightingsFound
+    from vislam2tag.pipeline.labels.sightings import sightings as sightings
     from vislam2tag.pipeline.paper.reproduce import ReproducedPaper as ReproducedPaper
     from vislam2tag.pipeline.paper.reproduce import reproduce as _reproduce
     from vislam2tag.pipeline.positioning.benchmark import BenchmarkPlan as BenchmarkPlan
@@ -249,6 +251,7 @@ _NAMES = {
     "pipeline.labels.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
     "pipeline.labels.process": "process",
     "pipeline.labels.session": "Outcome",
+    "pipeline.labels.sightings": "SightingsFound sightings",
     "pipeline.paper.reproduce": "ReproducedPaper paper=reproduce",
     "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
     "pipeline.positioning.locate": "LocatedScans WalkPlan locate",

@@ -93,6 +93,7 @@ RUNS = (
     "sheets --ids 1 --out sheets",
     "register survey --tape tape.csv --targets targets.csv",
     "register survey --click clicks.html",
+    "sightings survey --tags apriltag-36h11 --tag-side-m 0.16",
     "simulate made --floors 1 --devices 1 --sessions 1 --minutes 0.25",
     "run survey --out out --jobs 1",
     "process survey --out labels --jobs 1",

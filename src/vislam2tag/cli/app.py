@@ -24,6 +24,7 @@ COMMANDS = {
     "Collect": {
         "receive": "Take sessions over from phones.",
         "inspect": "Show what is in a survey and what is wrong with it.",
+        "sightings": "Find landmarks in the pictures of an iPhone's walks.",
         "simulate": "Simulate a raw survey with its truth.",
     },
     "Map and label": {

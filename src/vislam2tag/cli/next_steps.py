@@ -29,6 +29,8 @@ STEPS: Mapping[str, str] = {
     "receive": "vislam2tag inspect {survey}",
     "inspect": "vislam2tag run {survey} --out out",
     "inspect, unusable": "correct what is named above, then: vislam2tag inspect {survey}",
+    "sightings": "vislam2tag run {survey} --out out",
+    "sightings, failed": "correct what is named above, then: vislam2tag inspect {survey}",
     "simulate": "vislam2tag run {survey} --out out",
     "run": "vislam2tag train {dataset} --model weighted-knn --out building.v2t",
     "run, faults": "vislam2tag diagnose {survey} --apply",

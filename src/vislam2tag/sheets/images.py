@@ -88,7 +88,7 @@ def own_images(folder: Path, files: Mapping[str, Path], progress: Progress[str] 
     found: list[LandmarkImage] = []
     faulty: list[str] = []
     for landmark, path in files.items():
-        pixels = _read(path)
+        pixels = read_grey(path)
         features = reference_features(pixels)
         quality = quality_of(pixels, features)
         found.append(LandmarkImage(landmark, pixels, features, quality))
@@ -102,7 +102,7 @@ def own_images(folder: Path, files: Mapping[str, Path], progress: Progress[str] 
     return tuple(found)
 
 
-def _read(path: Path) -> GreyImage:
+def read_grey(path: Path) -> GreyImage:
     """The grey levels (height, width) of an image file; raises SurveyError where it is none."""
     try:
         image = load_plan(path, _GREATEST_SIDE_PX)

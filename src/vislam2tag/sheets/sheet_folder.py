@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+import polars as pl
 from PIL import Image
 from pydantic import ValidationError
 
@@ -16,13 +18,14 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.table_files import read_csv
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.sheets.images import LandmarkImage, Lookalike, confused, lookalikes
 from vislam2tag.sheets.page import SheetPage, printable, write_pdf
 from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.quality import ImageQuality
 from vislam2tag.sheets.sheet_requests import SheetRequest
-from vislam2tag.survey.names import unique_slugs
+from vislam2tag.survey.names import landmark_id, unique_slugs
 from vislam2tag.survey.sheet_size import SheetSize
 
 _RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
@@ -186,6 +189,22 @@ def _page(number: int, sheet: SheetPage) -> PageRecord:
         width_m=sheet.layout.image.width_m,
         code=sheet.code,
     )
+
+
+def image_widths(folder: Path) -> dict[str, float]:
+    """Read the widths of a folder's images by landmark, metres, as ``sheets`` wrote them beside the images.
+
+    Raises SurveyError where the file is missing or is not understood.
+    """
+    path = folder / MANIFEST_FILE
+    try:
+        rows = read_csv(path, schema={"id": pl.String, "file": pl.String, "width_m": pl.Float64})
+    except (OSError, pl.exceptions.PolarsError) as error:
+        raise SurveyError(f"{path}: expected id,file,width_m as `vislam2tag sheets` writes it ({error})") from error
+    widths = {landmark_id(name): width for name, width in rows.select("id", "width_m").iter_rows() if name and width}
+    if not all(0 < width < math.inf for width in widths.values()):
+        raise SurveyError(f"{path}: widths must be above 0, metres")
+    return widths
 
 
 def _write_manifest(path: Path, images: Sequence[ImageRecord]) -> None:

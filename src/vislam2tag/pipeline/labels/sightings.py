@@ -1,0 +1,112 @@
+"""From pictures of walks that other apps recorded to the landmarks in them: a table in each session's folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.whole_file import whole_file
+from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
+from vislam2tag.sessions.registry import FORMATS, open_survey
+from vislam2tag.survey.model import SessionRef
+
+if TYPE_CHECKING:
+    from vislam2tag.sightings.detectors import Detector
+    from vislam2tag.sightings.search import PictureSighting, Search
+
+
+@dataclass(frozen=True)
+class SightingsFound:
+    """What became of one session's pictures: ``landmarks`` are the ids found; ``skipped`` or ``error`` say why none
+    were looked for.
+    """
+
+    session: str
+    landmarks: tuple[str, ...] = ()
+    sightings: int = 0
+    doubtful: int = 0
+    missing: int = 0
+    skipped: str = ""
+    error: str = ""
+
+
+def _detectors(images: Path | None, family: str | None, side_m: float | None) -> list[Detector]:
+    """Make the detectors of sheets whose images lie in a folder, and of tags of a family with a side in metres.
+
+    Raises UsageError where none is asked for, or the family is not known or has no size.
+    """
+    from vislam2tag.sightings.detectors import TAG_FAMILIES, SheetDetector, TagDetector
+
+    if images is None and family is None:
+        raise UsageError("nothing to look for: give --images (a folder of `sheets`), or --tags with --tag-side-m")
+    found: list[Detector] = [] if images is None else [SheetDetector(images)]
+    if family is not None:
+        if family not in TAG_FAMILIES:
+            raise UsageError(f"--tags {family}: not known; one of {', '.join(TAG_FAMILIES)}")
+        if side_m is None:
+            raise UsageError("--tags needs --tag-side-m, the side of the black square in metres: measure a printed one")
+        found.append(TagDetector(family, side_m))
+    return found
+
+
+def sightings(
+    root: Path,
+    images: Path | None = None,
+    tags: str | None = None,
+    tag_side_m: float | None = None,
+    again: bool = False,
+    progress: Progress[SightingsFound] = silent,
+) -> list[SightingsFound]:
+    """Look through the pictures of each session and write :data:`SIGHTINGS_FILE` into its folder.
+
+    Looked for are sheets whose ``images`` lie in a folder, and ``tags`` of a family with a black square of this side.
+    Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
+    an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
+    """
+    detectors = _detectors(images, tags, tag_side_m)
+    survey = open_survey(root)
+    found = []
+    for ref in survey.sessions:
+        one = _of_session(ref, detectors, again)
+        found.append(one)
+        progress(one, len(survey.sessions))
+    return found
+
+
+def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool) -> SightingsFound:
+    known = FORMATS.named(ref.format) if ref.format in FORMATS.names() else None
+    if not isinstance(known, AppFormat):
+        return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
+    target = ref.folder / SIGHTINGS_FILE
+    if target.exists() and not again:
+        return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --again looks anew")
+    from vislam2tag.sightings.search import search
+
+    try:
+        pictures = known.pictures(ref.folder)
+        if pictures is None:
+            return SightingsFound(str(ref.key), error="it has no pictures")
+        outcome = search(pictures, detectors)
+        with whole_file(target) as partial:
+            partial.write_bytes(_table(outcome.sightings))
+    except (SessionError, OutputError, OSError) as error:
+        return SightingsFound(str(ref.key), error=str(error))
+    return _summary(ref, outcome)
+
+
+def _summary(ref: SessionRef, outcome: Search) -> SightingsFound:
+    ids = tuple(dict.fromkeys(each.landmark for each in outcome.sightings))
+    return SightingsFound(str(ref.key), ids, len(outcome.sightings), outcome.doubtful, outcome.missing)
+
+
+def _table(sightings: Sequence[PictureSighting]) -> bytes:
+    """Rows as docs/reference/formats.md tells them: metres to a tenth of a millimetre."""
+    lines = []
+    for each in sightings:
+        numbers = [*each.pose.position_m.tolist(), *each.pose.orientation.tolist(), each.pose.sigma_m]
+        lines.append(f"{each.landmark}; {each.time_ns}; " + "; ".join(f"{number:.6f}" for number in numbers) + "\n")
+    return "".join(lines).encode()

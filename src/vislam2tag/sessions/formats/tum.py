@@ -1,0 +1,74 @@
+"""Poses as TUM and EuRoC write them, of any tracker: ``poses.tum`` or ``poses.csv`` with ``poses.toml`` beside it.
+
+TUM: seconds, tx ty tz, qx qy qz qw. EuRoC (header ``#timestamp [ns], ...``): nanoseconds, position, then qw qx qy qz.
+Neither tells the camera's axes nor which way is up, so that ``poses.toml`` must: ``camera = "y-up"`` (OpenGL, ARKit) or
+``"y-down"`` (computer vision), ``frame = "y-up"`` or ``"z-up"``.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import SessionError
+from vislam2tag.common.plain_files import toml_values
+from vislam2tag.common.records import Record
+from vislam2tag.sessions.apps.axes import from_z_up, other_camera, pose_rows
+from vislam2tag.sessions.apps.format import AppFormat
+from vislam2tag.sessions.apps.text import TextLayout, delimited
+from vislam2tag.sessions.registry import register
+from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.tables.camera import POSE_COLUMNS
+
+_TUM = {"time_s": pl.Float64, **POSE_COLUMNS}
+_EUROC = {"time_ns": pl.Int64, **dict.fromkeys(("tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)}
+_TIME_NS = (pl.col("time_s") * 1e9).round().cast(pl.Int64).alias("time_ns")
+
+
+class PoseAxes(Record):
+    """What ``poses.toml`` says of the camera's axes and of the frame that poses are in."""
+
+    camera: Literal["y-up", "y-down"]
+    frame: Literal["y-up", "z-up"]
+
+
+class TumFormat(AppFormat):
+    """Reads folders with poses of an unnamed tracker."""
+
+    name = "tum"
+    files = {"poses": ("poses.tum", "poses_euroc.csv"), "axes": ("poses.toml",)}
+
+    def poses(self, reading: SessionFiles) -> pl.DataFrame:
+        """Poses of all frames. Raises SessionError where ``poses.toml`` does not say in which axes they are."""
+        axes = _axes(reading)
+        file, data = reading.load("poses")
+        tum = file.endswith(".tum")
+        schema, layout = (_TUM, TextLayout("either")) if tum else (_EUROC, TextLayout("comma"))
+        rows = reading.account("poses", data, delimited(data, file, schema, layout))
+        rows = rows.with_columns(_TIME_NS) if tum else rows
+        values = rows.select(list(POSE_COLUMNS)).to_numpy()
+        position, orientation = values[:, :3], values[:, 3:]
+        if axes.camera == "y-down":
+            orientation = other_camera(orientation)
+        if axes.frame == "z-up":
+            position, orientation = from_z_up(position, orientation)
+        return pose_rows(rows, np.column_stack((position, orientation)))
+
+
+def _axes(reading: SessionFiles) -> PoseAxes:
+    expected = 'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it (docs/reference/formats.md)'
+    if not reading.has("axes"):
+        raise SessionError(
+            f"{reading.folder}: no poses.toml, without which the axes of poses are not known; {expected}"
+        )
+    file, data = reading.load("axes")
+    try:
+        return PoseAxes.model_validate(toml_values(data))
+    except (ValueError, ValidationError) as error:
+        raise SessionError(f"{reading.folder / file}: not understood; {expected}") from error
+
+
+register(TumFormat())

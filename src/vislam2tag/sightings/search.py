@@ -1,0 +1,72 @@
+"""The landmarks in a session's pictures: a quick look at few of them, a close one around what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.sessions.apps.pictures import Pictures
+from vislam2tag.sightings.detectors import Detector
+from vislam2tag.sightings.pictures import unpacked
+from vislam2tag.sightings.placing import Placed, placed
+
+QUICK_S = 0.4
+"""Pictures of the quick look are so far apart: who walks by sees a landmark for a second and more."""
+CLOSE_S = 0.6
+"""Pictures this near to one that shows a landmark are looked at closely."""
+GREATEST_SIGMA_M = 0.3
+"""A sighting less sure than this, per axis, tells no more than where somebody stood."""
+
+
+@dataclass(frozen=True)
+class PictureSighting:
+    """A landmark in one picture: ``time_ns`` of the pose that it was taken at."""
+
+    landmark: str
+    time_ns: int
+    pose: Placed
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a search found: sightings in order of time, and how many corners fit no pose, or no sure one."""
+
+    sightings: tuple[PictureSighting, ...]
+    doubtful: int
+    pictures: int
+    """How many were there."""
+    missing: int
+    """Pictures that could not be unpacked, as where a video is cut off."""
+
+
+def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress[int] = silent) -> Search:
+    """Look for landmarks. Raises SessionError where the pictures cannot be opened."""
+    quick = _every(pictures.time_ns, QUICK_S)
+    near = np.zeros(len(pictures.time_ns), dtype=bool)
+    looked = 0
+    for number, picture in unpacked(pictures, quick):
+        looked += 1
+        if any(detector.find(picture) for detector in detectors):
+            near |= np.abs(pictures.time_ns - pictures.time_ns[number]) <= CLOSE_S * 1e9
+        progress(looked, len(quick))
+    found, doubtful = [], 0
+    for number, picture in unpacked(pictures, np.flatnonzero(near)):
+        for seen in (each for detector in detectors for each in detector.find(picture)):
+            pose = placed(seen, pictures.lens_px[number])
+            if pose is None or not pose.sigma_m <= GREATEST_SIGMA_M:
+                doubtful += 1
+            else:
+                found.append(PictureSighting(seen.landmark, int(pictures.time_ns[number]), pose))
+    return Search(tuple(found), doubtful, len(near), len(quick) - looked)
+
+
+def _every(time_ns: IntArray, step_s: float) -> IntArray:
+    """Numbers of the pictures that are the first in each step of time."""
+    if not len(time_ns):
+        return np.empty(0, dtype=np.int64)
+    step = (time_ns - time_ns[0]) // int(step_s * 1e9)
+    return np.flatnonzero(np.diff(step, prepend=-1) > 0)

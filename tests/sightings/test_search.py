@@ -1,0 +1,107 @@
+"""From a drawn video to labels: tags and sheets on a room's walls, seen by a moving camera with a rolling shutter."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.cli.command import vislam2tag
+from tests.sightings.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
+from vislam2tag.sheets.features import GreyImage
+from vislam2tag.sheets.images import read_grey
+
+TAG_SIDE_M, PAPER_M = 0.2, 0.25
+WALK = Walk.round_the_room(1.0)
+
+
+def tag(number: int) -> GreyImage:
+    """A tag on paper whose white edge is an eighth of its side."""
+    dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36H11)
+    return np.pad(np.asarray(cv2.aruco.generateImageMarker(dictionary, number, 400), np.uint8), 50, constant_values=255)
+
+
+def survey_of(root: Path, pictures: Mapping[str, GreyImage], paper_m: float) -> Path:
+    posters = posters_round_the_room(pictures, paper_m)
+    write_stray_scanner(root / "floor_1" / "iPhone" / "walk", WALK, list(posters.values()))
+    rows = [f"{name},{one.centre_m[0]},{one.centre_m[1]},{HEIGHT_M}\n" for name, one in posters.items()]
+    (root / "floor_1" / "marker_dict.csv").write_text("id,x,y,z\n" + "".join(rows), encoding="utf-8")
+    return root
+
+
+def errors_m(labels: Path) -> np.ndarray:
+    (path,) = (labels / "trajectory").glob("*.parquet")
+    found = pl.read_parquet(path)
+    at = found["time_ns"].to_numpy() * 1e-9
+    true = [np.interp(at, WALK.time_s, WALK.position_bcs[:, i]) for i in (0, 1)]
+    return np.asarray(np.hypot(found["x"].to_numpy() - true[0], found["y"].to_numpy() - true[1]))
+
+
+@pytest.fixture(scope="module")
+def tagged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return survey_of(tmp_path_factory.mktemp("iphone") / "survey", {str(n): tag(n) for n in range(8)}, PAPER_M)
+
+
+@pytest.mark.slow
+def test_tags_in_a_video_map_the_walk(tagged: Path, tmp_path: Path) -> None:
+    before = {path: path.read_bytes() for path in tagged.rglob("*") if path.is_file()}
+    assert "vislam2tag sightings" in vislam2tag("inspect", tagged).stdout
+    options = ("--tags", "apriltag-36h11", "--tag-side-m", str(TAG_SIDE_M))
+    done = vislam2tag("sightings", tagged, *options, "--json")
+    assert done.returncode == 0, done.stderr
+    (found,) = json.loads(done.stdout)
+    assert set(found["landmarks"]) == {str(n) for n in range(8)}
+    assert (
+        "sightings.csv is there" in json.loads(vislam2tag("sightings", tagged, *options, "--json").stdout)[0]["skipped"]
+    )
+    assert {path: path.read_bytes() for path in before} == before, "the recording stays as it is"
+    assert vislam2tag("process", tagged, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
+    errors = errors_m(tmp_path / "labels")
+    assert np.isfinite(errors).mean() > 0.95
+    assert np.nanmean(errors) < 0.2
+
+
+@pytest.mark.slow
+def test_printed_sheets_in_a_video_map_the_walk(tmp_path: Path) -> None:
+    assert vislam2tag("sheets", "--ids", "1-8", "--width-m", "0.1", "--out", tmp_path / "sheets").returncode == 0
+    images = tmp_path / "sheets" / "images"
+    enlarged = "id,file,width_m\n" + "".join(f"{n},{n}.png,0.5\n" for n in range(1, 9))
+    (images / "manifest.csv").write_text(enlarged, encoding="utf-8")
+    pictures = {str(n): read_grey(images / f"{n}.png") for n in range(1, 9)}
+    survey = survey_of(tmp_path / "survey", pictures, 0.5)
+    done = vislam2tag("sightings", survey, "--images", images)
+    assert done.returncode == 0, done.stderr
+    assert vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
+    assert np.nanmean(errors_m(tmp_path / "labels")) < 0.2
+
+
+def test_a_video_that_was_cut_off_is_an_error_of_its_session(tagged: Path, tmp_path: Path) -> None:
+    walk = tmp_path / "survey" / "floor_1" / "iPhone" / "walk"
+    walk.mkdir(parents=True)
+    for name in ("odometry.csv", "camera_matrix.csv", "rgb.mp4"):
+        whole = (tagged / "floor_1" / "iPhone" / "walk" / name).read_bytes()
+        (walk / name).write_bytes(whole[: 3000 if name == "rgb.mp4" else None])
+    done = vislam2tag("sightings", tmp_path / "survey", "--tags", "apriltag-36h11", "--tag-side-m", "0.2")
+    assert done.returncode == 1
+    assert "rgb.mp4: it is no video, or was cut off before its end" in done.stderr
+    assert not (walk / "sightings.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((), "nothing to look for"),
+        (("--tags", "qr"), "one of apriltag-16h5"),
+        (("--tags", "apriltag-36h11"), "needs --tag-side-m"),
+        (("--images", "nowhere"), "nowhere"),
+    ],
+)
+def test_wrong_usage_says_what_to_give(options: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    done = vislam2tag("sightings", tmp_path, *options)
+    assert done.returncode == 2
+    assert message in done.stderr
