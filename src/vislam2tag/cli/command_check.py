@@ -108,8 +108,10 @@ def _print(found: SurveyCheck) -> None:
     console = table_console()
     console.print(_session_table(found))
     if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
-        console.print("(in brackets: fewer than three landmarks could be left out, hardly more than what is stated)")
+        console.print("(in brackets: fewer than three could be left out, hardly more than what is stated)")
     console.print(_bad_table(found.bad_landmarks) if found.bad_landmarks else "bad landmarks: none")
+    if any(session.doubtful_fixes for session in found.sessions):
+        console.print(_doubtful_table(found.sessions))
     if found.floors:
         console.print(_place_table(found.floors))
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
@@ -119,7 +121,15 @@ def _session_table(found: SurveyCheck) -> Table:
     from rich.markup import escape
 
     title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
-    numbers = ("landmarks", "left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
+    numbers = (
+        "landmarks or fixes",
+        "left out",
+        "their errors, median",
+        "labelled",
+        "stated",
+        "estimated",
+        "90 % interval",
+    )
     rows = table(title, ("floor", "device", "session"), numbers)
     for session in found.sessions:
         place = (str(session.floor), escape(session.device), escape(session.session))
@@ -133,7 +143,12 @@ def _session_cells(session: SessionCheck) -> tuple[str, ...]:
     if session.error is not None:
         return ("[red]failed[/]",)
     share = f"{100 * session.labelled / session.frames:.0f} %" if session.frames else "-"
-    counted = (str(session.landmarks), str(len(session.left_out)), _metres(median_left_out_m(session)), share)
+    counted = (
+        str(session.landmarks or session.fixes),
+        str(len(session.left_out)),
+        _metres(median_left_out_m(session)),
+        share,
+    )
     if session.estimated_m is None:
         return (*counted, "-", "-", "-")
     estimated = _metres(session.estimated_m)
@@ -154,6 +169,19 @@ def _bad_table(found: list[BadLandmark]) -> Table:
     for bad in found:
         place = (str(bad.floor), escape(bad.landmark), FAULTS[bad.fault])
         rows.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
+    return rows
+
+
+def _doubtful_table(sessions: list[SessionCheck]) -> Table:
+    from rich.markup import escape
+
+    rows = table(
+        "Fixes that the others of their walk contradict", ("floor", "device", "session", "fix"), ("off by", "sigma")
+    )
+    for session in sessions:
+        for fix in session.doubtful_fixes:
+            place = (str(session.floor), escape(session.device), escape(session.session), escape(fix.name))
+            rows.add_row(*place, _metres(fix.size_m), _metres(fix.sigma_m))
     return rows
 
 

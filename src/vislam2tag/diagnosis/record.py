@@ -32,6 +32,8 @@ class FaultKind(StrEnum):
     """A phone delivers old scans as new ones."""
     OTHER_DEVICE = "other_device"
     """A session lies in another device's folder."""
+    DOUBTFUL_FIX = "doubtful_fix"
+    """A known position of a walk without poses that the others contradict."""
 
 
 class CorrectionEntry(Record):

@@ -50,6 +50,11 @@ class Estimate:
         """Whether enough landmarks could be left out to say more than the smoother states."""
         return self.checked >= FEWEST
 
+    def rounded(self) -> dict[str, float | bool]:
+        """The numbers under their names in the record of a session."""
+        lengths = {name: round(getattr(self, name), 4) for name in ("stated_m", "estimated_m", "low_m", "high_m")}
+        return {**lengths, "well_founded": self.well_founded}
+
 
 def estimate_accuracy(covariance_m2: FloatArray, left_out: Sequence[LeftOut]) -> Estimate | None:
     """Estimate the mean error of labels with covariances (n, 2, 2); None where there are none."""

@@ -8,10 +8,11 @@ from vislam2tag.common.records import Record
 
 
 class LeftOutMark(Record):
-    """A landmark predicted without its survey."""
+    """A landmark predicted without its survey, or, in a session without poses, a fix without its position."""
 
     floor: int
     landmark: str
+    """Its id, or the fix's name."""
     passes: int
     surveyed_m: tuple[float, float]
     """Where the survey has it (corrections applied), BCS."""
@@ -20,6 +21,19 @@ class LeftOutMark(Record):
     covariance_m2: tuple[float, float, float]
     """Variance along x, covariance, variance along y of that offset as stated, the survey's own included."""
     survey_covariance_m2: tuple[float, float, float]
+
+
+class DoubtfulFix(Record):
+    """A known position that the others of its walk contradict."""
+
+    name: str
+    """Where it stands in the session's files."""
+    fix_m: tuple[float, float]
+    offset_m: tuple[float, float]
+    """From there to where the others put the walker."""
+    size_m: float
+    sigma_m: float
+    """Standard deviation per axis of that offset, were the fix right."""
 
 
 class SessionCheck(Record):
@@ -33,6 +47,9 @@ class SessionCheck(Record):
     """Why it could not be read or mapped; None where it could."""
     landmarks: int = 0
     """Surveyed landmarks that it passed."""
+    fixes: int = 0
+    """Known positions of a session without poses, which then stand for landmarks."""
+    doubtful_fixes: list[DoubtfulFix] = []
     left_out: list[LeftOutMark] = []
     """Those that could be predicted from the others."""
     frames: int = 0
@@ -46,7 +63,7 @@ class SessionCheck(Record):
     high_m: float | None = None
     """The true mean error lies between them in about nine of ten sessions."""
     well_founded: bool = False
-    """Whether enough landmarks could be left out for the estimate to say more than what is stated."""
+    """Whether enough landmarks or fixes could be left out for the estimate to say more than what is stated."""
 
 
 class Fault(StrEnum):

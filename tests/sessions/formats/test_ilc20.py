@@ -12,15 +12,17 @@ import pytest
 from shapely.geometry import MultiPoint, Point, Polygon
 
 from tests.conftest import shared_folder
-from tests.dead_reckoning.ilc20 import make_site
+from tests.dead_reckoning.ilc20 import make_site, trace
+from tests.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.reading.archives import folder_of
-from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.pipeline.labels.check_session import check_session
+from vislam2tag.pipeline.labels.check import check
+from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -51,11 +53,40 @@ def test_a_floor_without_a_number_is_left_out_and_said(tmp_path: Path) -> None:
     assert len(survey.sessions) == 2
 
 
-def test_check_says_why_it_checks_no_walk_without_poses(tmp_path: Path) -> None:
-    survey = open_survey(make_site(tmp_path / "site1"))
-    found = check_session(ProcessSettings(), SessionTask(survey.sessions[0], survey.site, Corrections()))
-    assert found.record.error is not None
-    assert "has no poses" in found.record.error
+def with_wrong_tap(site: Path) -> Path:
+    """The site with a further walk, of five taps, of which the third lies 9 m beside the way."""
+    way = np.add(corners((10, 0), (0, 10), (10, 0), (0, 10), (10, 0), (0, 10)), (2.0, 2.0))
+    text = trace(way)
+    x, y = way[3]
+    wrong = text.replace(f"TYPE_WAYPOINT\t{x}\t{y}", f"TYPE_WAYPOINT\t{x + 9}\t{y}")
+    assert wrong != text
+    (site / "F1" / "path_data_files" / "c.txt").write_text(wrong, encoding="utf-8")
+    return site
+
+
+def test_check_and_diagnosis_leave_out_each_tap_and_name_the_wrong_one(tmp_path: Path) -> None:
+    site = with_wrong_tap(make_site(tmp_path / "site1"))
+    checked = check(site)
+    assert checked.failed == 0
+    assert not checked.bad_landmarks
+    good, wrong = checked.sessions[0], checked.sessions[2]
+    assert (good.fixes, good.doubtful_fixes) == (4, [])
+    assert good.estimated_m is not None
+    assert good.low_m is not None
+    assert 0 < good.low_m < good.estimated_m < 3
+    assert [fix.size_m for fix in wrong.doubtful_fixes] == [pytest.approx(9, rel=0.25)]
+    (fault,) = diagnose(site).faults
+    assert fault.kind == FaultKind.DOUBTFUL_FIX
+    assert fault.sessions == ["floor 0 / OPPO PBCM10 / c"]
+    assert wrong.doubtful_fixes[0].name in fault.summary
+
+
+def test_a_walk_without_two_taps_is_told_by_check(tmp_path: Path) -> None:
+    site = make_site(tmp_path / "site1")
+    file = site / "F1" / "path_data_files" / "a.txt"
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join(line for line in lines if "WAYPOINT" not in line), encoding="utf-8")
+    assert [session.error is None for session in check(site).sessions] == [False, True]
 
 
 def test_what_a_trace_lacks_is_said(tmp_path: Path) -> None:

@@ -40,8 +40,7 @@ class DeadReckoning:
         del log
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
         height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
-        one_floor = len(np.unique(height.floor)) < 2
-        walk = _reckoned(camera, camera.area if one_floor else None, self.settings)
+        walk = self.reckoned(camera, landmarks)
         if walk is None:
             return builder.finish(camera, (), ())
         frame = np.flatnonzero(camera.usable)
@@ -58,6 +57,12 @@ class DeadReckoning:
             events=_events(camera, walk, frame, time_s, self.settings),
             not_converged=() if walk.path.converged else ("path",),
         )
+
+    def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:
+        """The walk through its fixes, between the walls of its floor; None where sensors or fixes lack."""
+        height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
+        one_floor = len(np.unique(height.floor)) < 2
+        return _reckoned(camera, camera.area if one_floor else None, self.settings)
 
 
 def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReckoningSettings) -> ReckonedWalk | None:

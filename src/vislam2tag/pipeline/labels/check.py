@@ -55,7 +55,7 @@ def check(
     jobs: int = 1,
     progress: Progress[SessionCheck] = silent,
 ) -> SurveyCheck:
-    """Check a survey against itself: leave out each landmark in turn, session by session.
+    """Check a survey against itself: leave out each landmark or fix in turn, session by session.
 
     docs/explanation/self-check.md tells more.
 
@@ -85,7 +85,7 @@ def check(
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
         sessions=collected.sessions,
         floors=collected.gains.floors(survey.site.landmarks),
-        bad_landmarks=bad_landmarks(collected.sessions),
+        bad_landmarks=bad_landmarks([session for session in collected.sessions if not session.fixes]),
     )
     if out is not None:
         with whole_file(out / CHECK_FILE) as file:

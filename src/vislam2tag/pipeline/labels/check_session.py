@@ -14,6 +14,7 @@ from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.strategies.smoother import Smoother
+from vislam2tag.pipeline.labels.check_fixes import checked_by_fixes
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
@@ -47,7 +48,10 @@ def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSessio
 
 
 def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
-    prepared = prepared_session(task).longest_section()
+    whole = prepared_session(task)
+    if whole.session.camera.inertial is not None:
+        return CheckedSession(_record(task, **checked_by_fixes(whole, settings)))
+    prepared = whole.longest_section()
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
     covariance = mapped_path(smoothed)[1]
@@ -64,11 +68,6 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
     session, range_m = prepared.session, settings.sighting_range_m
-    if session.camera.inertial is not None:
-        raise SessionError(
-            f"{session.key}: has no poses, and so no landmarks to check; where its known positions contradict each "
-            "other, process shows doubtful fixes among the events"
-        )
     observations = WalkObservations.of(session.camera, session.landmarks, range_m)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
@@ -102,11 +101,7 @@ def _accuracy(
         "frames": len(sigma_m),
         "labelled": int(labelled.sum()),
     }
-    if estimate is not None:
-        for name in ("stated_m", "estimated_m", "low_m", "high_m"):
-            details[name] = round(getattr(estimate, name), 4)
-        details["well_founded"] = estimate.well_founded
-    return details
+    return details if estimate is None else details | estimate.rounded()
 
 
 def _mark(error: LeftOut, landmarks: Landmarks) -> LeftOutMark:

@@ -57,6 +57,7 @@ def diagnose(
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
     faults, _ = found_faults(survey_evidence(survey.site, walks))
     faults += stream_faults({session.key: session.signs for session in sessions if session.signs is not None})
+    faults += [fault for session in sessions for fault in session.faults]
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
         version=__version__,

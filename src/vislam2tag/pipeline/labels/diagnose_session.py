@@ -8,11 +8,14 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.diagnosis.passes import WalkPasses
+from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
 from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.kept_passes import Places, places_of
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
+from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import WalkObservations
@@ -41,6 +44,8 @@ class DiagnosedSession:
     places: Places = field(default_factory=dict)
     signs: StreamSigns | None = None
     share: MappedShare = MappedShare()
+    faults: tuple[Fault, ...] = ()
+    """What the session tells alone."""
 
 
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -55,6 +60,13 @@ def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSe
 
 def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     whole = prepared_session(task)
+    if whole.session.camera.inertial is not None:
+        doubtful = doubtful_fixes(reckoned(whole, settings))
+        return DiagnosedSession(
+            task.ref.key,
+            signs=stream_signs(whole.session),
+            faults=tuple(_doubtful(task.ref.key, fix) for fix in doubtful),
+        )
     prepared = whole.longest_section()
     session, landmarks = prepared.session, prepared.landmarks
     observations = WalkObservations.of(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
@@ -71,4 +83,16 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         places=places_of(prepared),
         signs=stream_signs(whole.session),
         share=share,
+    )
+
+
+def _doubtful(key: SessionKey, fix: DoubtfulFix) -> Fault:
+    east, north = fix.offset_m
+    return Fault(
+        kind=FaultKind.DOUBTFUL_FIX,
+        floor=key.floor,
+        sessions=[str(key)],
+        summary=f"the fix of {fix.name} of {key} is {fix.size_m:.1f} m off: tap it again, or leave it out",
+        evidence=f"sensors and the other fixes put the walker {east:+.1f} m along x and {north:+.1f} m along y of it, "
+        f"to {fix.sigma_m:.1f} m per axis",
     )

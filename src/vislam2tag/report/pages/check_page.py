@@ -49,6 +49,7 @@ def write_check_page(out_file: Path, survey: Survey, check: SurveyCheck, gains: 
         "expected_m": _expected_m(check),
         "median_m": median_left_out_m,
         "faults": FAULTS,
+        "doubtful": [(session, fix) for session in check.sessions for fix in session.doubtful_fixes],
         "floors": (_checked_floor(survey, check, floor, gains.mean_gain_m(floor.number)) for floor in check.floors),
     }
     write_page(out_file, "check.html.j2", context)
@@ -61,7 +62,7 @@ def _expected_m(check: SurveyCheck) -> float | None:
 
 
 def median_left_out_m(session: SessionCheck) -> float | None:
-    """Median length of a session's left-out errors, metres; None where no landmark could be left out."""
+    """Median length of a session's left-out errors, metres; None where nothing could be left out."""
     sizes = [float(np.hypot(*mark.offset_m)) for mark in session.left_out]
     return float(np.median(sizes)) if sizes else None
 
@@ -136,8 +137,8 @@ def _arrows(name: str, colour: str, width: float, columns: Columns) -> Trace:
 
 
 def _sentence(session: SessionCheck, mark: LeftOutMark) -> str:
-    size_m = float(np.hypot(*mark.offset_m))
-    return f"{session.device} / {session.session}: landmark {mark.landmark} predicted {size_m:.2f} m off"
+    size_m, what = float(np.hypot(*mark.offset_m)), "fix" if session.fixes else "landmark"
+    return f"{session.device} / {session.session}: {what} {mark.landmark} predicted {size_m:.2f} m off"
 
 
 def _best(floor: FloorCheck) -> Trace:

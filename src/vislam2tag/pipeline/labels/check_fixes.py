@@ -1,0 +1,79 @@
+"""A session without poses checked against itself: each known position is predicted from the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vislam2tag.common.errors import SessionError
+from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
+from vislam2tag.dead_reckoning.walk import ReckonedWalk
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
+from vislam2tag.self_check.accuracy import estimate_accuracy
+from vislam2tag.self_check.left_out import LeftOut
+from vislam2tag.self_check.record import DoubtfulFix, LeftOutMark
+from vislam2tag.sessions.prepared import PreparedSession
+
+
+def checked_by_fixes(prepared: PreparedSession, settings: ProcessSettings) -> dict[str, Any]:
+    """Return the session's numbers under their names in its record; raises SessionError where it cannot be mapped."""
+    walk, camera = reckoned(prepared, settings), prepared.session.camera
+    time_s = np.asarray((camera.time_ns[camera.usable] - walk.sensed.signals.start_ns) * 1e-9, dtype=np.float64)
+    covariance = walk.at(time_s)[1]
+    sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    labelled = sigma_m <= settings.labels.max_sigma_without_poses_m
+    marks = _left_out(walk, prepared.session.key.floor)
+    found = [LeftOut(mark.landmark, 1, np.array(mark.offset_m), mark.covariance_m2[0] * np.eye(2)) for mark in marks]
+    details: dict[str, Any] = {
+        "fixes": len(walk.names),
+        "left_out": marks,
+        "doubtful_fixes": doubtful_fixes(walk),
+        "frames": len(sigma_m),
+        "labelled": int(labelled.sum()),
+    }
+    if (estimate := estimate_accuracy(covariance[labelled], found)) is not None:
+        details |= estimate.rounded()
+    return details
+
+
+def reckoned(prepared: PreparedSession, settings: ProcessSettings) -> ReckonedWalk:
+    """Map a session without poses; raises SessionError where it cannot be."""
+    strategy = DeadReckoning(settings.mapping.dead_reckoning, settings.mapping.heights)
+    walk = strategy.reckoned(prepared.session.camera, prepared.landmarks)
+    if walk is None:
+        raise SessionError(f"{prepared.session.key}: could not be mapped: it needs {strategy.needs}")
+    return walk
+
+
+def doubtful_fixes(walk: ReckonedWalk) -> list[DoubtfulFix]:
+    """The fixes that the others contradict, in order of time."""
+    left_out = LeftOutFixes.of(walk)
+    return [
+        DoubtfulFix(
+            name=walk.names[fix],
+            fix_m=(round(walk.ties.position[fix].real, 4), round(walk.ties.position[fix].imag, 4)),
+            offset_m=(round(float(left_out.error_m[fix, 0]), 4), round(float(left_out.error_m[fix, 1]), 4)),
+            size_m=round(float(np.linalg.norm(left_out.error_m[fix])), 4),
+            sigma_m=round(float(left_out.sigma_m[fix]), 4),
+        )
+        for fix in np.flatnonzero(left_out.doubtful).tolist()
+    ]
+
+
+def _left_out(walk: ReckonedWalk, floor: int) -> list[LeftOutMark]:
+    """The fixes of which the others say something."""
+    left_out = LeftOutFixes.of(walk)
+    return [
+        LeftOutMark(
+            floor=floor,
+            landmark=walk.names[fix],
+            passes=1,
+            surveyed_m=(round(walk.ties.position[fix].real, 4), round(walk.ties.position[fix].imag, 4)),
+            offset_m=(round(float(left_out.error_m[fix, 0]), 4), round(float(left_out.error_m[fix, 1]), 4)),
+            covariance_m2=(float(left_out.sigma_m[fix] ** 2), 0.0, float(left_out.sigma_m[fix] ** 2)),
+            survey_covariance_m2=(walk.path.fix_sigma_m**2, 0.0, walk.path.fix_sigma_m**2),
+        )
+        for fix in np.flatnonzero(np.isfinite(left_out.sigma_m)).tolist()
+    ]
