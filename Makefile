@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all campaign lint types examples benchmark studio android docs docs-serve lock clean
+.PHONY: demo test test-all campaign lint types examples benchmark studio android docs docs-pages docs-serve lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
@@ -47,6 +47,10 @@ studio:
 # The documentation as a site in site/ (zensical.toml); a warning, such as a link that leads nowhere, is an error.
 docs: $(VENV)/.installed
 	$(BIN)/zensical build --clean --strict
+
+# The pages that are made of the program: commands, settings, Python interface, findings, first mistakes.
+docs-pages: $(VENV)/.installed
+	$(BIN)/python -m tests.docs.pages
 
 docs-serve: $(VENV)/.installed
 	$(BIN)/zensical serve

@@ -10,12 +10,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vislam2tag
+from tests.docs.pages import PAGES
 from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
 PROJECT = Path(vislam2tag.__file__).parents[2]
 DOCS = sorted([*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md")])
 SITE = PROJECT / "docs"
-GENERATED = {"how-to/first_mistakes.md", "reference/findings.md", "reference/settings.md"}
+GENERATED = set(PAGES)
 FILE_TYPES = ("csv", "html", "json", "parquet", "pdf", "py", "times", "toml", "txt", "zip")
 MODULE = re.compile(r"(?<![\w/.*-])((?:[\w-]+/)*\w+\.py)\b")
 FOLDER = re.compile(r"`((?:[a-z_0-9]+/)+)`")

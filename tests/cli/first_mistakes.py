@@ -1,7 +1,6 @@
 """First mistakes of people who were never told how, and what the program must answer.
 
-They are the rows of docs/how-to/first_mistakes.md, which `python -m tests.cli.first_mistakes >
-docs/how-to/first_mistakes.md` makes.
+They are the rows of docs/how-to/first_mistakes.md, which `make docs-pages` makes.
 """
 
 from __future__ import annotations
@@ -634,8 +633,8 @@ MISTAKES = (
 _HEAD = """# First mistakes
 
 For whoever begins: what people do who were never told how, and what the program answers. Each is a test through the
-command line (`tests/cli/test_first_mistakes.py`); this page is made of its table by
-`python -m tests.cli.first_mistakes > docs/how-to/first_mistakes.md`. Those with an asterisk were found by trying. Where
+command line (`tests/cli/test_first_mistakes.py`); this page is made of its table by `make docs-pages`. Those
+with an asterisk were found by trying. Where
 a command ends with 0 the answer is a finding or a note, and it goes on.
 """
 
@@ -652,7 +651,3 @@ def page() -> str:
             lines.append(f"| {each.did}{star} | `{each.command}` | {each.code} | {answer} |")
         lines.append("")
     return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    print(page(), end="")

@@ -1,13 +1,19 @@
 from __future__ import annotations
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
 
 
-def finding(kind: str, count: int, message: str = "m") -> Finding:
+def finding(kind: FindingKind, count: int, message: str = "m") -> Finding:
     return Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)
 
 
 def test_findings_of_one_kind_and_message_are_summed_in_order() -> None:
-    found = [finding("b", 1), finding("a", 2), finding("b", 3), finding("b", 4, "other")]
-    assert pooled(found) == [finding("b", 4), finding("a", 2), finding("b", 4, "other")]
+    found = [
+        finding("frame_gap", 1),
+        finding("empty_file", 2),
+        finding("frame_gap", 3),
+        finding("frame_gap", 4, "n"),
+    ]
+    assert pooled(found) == [finding("frame_gap", 4), finding("empty_file", 2), finding("frame_gap", 4, "n")]
     assert pooled([]) == []

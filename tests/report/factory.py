@@ -288,7 +288,7 @@ def _files(random: np.random.Generator) -> list[FileAccount]:
 
 def _findings(seed: int) -> list[Finding]:
     stale = Finding.at_lines(
-        "stale_scan_rows",
+        "stale_wifi_rows",
         "wifi.csv",
         list(range(40, 180)),
         "Rows repeated from the scan before; counted once.",

@@ -41,12 +41,13 @@ def test_what_is_no_finite_number(text: str) -> None:
 
 def test_lines_of_a_kind_are_one_finding_in_the_order_of_the_messages() -> None:
     counts = LineCounts.of("a.csv")
-    for kind, line in (("late", 2), ("early", 5), ("late", 7)):
-        counts.add(kind, line)
-    found = counts.findings({"early": "is early", "late": "is late", "never": "is not"})
+    counts.add("malformed_lines", 2)
+    counts.add("duplicate_floor", 5)
+    counts.add("malformed_lines", 7)
+    found = counts.findings({"duplicate_floor": "is twice", "malformed_lines": "is odd", "empty_file": "is not"})
     assert [(one.kind, one.lines, one.count, one.message) for one in found] == [
-        ("early", (5,), 1, "is early"),
-        ("late", (2, 7), 2, "is late"),
+        ("duplicate_floor", (5,), 1, "is twice"),
+        ("malformed_lines", (2, 7), 2, "is odd"),
     ]
 
 

@@ -81,8 +81,8 @@ _HEAD = """# Settings
 
 For whoever changes a setting.
 
-Made by `python -m vislam2tag.cli.settings_options > docs/reference/settings.md`; each setting is defined and described
-in the `settings.py` of the package that uses it. A command with `--config FILE` takes a TOML file of them, such as
+Made by `make docs-pages`; each setting is defined and described in the `settings.py` of the package that uses it.
+A command with `--config FILE` takes a TOML file of them, such as
 
 ```toml
 strategy = "smoother"
@@ -153,7 +153,3 @@ def _range(field: FieldInfo) -> str:
         f"{sign} {getattr(item, key)}" for item in field.metadata for key, sign in signs.items() if hasattr(item, key)
     ]
     return ", ".join(bounds)
-
-
-if __name__ == "__main__":
-    print(settings_page(), end="")

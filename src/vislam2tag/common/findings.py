@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import StrEnum
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from vislam2tag.common.records import Record
+
+if TYPE_CHECKING:
+    from vislam2tag.common.finding_kinds import FindingKind
+else:
+    FindingKind = str  # files of other versions may hold kinds that this one does not know
 
 ROWS_NAMED = 5
 """How many line numbers a finding names; the rest is only counted."""
@@ -23,7 +28,7 @@ class Severity(StrEnum):
 class Finding(Record):
     """One kind of problem in one file of one session (or of the site)."""
 
-    kind: str
+    kind: FindingKind
     """Stable code, e.g. ``malformed_lines``; docs/reference/findings.md lists them all."""
     file: str
     """File name inside the session folder, or path relative to the survey; empty for the session as a whole."""
@@ -37,7 +42,7 @@ class Finding(Record):
 
     @classmethod
     def at_lines(
-        cls, kind: str, file: str, lines: list[int], message: str, severity: Severity = Severity.WARNING
+        cls, kind: FindingKind, file: str, lines: list[int], message: str, severity: Severity = Severity.WARNING
     ) -> Self:
         """Make a finding from all the 1-based line numbers it concerns."""
         return cls(
@@ -52,7 +57,7 @@ class Finding(Record):
 
 def pooled(findings: Iterable[Finding]) -> list[Finding]:
     """Sum findings of the same kind and message, in the order in which they first came."""
-    counts: dict[tuple[str, str, Severity], int] = {}
+    counts: dict[tuple[FindingKind, str, Severity], int] = {}
     for finding in findings:
         key = (finding.kind, finding.message, finding.severity)
         counts[key] = counts.get(key, 0) + finding.count

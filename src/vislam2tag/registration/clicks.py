@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.text_table import read_text_table
@@ -15,7 +16,7 @@ from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.site_table import LineCounts
 
 HEADER = ("id", "floor", "x", "y", "screen_pixel_m", "plan_pixel_m")
-_MESSAGES = {
+_MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": f"a row must be {','.join(HEADER)}; these rows are left out: correct them",
     "duplicate_landmarks": "an id may appear once; the last row counts: remove the others",
     "other_floor": "these rows are of another floor and left out",

@@ -13,6 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.registration.text_table import TextTable, read_text_table
 from vislam2tag.survey.names import landmark_id
@@ -150,7 +151,7 @@ def _axes_finding(table: TextTable, named: Mapping[str, int]) -> Finding:
 
 GREATEST_M = 1e8
 """National grids reach some ten thousand kilometres."""
-_MESSAGES = {
+_MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
         "a row needs a point's name and numbers for E and N (H may be empty); these rows are left out: correct them"
     ),

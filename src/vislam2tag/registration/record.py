@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 
-INTERCHANGED = "interchanged_landmarks"
+INTERCHANGED: FindingKind = "interchanged_landmarks"
 """Kind of the finding that two landmarks lie in each other's place."""
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.registration.clicks import Click
@@ -204,7 +205,7 @@ def network_findings(
     fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None, shots: Sequence[Shot], known: Sequence[KnownPoint]
 ) -> list[Finding]:
     """What is odd about the adjustment as a whole."""
-    messages: list[tuple[str, int, str]] = []
+    messages: list[tuple[FindingKind, int, str]] = []
     if scale is not None and scale.off:
         text = (
             f"distances in the building are {scale.value:.5f} ± {scale.sigma:.5f} times those of the stations: is the "

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.text_table import TextTable, read_text_table
@@ -87,7 +88,7 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
             found[target.name] = target
     if not found:
         raise SurveyError(f"{path}: has no target; expected rows name,x,y or name,x,y,x2,y2 and then sigma_m")
-    messages = {
+    messages: dict[FindingKind, str] = {
         "malformed_lines": (
             "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall that has a length; these rows are left out: "
             "correct them"

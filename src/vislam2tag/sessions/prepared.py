@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.corrected import corrected_session
@@ -146,5 +147,5 @@ def press_findings(session: Session, floor: Floor) -> list[Finding]:
     return []
 
 
-def _finding(kind: str, file: str, count: int, message: str) -> Finding:
+def _finding(kind: FindingKind, file: str, count: int, message: str) -> Finding:
     return Finding(kind=kind, file=file, count=count, message=message, severity=Severity.INFO)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.model import FileRecord
@@ -72,7 +73,7 @@ class SessionFiles:
             self.findings += table.findings
         return table.rows
 
-    def _note(self, kind: str, file: str, message: str, severity: Severity) -> None:
+    def _note(self, kind: FindingKind, file: str, message: str, severity: Severity) -> None:
         self.findings.append(Finding(kind=kind, file=file, count=1, message=message, severity=severity))
 
 

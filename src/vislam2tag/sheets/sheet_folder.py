@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
@@ -219,7 +220,7 @@ def _notes(sheets: Sequence[SheetPage], images: Sequence[LandmarkImage]) -> list
     twice = [name for name, count in floors.items() if count > 1]
     odd = [name for name in floors if printable(name) != name]
     again = [image.landmark for image in images if image.attempt]
-    notes = (
+    notes: tuple[tuple[FindingKind, list[str], str], ...] = (
         ("same_image", twice, "hang on several floors with one image: a walk over these floors cannot tell them apart"),
         ("unprintable_id", odd, "have letters that the sheets' typeface lacks; the QR code holds them"),
         ("generated_anew", again, "have a later picture, as the first was not fit"),

@@ -69,7 +69,7 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
     start = session_start(folder.session)
     frames = result.frames if result else {}
     total = sum(count for label, count in frames.items() if label != Status.DUPLICATE.label)
-    findings = Counter({finding.kind: finding.count for finding in result.findings}) if result else Counter[str]()
+    findings = {str(finding.kind): finding.count for finding in result.findings} if result else {}
     severities = {finding.severity for finding in result.findings} if result else set()
     drawings = _drawings(result) if result else {}
     return SessionView(
@@ -91,7 +91,7 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
         frames=frames,
         labelled_share=frames.get(Status.OK.label, 0) / total if total else None,
         sigma_median_m=result.sigma.median_m if result and result.sigma else None,
-        findings=dict(findings),
+        findings=findings,
         severity=next((severity for severity in _WORST if severity in severities), None),
         events=dict(Counter(event.kind.value for event in result.events)) if result else {},
         landmarks=list(dict.fromkeys(visit.landmark for visit in result.visits if visit.landmark)) if result else [],

@@ -7,6 +7,7 @@ from collections.abc import Container
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.whole_folder import restore
 from vislam2tag.survey.corrections import CORRECTIONS_FILE
@@ -221,5 +222,5 @@ def _plan_findings(folder: Path, plan: Path | None) -> list[Finding]:
     return []
 
 
-def _about_floor(kind: str, file: str, message: str, severity: Severity) -> Finding:
+def _about_floor(kind: FindingKind, file: str, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file=file, count=1, message=message, severity=severity)

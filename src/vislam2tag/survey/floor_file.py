@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.survey.names import landmark_id
 from vislam2tag.survey.plans.source import GREATEST_M
@@ -14,7 +15,7 @@ from vislam2tag.survey.table_columns import FLOORS
 FLOOR_FILE = "floor_dimensions.csv"
 
 _CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
-_MESSAGES = {
+_MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
         f"a row needs a whole floor number and a width and height from 0 to {GREATEST_M:,.0f} m; these rows are left "
         "out: correct them"
@@ -61,7 +62,7 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
     return floors, [*table.findings, *counts.findings(_MESSAGES)]
 
 
-def _unusable(kind: str, problem: str, lines: tuple[int, ...] = ()) -> Finding:
+def _unusable(kind: FindingKind, problem: str, lines: tuple[int, ...] = ()) -> Finding:
     return Finding(kind=kind, file=FLOOR_FILE, count=1, message=f"{problem}; {_CONSEQUENCE}", lines=lines)
 
 

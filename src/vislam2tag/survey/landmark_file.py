@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.model import ControlPoints
@@ -35,7 +36,7 @@ USUAL_HEADING_SIGMA_RAD = 0.05
 GREATEST_FLOOR = 999_999
 """As for the names of floor folders."""
 
-_MESSAGES = {
+_MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
         "a row needs an id, numbers for x and y (or none for an unsurveyed landmark), positive sigmas and, in a "
         "file for several floors, a floor; these rows are left out: correct them"
@@ -134,7 +135,7 @@ def table_path(path: Path) -> Path:
         return path
 
 
-def _no_landmarks(kind: str, file: str, message: str, lines: tuple[int, ...] = ()) -> Finding:
+def _no_landmarks(kind: FindingKind, file: str, message: str, lines: tuple[int, ...] = ()) -> Finding:
     return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped", lines=lines)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.georeference import Georeference, georeference_of
@@ -80,5 +81,5 @@ def _extent(
     return found, []
 
 
-def _about(file: str, kind: str, message: str, severity: Severity) -> Finding:
+def _about(file: str, kind: FindingKind, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file=file, count=1, message=message, severity=severity)

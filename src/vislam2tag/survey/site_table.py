@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 from vislam2tag.common.errors import first_line
 from vislam2tag.common.extras import MissingExtraError, import_extra
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.survey.table_columns import TableColumns, has_decimal_comma, number_text, understood
@@ -242,18 +243,18 @@ class LineCounts:
     """Collects the lines of one file that share a problem, and turns them into findings."""
 
     file: str
-    lines: dict[str, list[int]]
+    lines: dict[FindingKind, list[int]]
 
     @classmethod
     def of(cls, file: str) -> LineCounts:
         """Start with nothing counted."""
         return cls(file, {})
 
-    def add(self, kind: str, line: int) -> None:
+    def add(self, kind: FindingKind, line: int) -> None:
         """Count one line."""
         self.lines.setdefault(kind, []).append(line)
 
-    def findings(self, messages: dict[str, str]) -> list[Finding]:
+    def findings(self, messages: dict[FindingKind, str]) -> list[Finding]:
         """One finding for each kind counted, in the order of ``messages``."""
         return [
             Finding.at_lines(kind, self.file, self.lines[kind], message)

@@ -16,7 +16,7 @@ from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, DatasetSource, Fold, Split, SplitInfo
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 
-FINDING = Finding(kind="stale_readings", file="a.csv", count=3, message="Given again by the scan after, left out.")
+FINDING = Finding(kind="cached_readings", file="a.csv", count=3, message="Given again by the scan after, left out.")
 
 
 def _written(target: Path, dataset: Dataset) -> Path:

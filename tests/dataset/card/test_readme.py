@@ -66,7 +66,7 @@ def test_what_is_stated_is_told(described_set: Path) -> None:
         "| creators | Carberry, Josiah; The surveyors' club |",
         "<https://creativecommons.org/licenses/by/4.0/>",
         "labels of the survey `survey` by vislam2tag 0.1.0",
-        "`stale_readings` in `a.csv` (3)",
+        "`cached_readings` in `a.csv` (3)",
         "| wifi | 48 | 44 |",
         "4 of 48 fingerprints of wifi have no position",
         "\n\n- `splits/again.parquet`: device; one fold\n- `splits/device.parquet`: device; 2 folds\n\n`splits/NAME",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.pipeline.datasets.session import SessionOutcome, survey_findings
 
 
-def finding(kind: str, count: int, message: str = "m", severity: Severity = Severity.INFO) -> Finding:
+def finding(kind: FindingKind, count: int, message: str = "m", severity: Severity = Severity.INFO) -> Finding:
     return Finding(kind=kind, file="", count=count, message=message, severity=severity)
 
 
@@ -15,8 +16,13 @@ def outcome(device: str, readings: int, error: str | None = None, *found: Findin
 
 
 def test_what_sessions_lack_is_counted() -> None:
-    fine = survey_findings([outcome("LG", 5, None, finding("a", 1)), outcome("Pixel", 2, None, finding("a", 2))])
-    assert fine == [finding("a", 3)]
+    fine = survey_findings(
+        [
+            outcome("LG", 5, None, finding("encoding", 1)),
+            outcome("Pixel", 2, None, finding("encoding", 2)),
+        ]
+    )
+    assert fine == [finding("encoding", 3)]
     outcomes = [outcome("LG", 5), outcome("LG", 0, "no frame"), outcome("Pixel", 0), outcome("Pixel", 0, "lost")]
     found = {each.kind: each for each in survey_findings(outcomes)}
     assert (found["session_without_label"].count, found["device_without_scan"].count) == (2, 1)

@@ -31,7 +31,7 @@ def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None
         assert count == sum(result.frames.get(status, 0) for result in results)
     assert sum(summary.frame_seconds.values()) == pytest.approx(summary.duration_s, abs=1e-2)
     assert summary.readings["wifi"]["ok"] == 7 * 1_800
-    assert summary.findings["stale_scan_rows"] == 8 * 140
+    assert summary.findings["stale_wifi_rows"] == 8 * 140
     assert summary.failures == {results[-2].slug: results[-2].error}
 
 

@@ -42,8 +42,8 @@ def test_accuracy_is_told_as_expected_and_as_measured_and_hedged_by_contradictio
 
 def test_each_problem_names_its_place_and_what_to_do(summary: Summary) -> None:
     site = [
-        Finding(kind="a", file="", count=1, message="only told", severity=Severity.INFO),
-        Finding(kind="b", file="floor_1/x.csv", count=1, message="no size; give width and height"),
+        Finding(kind="missing_plan", file="", count=1, message="only told", severity=Severity.INFO),
+        Finding(kind="floor_without_size", file="floor_1/x.csv", count=1, message="no size; give width and height"),
     ]
     found = {problem.what: problem.todo for problem in problems(summary, site)}
     assert found["floor_1/x.csv: no size"] == "give width and height"
@@ -56,7 +56,7 @@ def test_each_problem_names_its_place_and_what_to_do(summary: Summary) -> None:
 
 
 def test_failures_come_first_and_long_lists_end(summary: Summary) -> None:
-    site = [Finding(kind="b", file="f", count=1, message=str(number)) for number in range(MOST_FINDINGS + 2)]
+    site = [Finding(kind="encoding", file="f", count=1, message=str(number)) for number in range(MOST_FINDINGS + 2)]
     found = problems(summary.model_copy(update={"failed": 1}), site)
     assert found[0].what == "1 of 1 sessions could not be read or mapped"
     assert [one.what for one in found if "more findings" in one.what] == ["2 more findings about the site"]

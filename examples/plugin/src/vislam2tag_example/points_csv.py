@@ -20,7 +20,7 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     left_out = len(points) - len(placed)
     if not left_out:
         return ()
-    return (Finding(kind="unlabelled", file="", count=left_out, message="fingerprints without a position"),)
+    return (Finding(kind="unlabelled_left_out", file="", count=left_out, message="fingerprints without a position"),)
 
 
 register(

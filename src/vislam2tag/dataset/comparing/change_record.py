@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.spreadsheet_text import escaped
@@ -24,7 +25,8 @@ from vislam2tag.dataset.comparing.changes import (
 )
 
 RECORD = "changes.json"
-MOST_CHANGED, NOTHING_COMPARED = "most_changed", "nothing_compared"
+MOST_CHANGED: FindingKind = "most_changed"
+NOTHING_COMPARED: FindingKind = "nothing_compared"
 CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.dataset.by_session import one_session, session_readings
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related, Split
@@ -25,8 +26,8 @@ from vislam2tag.dataset.schema import (
 from vislam2tag.dataset.settings import SplitKind
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 
-SAME_SESSIONS = "sessions_in_both"
-SPLITS_LEFT_OUT = "splits_left_out"
+SAME_SESSIONS: FindingKind = "sessions_in_both"
+SPLITS_LEFT_OUT: FindingKind = "splits_left_out"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
 _CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
@@ -82,10 +83,11 @@ def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, list[Find
     repeated = rows["status"] == "duplicate"
     mute = ~repeated & rows["rssi_dbm"].is_null()
     findings = []
-    for kind, left_out, message in (
+    odd: tuple[tuple[FindingKind, pl.Series, str], ...] = (
         ("repeated_readings", repeated, "readings that an earlier row gave already (same transmitter and time)"),
         ("readings_without_level", mute, "readings whose level is no measurement"),
-    ):
+    )
+    for kind, left_out, message in odd:
         count = int(left_out.sum())
         if count:
             text = f"{technology}: {message} are left out"

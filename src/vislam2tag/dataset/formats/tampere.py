@@ -14,6 +14,7 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.folder import sha256_of
@@ -123,7 +124,7 @@ def _described(part: str, files: Mapping[tuple[str, str], Path], count: int) -> 
     off = ((storey - floor) * FLOOR_HEIGHT_M).abs() > _OFF_FLOOR_M
     undated = time.is_null() & lines.is_not_null()
     findings = []
-    for kind, mask, name, message in (
+    odd: tuple[tuple[FindingKind, pl.Series, str, str], ...] = (
         (
             "height_off_floor",
             off,
@@ -131,7 +132,8 @@ def _described(part: str, files: Mapping[tuple[str, str], Path], count: int) -> 
             "heights are no multiple of 3.7 m; the nearest floor counts",
         ),
         ("unreadable_dates", undated, f"{part} dates", "dates are not like 2017-08-18 11:59:23; they are left out"),
-    ):
+    )
+    for kind, mask, name, message in odd:
         if mask.any():
             findings.append(Finding.at_lines(kind, name, [i + 1 for i in mask.arg_true()], message, Severity.INFO))
     return rows, findings

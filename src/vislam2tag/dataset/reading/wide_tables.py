@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.common.plain_files import plain
 from vislam2tag.common.table_files import scan_csv
@@ -201,7 +202,7 @@ class _OddLevels:
 
     def findings(self, file: str) -> Iterator[Finding]:
         """One for each kind of odd level."""
-        for kind, count, lines, what in (
+        odd: tuple[tuple[FindingKind, int, list[int], str], ...] = (
             ("empty_levels", self._empty, self._empty_lines, "cells are empty"),
             (
                 "absurd_levels",
@@ -209,7 +210,8 @@ class _OddLevels:
                 self._absurd_lines,
                 f"levels are not between {LEAST_DBM:g} and {GREATEST_DBM:g} dBm",
             ),
-        ):
+        )
+        for kind, count, lines, what in odd:
             if count:
                 message = f"{what}; they count as not heard"
                 yield Finding(kind=kind, file=file, count=count, message=message, lines=tuple(lines[:ROWS_NAMED]))

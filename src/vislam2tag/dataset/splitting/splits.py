@@ -16,6 +16,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, Fold, Split, SplitInfo
@@ -197,7 +198,7 @@ def _floor_name() -> pl.Expr:
     return building + pl.format("floor {}", "floor")
 
 
-def _finding(kind: str, count: int, message: str, severity: Severity) -> Finding:
+def _finding(kind: FindingKind, count: int, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file=FINGERPRINTS, count=count, message=message, severity=severity)
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.model import Dataset, DatasetInfo
@@ -21,7 +22,7 @@ from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
 
 LEAST_KEY_BYTES = 16
 """Shorter keys can be tried out."""
-NOMAP_LEFT_OUT = "nomap_left_out"
+NOMAP_LEFT_OUT: FindingKind = "nomap_left_out"
 _HASH_DIGITS = 32
 """Hex digits of a hash: 128 bit, so that no two access points share one; and it looks like no address."""
 _KEY_NAME_DIGITS = 16

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress
 from vislam2tag.dataset.by_session import SessionTables, each_session
@@ -44,7 +45,7 @@ def labelled_fingerprints(
     if not kept:
         what = "fingerprint" if technology is None else f"{technology} fingerprint"
         raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
-    messages = (
+    messages: tuple[tuple[FindingKind, str], ...] = (
         ("unlabelled_left_out", "fingerprints without a position are left out: the format has no place for them"),
         (
             "uncertain_left_out",
@@ -110,7 +111,7 @@ class MatrixLosses:
     def findings(self) -> tuple[Finding, ...]:
         """What was counted."""
         hidden = f"readings of {self._not_heard:g} dBm look like not heard, which the format writes this way"
-        messages = (
+        messages: tuple[tuple[FindingKind, str], ...] = (
             ("unknown_levels_left_out", "readings without a level are left out"),
             ("levels_left_out", hidden),
             (
@@ -172,5 +173,5 @@ def csv_file(path: Path, separator: str = ",", null: str = "") -> Iterator[CsvFi
         yield CsvFile(file, separator, null)
 
 
-def _left_out(kind: str, count: int, message: str) -> Finding:
+def _left_out(kind: FindingKind, count: int, message: str) -> Finding:
     return Finding(kind=kind, file="", count=count, message=message, severity=Severity.INFO)

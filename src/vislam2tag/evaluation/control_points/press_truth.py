@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation
@@ -180,7 +181,7 @@ def is_faulty(local: Trajectory, corrected: Trajectory) -> bool:
 def press_truth_findings(truth: PressTruth) -> list[Finding]:
     """Report the presses that are not scored."""
     advice = "route.csv does not settle it" if truth.by_route else "a route.csv would tell"
-    reasons = (
+    reasons: tuple[tuple[FindingKind, int, str], ...] = (
         ("ambiguous_presses", truth.ambiguous, f"made where two control points fit about as well ({advice})"),
         ("presses_outside_walk", truth.outside, "made before the first or after the last camera frame"),
         ("presses_on_other_floors", truth.elsewhere, "made on another floor than the session's own"),

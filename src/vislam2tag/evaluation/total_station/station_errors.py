@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.similarity import Similarity2
@@ -89,5 +90,5 @@ def station_findings(walk: StationWalk, alignment: DeviceAlignment, number: int)
     return findings
 
 
-def _finding(kind: str, count: int, message: str, severity: Severity) -> Finding:
+def _finding(kind: FindingKind, count: int, message: str, severity: Severity) -> Finding:
     return Finding(kind=kind, file="tachy.csv", count=count, message=message, severity=severity)

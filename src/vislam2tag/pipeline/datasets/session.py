@@ -8,6 +8,7 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
 from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.status import Status
@@ -24,7 +25,7 @@ from vislam2tag.survey.corrections import session_start
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""
-FAILED = "session_without_label"
+FAILED: FindingKind = "session_without_label"
 """Kind of the finding that counts sessions which could not be mapped."""
 
 

@@ -62,8 +62,8 @@ def process(
 
     ``survey_root`` and ``out`` are folders, or addresses of folders in object storage (``Path("s3://bucket/survey")``).
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
-    run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere
-    (:mod:`vislam2tag.pipeline.run.dask_executor`). ``replace`` allows ``out`` to hold labels of another strategy,
+    run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
+    ``replace`` allows ``out`` to hold labels of another strategy,
     labels that were rebased, or what another command wrote, which is removed. ``tell`` is called with what is odd about
     the site's own files before sessions are mapped. Raises SurveyError where ``survey_root`` is no survey or
     ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``

@@ -18,6 +18,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.common.plain_files import plain
 from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
@@ -30,10 +31,12 @@ GREATEST_DBM = 200.0
 """No level has this many dBm, of either sign."""
 SCANS_AT_ONCE = 4096
 _WHOLE_NUMBER = re.compile(r"-?[0-9]{1,18}")
-MALFORMED, ABSURD, UNTIMED = "malformed_lines", "absurd_levels", "untimed_scans"
+MALFORMED: FindingKind = "malformed_lines"
+ABSURD: FindingKind = "absurd_levels"
+UNTIMED: FindingKind = "untimed_scans"
 Fields = tuple[str, str, str, str, str]
 """Scan, access point, level, session and time as text; empty where it is not said."""
-_MESSAGES = {
+_MESSAGES: dict[FindingKind, str] = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; the lines are left out",
     UNTIMED: "time_ns is no whole number; the scans stand alone, outside their session",
     ABSURD: "levels must be negative dBm (0 and more, such as 100 for 'not heard', are none); the lines are left out",
@@ -53,10 +56,10 @@ class BadLines:
     """Counts what could not be used, while a file is read."""
 
     file: str
-    counts: dict[str, int] = field(default_factory=dict)
-    first: dict[str, list[int]] = field(default_factory=dict)
+    counts: dict[FindingKind, int] = field(default_factory=dict)
+    first: dict[FindingKind, list[int]] = field(default_factory=dict)
 
-    def add(self, kind: str, line: int) -> None:
+    def add(self, kind: FindingKind, line: int) -> None:
         """Count a line (1-based)."""
         self.counts[kind] = self.counts.get(kind, 0) + 1
         named = self.first.setdefault(kind, [])

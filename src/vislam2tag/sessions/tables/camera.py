@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import Status
@@ -45,7 +46,7 @@ def poses_of(rows: pl.DataFrame, file: str) -> tuple[FloatArray, FloatArray, Boo
     return poses[:, :3].copy(), quaternion, turned, findings
 
 
-def _finding(kind: str, file: str, lines: IntArray, message: str) -> list[Finding]:
+def _finding(kind: FindingKind, file: str, lines: IntArray, message: str) -> list[Finding]:
     """A finding at these lines (k,), as a list; empty where there is none."""
     return [Finding.at_lines(kind, file, lines.tolist(), message)] if len(lines) else []
 
@@ -67,10 +68,11 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     status[duplicate] = Status.DUPLICATE
     status[backward] = Status.INVALID
     track = CameraTrack(time_ns, position, orientation, status, line)
-    for kind, mask, message in (
+    unordered: tuple[tuple[FindingKind, BoolArray, str], ...] = (
         ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts"),
         ("backward_times", backward, _backward_message(np.where(sound, time_ns, -1), latest_ns, backward, line)),
-    ):
+    )
+    for kind, mask, message in unordered:
         if mask.any():
             findings.append(Finding.at_lines(kind, file, line[mask].tolist(), message))
     return track, findings + _frame_gaps(track, line, file, settings) + _unusable(track, file)

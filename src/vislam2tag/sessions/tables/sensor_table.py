@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.core.context import PressureLog
@@ -28,19 +29,25 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
     table = rows.select("row", "time_ns", pl.Series("repeated", repeated), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
     findings = []
-    for kind, mask, message, severity in (
+    odd: tuple[tuple[FindingKind, BoolArray, str, Severity], ...] = (
         (
             "repeated_rows",
             repeated,
             "readings have the sensor and time of an earlier one; the first counts",
             Severity.INFO,
         ),
-        ("backward_times", backward, "readings are earlier than one before them of the same sensor; kept", None),
-        ("non_finite_values", infinite, "values are not finite; kept as they are", None),
-    ):
+        (
+            "backward_times",
+            backward,
+            "readings are earlier than one before them of the same sensor; kept",
+            Severity.WARNING,
+        ),
+        ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
+    )
+    for kind, mask, message, severity in odd:
         if mask.any():
             lines = rows["row"].to_numpy()[mask].tolist()
-            findings.append(Finding.at_lines(kind, file, lines, message, severity or Severity.WARNING))
+            findings.append(Finding.at_lines(kind, file, lines, message, severity))
     return table, findings
 
 

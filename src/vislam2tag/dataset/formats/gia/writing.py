@@ -10,6 +10,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.table_files import write_csv
@@ -44,9 +45,9 @@ EXPORT_HELP = (
 class _LossCounts:
     """Rows that lose something, over all sessions."""
 
-    counts: dict[tuple[str, str], int] = field(default_factory=dict)
+    counts: dict[tuple[FindingKind, str], int] = field(default_factory=dict)
 
-    def add(self, kind: str, message: str, count: int) -> None:
+    def add(self, kind: FindingKind, message: str, count: int) -> None:
         if count:
             self.counts[kind, message] = self.counts.get((kind, message), 0) + count
 
@@ -114,7 +115,7 @@ def _placed(rows: pl.DataFrame, floor: int, count: _LossCounts) -> pl.DataFrame:
     outside = pl.col("status").is_in(OUTSIDE)
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
     uncertain = pl.col("x").is_not_null() & (pl.col("status") == "uncertain")
-    for kind, mask, message in (
+    losses: tuple[tuple[FindingKind, pl.Expr, str], ...] = (
         ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are left out"),
         (
             "other_floor",
@@ -126,7 +127,8 @@ def _placed(rows: pl.DataFrame, floor: int, count: _LossCounts) -> pl.DataFrame:
             uncertain & ~elsewhere,
             "uncertain rows lose their position: the layout cannot say how sure one is; process --max-sigma-m decides",
         ),
-    ):
+    )
+    for kind, mask, message in losses:
         count.add(kind, message, int(rows.select(mask.sum()).item()))
     kept = ~elsewhere & ~uncertain
     placed = rows.filter(~outside).sort("time_ns", "row")
