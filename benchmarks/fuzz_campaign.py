@@ -1,27 +1,33 @@
 """A fuzz campaign: damaged files of every kind for every reader and command.
 
-No traceback, no crash, no hang beyond 60 s of processor time, no more than 2 GB, exit codes as documented. It can be
-ended at any time and goes on where it was: OUT/progress.json holds the number of runs of each target. What fails lies
-in OUT/failures, with the damaged folder and what was said.
+No traceback, no crash, no hang beyond 60 s of processor time, no more than 2 GB, exit codes as documented, nothing left
+over or changed that is not the command's to write. Everything is imported once; each run of a command is a process
+forked from that, one in a hundred a process of its own. It can be ended at any time and goes on where it was:
+OUT/progress.json holds, by commit and target, how many runs there were and how many failed. What fails lies in
+OUT/failures, with the damaged folder and what was said.
 
     python benchmarks/fuzz_campaign.py                            100,000 runs, spread over all targets
+    python benchmarks/fuzz_campaign.py --commands --runs 10000    commands only
     python benchmarks/fuzz_campaign.py --runs 500 --target site --target "import uji"
-    python benchmarks/fuzz_campaign.py --ci                       as CI: 500 runs a reader, 100 an importer
+    python benchmarks/fuzz_campaign.py --ci                       as CI: 500 runs a reader
     python benchmarks/fuzz_campaign.py --again "site" 17          one run again, with its output
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib
 import json
 import pkgutil
 import resource
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from functools import partial
+from importlib import resources
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,12 +35,18 @@ sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
 from fuzzing.bases import make_bases  # noqa: E402
+from fuzzing.commands import commands  # noqa: E402
 from fuzzing.mutations import damage, remove  # noqa: E402
 from fuzzing.runs import Outcome, run_apart  # noqa: E402
-from fuzzing.targets import TARGETS, Target  # noqa: E402
+from fuzzing.targets import READERS_ATTACKED, Run, Target  # noqa: E402
 
 import vislam2tag  # noqa: E402
+from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
+from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
+from vislam2tag.receiving.filing import WORK_FOLDER  # noqa: E402
+from vislam2tag.report import page  # noqa: E402
 
+TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
 RUNS_IN_CI = 500
 """Of each reader."""
@@ -45,6 +57,7 @@ READERS_MORE = 20
 def main() -> int:
     """Run the campaign; returns 1 where anything failed."""
     options = _options()
+    options.out.mkdir(parents=True, exist_ok=True)
     _import_everything()
     make_bases(options.out / "bases")
     if options.again:
@@ -54,6 +67,7 @@ def main() -> int:
         print(outcome.output, outcome, sep="\n")
         return bool(outcome.fault)
     chosen = [each for each in TARGETS if (not options.target or each.name in options.target)]
+    chosen = [each for each in chosen if not (options.commands and each.reader)]
     plan = _in_ci(chosen) if options.ci else _plan(chosen, options.runs, _done(options.out))
     failed = 0
     for target, numbers in plan:
@@ -67,10 +81,18 @@ def main() -> int:
 
 
 def _import_everything() -> None:
-    """So that no run has to: each is in a process forked from this one."""
+    """So that no run has to: each is in a process forked from this one. What the program keeps once made is made."""
     for module in pkgutil.walk_packages(vislam2tag.__path__, "vislam2tag."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
+    for format_name in ("published", "phone", "ilc20"):
+        code_of(format_name, ProcessSettings())
+    page._packed_plotly()
+    for template in (resources.files("vislam2tag.report") / "templates").iterdir():
+        if template.name.endswith(".j2"):
+            page._environment().get_template(template.name)
+    gc.collect()
+    gc.freeze()  # else each run's first collections copy all of it
 
 
 def attack(target: Target, numbers: range, out: Path) -> Iterator[Outcome]:
@@ -79,7 +101,7 @@ def attack(target: Target, numbers: range, out: Path) -> Iterator[Outcome]:
         scratch, notes = Path(folder, "run"), Path(folder, "notes")
         scratch.mkdir()
         notes.mkdir()
-        works = [partial(_damage_and_work, target, number, out / "bases", scratch) for number in numbers]
+        works = [partial(_damage_and_work, target, number, (out / "bases").resolve(), scratch) for number in numbers]
         for number, outcome in zip(numbers, run_apart(works, target.codes, notes), strict=True):
             if outcome.fault:
                 _keep(target, number, outcome, out)
@@ -90,33 +112,65 @@ def _keep(target: Target, number: int, outcome: Outcome, out: Path) -> None:
     kept = out / "failures" / f"{target.name.replace(' ', '-')}-{number}"
     shutil.rmtree(kept, ignore_errors=True)
     kept.mkdir(parents=True)
-    _damaged(target, number, out / "bases", kept)
+    _damaged(target, _rng(target, number), out / "bases", kept)
     (kept / "what.txt").write_text(f"{outcome.fault}\n{outcome.output}")
+
+
+def _rng(target: Target, number: int) -> np.random.Generator:
+    return np.random.default_rng([number, *target.name.encode()])
 
 
 def _damage_and_work(target: Target, number: int, bases: Path, scratch: Path) -> None:
     """In the child: Polars must not be used before it is forked."""
-    out = scratch / "out"
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir()
-    folder, what = _damaged(target, number, bases, scratch)
+    rng = _rng(target, number)
+    out, temporary = scratch / "out", scratch / "temporary"
+    for folder in (out, temporary):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    tempfile.tempdir = str(temporary)
+    folder, what = _damaged(target, rng, bases, scratch)
     print(what, flush=True)
-    target.work(folder, bases, out)
+    before = _state(folder)
+    try:
+        target.work(Run(folder, bases, out, rng))
+    finally:
+        if target in COMMANDS:
+            _judge(target, folder, before, out, temporary)
 
 
-def _damaged(target: Target, number: int, bases: Path, scratch: Path) -> tuple[Path, str]:
+COMMANDS = frozenset(each for each in TARGETS if not each.reader)
+
+
+def _judge(target: Target, folder: Path, before: dict[str, tuple[int, int]], out: Path, temporary: Path) -> None:
+    """Say what a command left over, or changed of what it was given."""
+    after = _state(folder)
+    new = (*out.rglob(".*"), *temporary.iterdir(), *map(Path, after.keys() - before.keys()))
+    hidden = {path.name for path in new if path.parent == temporary or path.name.startswith(".")} - {WORK_FOLDER}
+    if hidden:
+        print("unexpected left-over:", *map(ascii, sorted(hidden)))
+    if after != before and not target.writes_base:
+        print("unexpected change of what it was given:", *map(ascii, sorted(after.items() ^ before.items())))
+
+
+def _state(folder: Path) -> dict[str, tuple[int, int]]:
+    """Size and time of change of everything below a folder."""
+    return {str(path): (path.lstat().st_size, path.lstat().st_mtime_ns) for path in folder.rglob("*")}
+
+
+def _damaged(target: Target, rng: np.random.Generator, bases: Path, scratch: Path) -> tuple[Path, str]:
     """Damage a copy of the target's base, below ``scratch``; one that an earlier run damaged is mended first.
 
     Returns the copy, and in which ways it was damaged.
     """
     folder, base = scratch / "damaged", bases / target.base
     changed = scratch / "changed.txt"
+    if target.writes_base:
+        shutil.rmtree(folder, ignore_errors=True)
     if not folder.exists():
         shutil.copytree(base, folder)
     for name in changed.read_text().splitlines() if changed.exists() else ():
         remove(folder / name)
         shutil.copy(base / name, folder / name)
-    rng = np.random.default_rng([number, *target.name.encode()])
     files = sorted({path for pattern in target.files for path in base.glob(pattern) if path.is_file()})
     count = min(len(files), int(rng.choice([1, 1, 1, 2, 3])))
     names = [files[index].relative_to(base) for index in rng.choice(len(files), size=count, replace=False)]
@@ -131,29 +185,45 @@ def _run(target: Target, numbers: range, out: Path) -> int:
         if outcome.fault:
             print(f"{target.name} {number}: {outcome.fault}", flush=True)
             failed += 1
-    done = _done(out)
-    done[target.name] = numbers.stop
+    tally = _tally(out)
+    runs, faults = tally.setdefault(COMMIT, {}).get(target.name, (0, 0))
+    tally[COMMIT][target.name] = (runs + len(numbers), faults + failed)
     partial_file = out / "progress.json.part"
-    partial_file.write_text(json.dumps(done, indent=1, sort_keys=True))
+    partial_file.write_text(json.dumps(tally, indent=1, sort_keys=True))
     partial_file.replace(out / "progress.json")
     return failed
 
 
-def _done(out: Path) -> dict[str, int]:
+COMMIT = subprocess.run(
+    ["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
+).stdout.strip()
+
+
+def _tally(out: Path) -> dict[str, dict[str, tuple[int, int]]]:
+    """Runs and failures by commit and target."""
     try:
-        found: dict[str, int] = json.loads((out / "progress.json").read_text())
+        found: dict[str, dict[str, tuple[int, int]]] = json.loads((out / "progress.json").read_text())
     except FileNotFoundError:
         return {}
     return found
 
 
+def _done(out: Path) -> dict[str, int]:
+    """Runs by target."""
+    done: dict[str, int] = {}
+    for by_target in _tally(out).values():
+        for name, (runs, _) in by_target.items():
+            done[name] = done.get(name, 0) + runs
+    return done
+
+
 def _plan(targets: Sequence[Target], runs: int, done: dict[str, int]) -> Iterator[tuple[Target, range]]:
     """Which runs are left, a few of each target in turn, so that an early end has tried all."""
     at_once = {each.name: READERS_MORE if each.reader else 1 for each in targets}
-    rounds = round(runs / sum(at_once.values()))
+    rounds = round(runs / sum(at_once[each.name] / each.every for each in targets))
     for turn in range(1, rounds + 1):
         for target in targets:
-            first, last = done.get(target.name, 0), turn * at_once[target.name]
+            first, last = done.get(target.name, 0), turn // target.every * at_once[target.name]
             for start in range(first, last, at_once[target.name]):
                 yield target, range(start, min(start + at_once[target.name], last))
             done[target.name] = max(first, last)
@@ -168,6 +238,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--out", type=Path, default=Path("fuzz-campaign"))
     parser.add_argument("--runs", type=int, default=RUNS, help="of all targets together, those of before among them")
     parser.add_argument("--target", action="append")
+    parser.add_argument("--commands", action="store_true", help="no readers")
     parser.add_argument("--ci", action="store_true", help="readers only, from the first run on")
     parser.add_argument("--again", nargs=2, metavar=("TARGET", "NUMBER"))
     return parser.parse_args()

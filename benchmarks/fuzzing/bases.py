@@ -9,20 +9,29 @@ import tarfile
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import polars as pl
+from PIL import Image
+from tests.dead_reckoning.ilc20 import make_site
 from tests.receiving.zips import session_zip
 from tests.survey.plans import drawn_floor
 
-from vislam2tag.cli import main
+from fuzzing.invocation import cli
+from vislam2tag.cli.settings_options import SETTINGS_FILE
+from vislam2tag.common.toml_file import toml_value
+from vislam2tag.settings import part_of, setting_fields
+from vislam2tag.survey import correction_lines
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""
-_SMALL = ("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20", "--minutes", "0.5")
-
-
-def cli(*arguments: str | Path) -> None:
-    """Run a command in this process; raises SystemExit with its code."""
-    sys.argv = ["vislam2tag", *map(str, arguments)]
-    main()
+_SMALL = (
+    *("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20", "--minutes", "0.25"),
+    *("--seed", "1", "--pressure", "--severity", "mild", "--locale", "en"),
+)
+_BUILDING = "[simulation.building]\nwidth_m = 30.0\nheight_m = 24.0\n"
+_SET_TO = {"plan.time_limit_s": 1.0, "simulation.building.width_m": 30.0, "simulation.building.height_m": 24.0}
+"""Settings whose defaults would take long."""
+_EPOCH_NS = 1_639_988_040_000_000_000
 
 
 def make_bases(root: Path) -> None:
@@ -52,14 +61,23 @@ def _apart(make: Callable[[], None]) -> None:
         raise SystemExit("a base cannot be made")
 
 
-def _survey(_: Path, out: Path) -> None:
-    out.rmdir()
-    cli("simulate", out, *_SMALL, "--pressure", "--severity", "mild", "--locale", "en")
+def _simulated(*options: str) -> Callable[[Path, Path], None]:
+    """A survey in one of the layouts, with a file of all settings."""
+
+    def make(root: Path, out: Path) -> None:
+        building = root / "building.toml"
+        building.write_text(_BUILDING, encoding="utf-8")
+        out.rmdir()
+        _apart(lambda: cli("simulate", out, *_SMALL, "--config", building, *options))
+        (out / SETTINGS_FILE).write_text(_all_settings(), encoding="utf-8")
+
+    return make
 
 
-def _phone(_: Path, out: Path) -> None:
-    out.rmdir()
-    cli("simulate", out, *_SMALL, "--pressure", "--ble", "--format", "phone")
+def _all_settings() -> str:
+    """Every setting with its default."""
+    values = {name: _SET_TO.get(name, field.default) for name, field in setting_fields() if part_of(field) is None}
+    return "".join(f"{name} = {toml_value(value)}\n" for name, value in values.items() if value is not None)
 
 
 def _evaluated(root: Path, out: Path) -> None:
@@ -80,24 +98,72 @@ def _site(root: Path, out: Path) -> None:
     shutil.copytree(root / "survey", out, dirs_exist_ok=True)
     plans = {"png": drawn_floor.png(out), "svg": drawn_floor.svg(out), "pdf": drawn_floor.pdf(out)}
     plans |= {"dxf": drawn_floor.dxf(out), "geojson": drawn_floor.geojson(out)}
-    imdf = drawn_floor.imdf(out, archive=True)
-    text = '[building]\nname = "B"\n[georeference]\nlatitude_deg = 50.0\nlongitude_deg = 6.0\nbearing_deg = 20.0\n'
-    for number, plan in enumerate([*plans.values(), imdf]):
-        scale = "extent = { width_m = 60.0, height_m = 32.0 }" if number else "unit_m = 0.1"
-        level = 'level = "0"\n' if plan == imdf else ""
-        text += f'[[floors]]\nnumber = {number}\nelevation_m = {4 * number}.0\n[floors.plan]\nfile = "{plan.name}"\n'
-        text += f"{level}{scale}\n"
+    plans["imdf"] = drawn_floor.imdf(out, archive=True).rename(out / "plan.zip")
+    text = 'name = "B"\n[georeference]\nlatitude_deg = 50.0\nlongitude_deg = 6.0\nbearing_deg = 20.0\n'
+    scales = {
+        "svg": "unit_m = 0.25\n",
+        "pdf": "page = 2\n",
+        "dxf": "unit_m = 1.0\n",
+        "geojson": "",
+        "imdf": 'level = "0"\n',
+    }
+    size = "extent = { width_m = 20.0, height_m = 10.0 }\n"
+    for number, (kind, plan) in enumerate(plans.items()):
+        text += f"[[floors]]\nnumber = {number}\nelevation_m = {4 * number}.0\n[floors.plan]\n"
+        (out / f"floor_{number}").mkdir(exist_ok=True)
+        (out / f"floor_{number}" / "marker_dict.csv").write_text("id,x,y\n1,2.0,2.0\n2,15.0,2.5\n5,8.0,8.0\n")
+        text += f'file = "{plan.name}"\n{scales.get(kind, "")}{size if kind in ("png", "pdf") else ""}'
     (out / "site.toml").write_text(text)
-    shutil.copy(CORPUS / "texts" / "corrections.toml", out)
+    corrections = (CORPUS / "texts" / "corrections.toml").read_text()
+    added = f"{correction_lines._BEGIN}\n[[exclude_landmark]]\nid = 5\n{correction_lines._END}\n"
+    (out / "corrections.toml").write_text(corrections + added)
 
 
-def _labels(root: Path, out: Path) -> None:
-    cli("process", root / "survey", "--out", out, "--jobs", "1")
+def _labels(survey: str) -> Callable[[Path, Path], None]:
+    """Without the page, which nothing reads."""
+
+    def make(root: Path, out: Path) -> None:
+        _apart(lambda: cli("process", root / survey, "--out", out, "--jobs", "1"))
+        (out / "report.html").unlink()
+
+    return make
 
 
 def _set(root: Path, out: Path) -> None:
     out.rmdir()
-    cli("dataset", root / "labels", "--survey", root / "survey", "--out", out, "--jobs", "1")
+    _apart(lambda: cli("dataset", root / "labels", "--survey", root / "survey", "--out", out, "--jobs", "1"))
+    (out / "report.html").unlink()
+
+
+def _received(root: Path, out: Path) -> None:
+    """A survey that a zip was filed in, one of whose uploads is unfinished."""
+    _apart(lambda: cli("receive", out, root / "small" / "zip" / "session.zip"))
+    waiting = out / ".receiving"
+    waiting.mkdir(exist_ok=True)
+    (waiting / f"{'a' * 64}.500.part").write_bytes(b"PK")
+
+
+def _ran(root: Path, out: Path) -> None:
+    cli("run", root / "survey", "--out", out, "--jobs", "1")
+
+
+def _benchmarked(root: Path, out: Path) -> None:
+    cli("benchmark", root / "set", "--model", "knn", "--split", "random", "--seeds", "1", "--out", out)
+
+
+def _tables(root: Path, out: Path) -> None:
+    """Tables for ``label``, with times of each kind."""
+    frames = pl.read_parquet(next((root / "labels" / "trajectory").glob("*.parquet")).read_bytes())["time_ns"]
+    times = frames.gather_every(20)
+    value = np.arange(len(times)) * 0.5
+    boot = pl.DataFrame({"time_ns": times, "co2_ppm": value})
+    boot.write_csv(out / "boot.csv")
+    boot.select(time_ms=(times + _EPOCH_NS) // 10**6, co2_ppm="co2_ppm").write_csv(out / "unix.csv", separator=";")
+    dates = pl.from_epoch(times + _EPOCH_NS, "ns").dt.to_string("%FT%T%.3fZ")
+    boot.select(datetime=dates, co2_ppm="co2_ppm").write_csv(out / "dates.csv")
+    heard = pl.read_parquet(next((root / "labels" / "wifi").glob("*.parquet")).read_bytes())
+    heard = heard.select(time_s=(pl.col("time_ns") + _EPOCH_NS) / 1e9, bssid="bssid", rssi="rssi_dbm")
+    heard.write_parquet(out / "heard.parquet")
 
 
 def _made_by(*command: str) -> Callable[[Path, Path], None]:
@@ -126,14 +192,23 @@ def _imports(_: Path, out: Path) -> None:
         archive.add(CORPUS / "uts", ".")
 
 
-def _small(_: Path, out: Path) -> None:
+def _small(root: Path, out: Path) -> None:
     """All that is one file, or a few."""
     for name in ("register", "truths", "scans", "texts"):
         shutil.copytree(CORPUS / name, out / name)
     (out / "zip").mkdir()
     (out / "zip" / "session.zip").write_bytes(session_zip())
     (out / "images").mkdir()
-    drawn_floor.png(out / "images", name="1.png")
+    noise = np.random.default_rng(1).integers(0, 256, (40, 40, 3), dtype=np.uint8)
+    Image.fromarray(noise).resize((400, 400), Image.Resampling.NEAREST).save(out / "images" / "1.png")
+    walkable = Image.new("RGB", (300, 240), "red")
+    walkable.paste((0, 255, 0), (20, 20, 280, 60))
+    walkable.save(out / "images" / "mask.png")
+    (out / "texts" / "radio.toml").write_text("[radio_maps]\nleast_readings = 3\n")
+    (out / "texts" / "key.txt").write_text("0123456789abcdef")
+    shutil.copy(root / "survey" / SETTINGS_FILE, out / "texts" / "config.toml")
+    head, *rows = (root / "survey" / "floor_0" / "marker_dict.csv").read_text().splitlines()
+    (out / "texts" / "landmarks.csv").write_text("\n".join([f"{head},floor", *(f"{row},0" for row in rows)]))
 
 
 def _model(name: str) -> Callable[[Path, Path], None]:
@@ -141,12 +216,18 @@ def _model(name: str) -> Callable[[Path, Path], None]:
 
 
 _BASES: dict[str, Callable[[Path, Path], None]] = {
-    "survey": _survey,
-    "phone": _phone,
+    "survey": _simulated(),
+    "phone": _simulated("--ble", "--format", "phone"),
+    "older": _simulated("--names", "paper", "--without-poses", "--column", "elevation", "--column", "heading"),
+    "ilc20": lambda _, out: (make_site(out), None)[1],
     "evaluated": _evaluated,
     "site": _site,
-    "labels": _labels,
+    "labels": _labels("survey"),
+    "phonelabels": _labels("phone"),
+    "tables": _tables,
     "set": _set,
+    "ran": _ran,
+    "benchmarked": _benchmarked,
     "uji": _made_by("export", "--format", "uji"),
     "comford": _made_by("export", "--format", "comford"),
     "parquet": _made_by("export", "--format", "parquet"),
@@ -156,4 +237,5 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "cells": _model("cell-density"),
     "imports": _imports,
     "small": _small,
+    "received": _received,
 }

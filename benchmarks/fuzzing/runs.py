@@ -20,6 +20,8 @@ from vislam2tag.common.errors import Vislam2tagError
 HANG_S = 60
 """Processor time that a run may take; on a busy machine it may wait ten times as long."""
 MOST_MB = 2000
+_LIMIT_BYTES = 8 << 30
+"""Of a run's own memory, so that one that takes too much fails, not the machine."""
 _FAULT = 3
 _WORDS = ("Traceback (most recent", "unexpected ", "please report", "panicked at", "Segmentation fault")
 """What no output holds, whatever the input."""
@@ -66,6 +68,7 @@ def run_apart(works: Sequence[Callable[[], object]], codes: Sequence[int], scrat
 def _run_all(works: Sequence[Callable[[], object]], first: int, scratch: Path) -> NoReturn:
     """In the child: run what is left, and note how each ended."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_DATA, (_LIMIT_BYTES, _LIMIT_BYTES))
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
     for number in range(first, len(works)):
@@ -117,6 +120,8 @@ def _fault(code: int, codes: Sequence[int], text: str, megabytes: float) -> str:
         return f"says '{found.strip()}'"
     if code not in codes:
         return f"ends with {code}"
+    if code == 2 and "rror" not in text:
+        return "ends with 2 without a message"
     if megabytes > MOST_MB:
         return f"takes {megabytes:.0f} MB"
     return ""

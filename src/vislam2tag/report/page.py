@@ -58,6 +58,7 @@ def _packed_plotly() -> str:
     return base64.b64encode(gzip.compress(get_plotlyjs().encode(), mtime=0)).decode("ascii")
 
 
+@cache
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("vislam2tag.report"),
