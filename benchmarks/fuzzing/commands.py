@@ -21,7 +21,9 @@ _TRUTH_FILES = (
 _MODEL = ("model.v2t",)
 _RECEIVED_FILES = ("*", "*/*", "*/*/*", "*/*/*/*", ".receiving/*")
 _SLOW = {"figures", "radio-maps", "benchmark", "benchmark again", "paper", "plan", "plan without", "plan --write"}
-"""They take seconds where others take tenths."""
+"""They take seconds where others take tenths; they run every 20th round."""
+_SLOWER = {"run survey", "run phone", "run ilc20", "run again", "dataset of a survey"}
+"""They take a second or what other targets attack, too; they run every fourth round, as imports do."""
 
 _OF_A_SURVEY = {
     "inspect": "inspect {base}",
@@ -223,4 +225,5 @@ def _command(name: str, base: str, files: tuple[str, ...], line: str, *, writes:
         invoke(line, run)
 
     # 1: whatever its help says of it, but never an exception
-    return Target(name, base, files, work, codes=(0, 1, 2), writes_base=writes, every=12 if name in _SLOW else 1)
+    every = 20 if name in _SLOW else 4 if name in _SLOWER or line.startswith("import ") else 1
+    return Target(name, base, files, work, codes=(0, 1, 2), writes_base=writes, every=every)
