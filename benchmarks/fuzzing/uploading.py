@@ -58,14 +58,14 @@ def _send_all(port: int, requests: list[bytes]) -> None:
         time.sleep(0.02)
     for request in requests:
         _answer(port, request)
-    if b" 200 " not in _answer(port, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"):
+    if b" 200 " not in _answer(port, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n", patience_s=60):
         print("unexpected silence: the server does not answer any more", flush=True)
     os.kill(os.getpid(), signal.SIGINT)
 
 
-def _answer(port: int, request: bytes) -> bytes:
-    """What comes back within 0.3 s."""
-    with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=0.3) as connection:
+def _answer(port: int, request: bytes, patience_s: float = 0.3) -> bytes:
+    """What comes back so soon."""
+    with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=patience_s) as connection:
         connection.sendall(request)
         return connection.recv(1 << 16)
     return b""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import reduce
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -19,6 +21,8 @@ from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.sheets.settings import SheetSettings
 from vislam2tag.simulation.settings import SimulationSettings
 from vislam2tag.walkable.settings import WalkableSettings
+
+_LEAST, _GREATEST = 1e-6, 1e9
 
 
 class Settings(ProcessSettings):
@@ -78,6 +82,19 @@ def with_values(settings: Settings, values: Mapping[str, object]) -> Settings:
             branch = branch[part]
         branch[last] = value
     return Settings.model_validate(tree)
+
+
+def extreme_setting(settings: Settings) -> tuple[str, float] | None:
+    """The first setting, with its value, that is greater or smaller than any that could be meant; None without any.
+
+    Of a grid of such cells or a window of such length nothing can be counted. Infinite is what a setting allows.
+    """
+    for name, field in setting_fields():
+        if part_of(field) is None:
+            value = reduce(getattr, name.split("."), settings)
+            if isinstance(value, float) and value and math.isfinite(value) and not _LEAST <= abs(value) <= _GREATEST:
+                return name, value
+    return None
 
 
 def wrong_setting(error: ValidationError) -> tuple[str, str]:

@@ -103,6 +103,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((tmp_path / "missing",), "no such folder"),
         ((labels, labels), "give each walk once"),
         ((labels, "--people", "2"), "--people 2: give --hours"),
+        ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: no survey took so much"),
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),

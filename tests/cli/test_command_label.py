@@ -13,6 +13,7 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import make_survey
 from vislam2tag.api import label
+from vislam2tag.common.errors import UsageError
 from vislam2tag.pipeline.labels.process import process
 
 BOOT_TO_UNIX_S = 1_700_000_000
@@ -162,6 +163,30 @@ def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: 
     same(made.table, wifi)
 
 
+@pytest.mark.parametrize("wall_ms", [10**30, 1e300, float("nan"), -(10**18)])
+def test_a_recorders_clock_that_cannot_be_tells_nothing(
+    tmp_path: Path, labels: Path, wifi: pl.DataFrame, wall_ms: float
+) -> None:
+    result = json.loads(next((labels / "sessions").glob("*.json")).read_text())
+    folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
+    folder.mkdir(parents=True)
+    (folder / "session.json").write_text(json.dumps({"start": {"wall_ms": wall_ms, "boot_ns": 0}}))
+    with pytest.raises(UsageError, match="nothing tells how they relate"):
+        label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
+
+
+def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) -> None:
+    """They would come round in 64 bits, perhaps to within a walk."""
+    boot = wifi["time_ns"].to_list()
+    table = pl.DataFrame({"time_ns": [*boot, 2**63 - 1, -(2**63)]})
+    assert label(table, labels).table["status"].to_list()[-2:] == ["invalid", "invalid"]
+    seconds = pl.DataFrame({"time_s": [*(ns / 1e9 for ns in boot), 1e300, (boot[0] + 2**64) / 1e9]})
+    assert label(seconds, labels).table["status"].to_list()[-2:] == ["invalid", "invalid"]
+    dates = [*(["2021-12-20T09:14:00Z"] * 3), "9999-12-31T23:59:59Z", "0001-01-01T00:00:00+23:00"]
+    found = label(pl.DataFrame({"time": dates}), labels, offset_s=0.0)
+    assert found.table["status"].to_list() == [*["outside_frames"] * 3, "invalid", "invalid"]
+
+
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
@@ -174,6 +199,9 @@ def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: 
         ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
         ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: there are boot, unix"),
+        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),
+        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: no clock is so far ahead"),
+        ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Europe"), "--zone Europe: is no time zone"),
         ("time,co2\n5,2\n", ("--session", "Pixel"), "holds no walk whose name holds 'Pixel'"),
     ],
 )

@@ -31,6 +31,18 @@ def test_options_win_over_the_file(tmp_path: Path) -> None:
     assert (settings.mapping.visit_radius_m, settings.mapping.smoother.sighting_range_m) == (1.0, 4.0)
 
 
+@pytest.mark.parametrize("value", [1e308, -1e10, 1e-7, -1e-320])
+def test_numbers_beyond_all_sizes_are_refused_where_they_were_given(tmp_path: Path, value: float) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(f"[simulation.building]\nstorey_m = {value!r}\n")
+    told = "{}: " + f"{value:g} is beyond all sizes; give a number between 1e-6 and 1e9"
+    with pytest.raises(UsageError, match=re.escape(told.format(f"--config {file}: simulation.building.storey_m"))):
+        settings_of(file, {})
+    with pytest.raises(UsageError, match=re.escape(told.format("--storey-m"))):
+        settings_of(None, {"simulation.building.storey_m": value})
+    assert settings_of(None, {"labels.max_sigma_m": math.inf}).labels.max_sigma_m == math.inf
+
+
 def test_a_wrong_value_names_its_option_as_it_was_typed() -> None:
     for name, value in (("mapping.visit_radius_m", float("inf")), ("labels.max_gap_s", -1.0), ("split.folds", 1)):
         with pytest.raises(UsageError) as raised:

@@ -33,14 +33,14 @@ def test_a_column_that_lies_beyond_the_file_is_refused(table: Path) -> None:
     length = int.from_bytes(data[-8:-4], "little")
     table.write_bytes(data[:4] + data[-8 - length :])
     for read in (read_parquet, lambda path: scan_parquet(path).collect()):
-        with pytest.raises(pl.exceptions.ComputeError, match=r"t\.parquet: ends before its last column"):
+        with pytest.raises(OSError, match=r"it ends before its last column: .*t\.parquet"):
             read(table)
 
 
 @pytest.mark.parametrize("size", [0, 3, 8, 11, 500])
 def test_a_file_that_is_cut_off_is_refused(table: Path, size: int) -> None:
     table.write_bytes(table.read_bytes()[:size])
-    with pytest.raises(pl.exceptions.ComputeError, match="is no whole Parquet file"):
+    with pytest.raises(OSError, match="is no whole Parquet file"):
         check_footer(table)
 
 
@@ -49,5 +49,5 @@ def test_a_footer_of_one_byte_is_refused(table: Path, fill: bytes) -> None:
     data = table.read_bytes()
     length = int.from_bytes(data[-8:-4], "little")
     table.write_bytes(data[: -8 - length] + fill * length + data[-8:])
-    with pytest.raises(pl.exceptions.ComputeError, match="its footer is damaged"):
+    with pytest.raises(OSError, match="its footer is damaged"):
         check_footer(table)

@@ -40,3 +40,10 @@ def test_values_nested_too_deep_are_told_as_what_they_are_not(tmp_path: Path) ->
     path.write_text("a = " + "[" * 100_000)
     with pytest.raises(ValueError, match="nested too deep"):
         read_toml_values(path)
+    for key in ("a" + ".a" * 20_000, '"a b"' + " . 'c d'" * 20_000):
+        for text in (f"{key} = 1", f"[{key}]", f"x = {{ {key} = 1 }}"):
+            path.write_text(text)
+            with pytest.raises(ValueError, match="nested too deep"):
+                read_toml_values(path)
+    path.write_text("a.b.c = [" + "1.5, " * 1000 + "]")
+    assert len(read_toml_values(path)["a"]["b"]["c"]) == 1000

@@ -96,6 +96,16 @@ def levels(seed: int, jitter_s: float, offset_s: float, device_db: float) -> Hea
     return heard
 
 
+def test_one_time_of_years_away_is_refused_before_it_fills_the_memory() -> None:
+    ns = np.append(np.arange(60, dtype=np.int64) * 10**9, 4 * 10**18)
+    walked = np.arange(60, dtype=np.int64) * 10**9
+    for theirs, ours in ((ns, walked), (walked, ns)):
+        found = align_by_motion(theirs, np.ones(len(theirs)), ours, np.ones(len(ours)))
+        assert (found.offset_ns, "24 h" in found.figures) == (None, True)
+        levels = align_by_levels({"a": (theirs, np.ones(len(theirs)))}, {"a": (ours, np.ones(len(ours)))})
+        assert (levels.offset_ns, "too far apart" in levels.figures) == (None, True)
+
+
 def test_levels_of_another_device() -> None:
     found = align_by_levels(levels(1, 0.3, UNIX_S, -6.0), levels(2, 0.3, 800.0, 0.0))
     assert found.offset_ns is not None

@@ -11,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.cli.terminal import hide_progress, say
-from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra
 
 COMMANDS = {
@@ -159,6 +159,9 @@ def _options(
     """Take what may stand before a command."""
 
 
+_DAMAGED_TABLE = "a table that this reads is damaged; make it again, or copy it again"
+
+
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
     try:
@@ -175,7 +178,7 @@ def main() -> None:
         say(f"error: {error}", err=True)
         sys.exit(2)
     except Exception as error:  # its traceback is logged, or shown here
-        if said := _about_a_file(error):
+        if said := _about_a_file(error) or _about_a_table(error):
             say(f"error: {said}", err=True)
             sys.exit(2)
         _tell_unexpected(error)
@@ -183,7 +186,7 @@ def main() -> None:
     except BaseException as error:
         if type(error).__name__ != "PanicException":  # Polars', over damage that its own checks miss
             raise
-        say("error: a table that this reads is damaged; make it again, or copy it again", err=True)
+        say(f"error: {_DAMAGED_TABLE}", err=True)
         sys.exit(2)
 
 
@@ -193,6 +196,13 @@ def _about_a_file(error: Exception) -> str | None:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # Path.resolve before Python 3.13
         return f"{error}: links lead in a circle"
+    return None
+
+
+def _about_a_table(error: Exception) -> str | None:
+    """What is said of pages of a Parquet file that Polars cannot read; None for other errors."""
+    if type(error).__name__ == "ComputeError" and type(error).__module__.startswith("polars"):
+        return f"{_DAMAGED_TABLE} ({first_line(error)})"
     return None
 
 

@@ -175,12 +175,17 @@ def _dataset(
 
 
 def _field_work(people: int | None, hours: float | None) -> FieldWork | None:
-    """What the survey took; raises UsageError for people without hours."""
+    """What the survey took; raises UsageError for people without hours, and for numbers that cannot be."""
+    from pydantic import ValidationError
+
     from vislam2tag.dataset.statistics.record import FieldWork
 
     if hours is None and people is not None:
         raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")
-    return None if hours is None else FieldWork(people=people or 1, hours=hours)
+    try:
+        return None if hours is None else FieldWork(people=people or 1, hours=hours)
+    except ValidationError as error:
+        raise UsageError(f"--people {people or 1} --hours {hours:g}: no survey took so much; correct it") from error
 
 
 def _given_seconds(text: str | None, option: str) -> float | None:

@@ -93,7 +93,7 @@ def _import(
         typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
     ] = None,
     max_unpacked_gb: Annotated[
-        float, typer.Option(min=0.0, help="Most that an archive may unpack to, gigabytes (10^9 bytes).")
+        float, typer.Option(min=0.0, max=1e6, help="Most that an archive may unpack to, gigabytes (10^9 bytes).")
     ] = 20.0,
     include_nomap: IncludeNomap = False,
     hash_bssid: HashBssid = None,

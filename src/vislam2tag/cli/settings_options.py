@@ -18,7 +18,15 @@ from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.toml_file import toml_value
-from vislam2tag.settings import Settings, part_of, read_settings, setting_fields, with_values, wrong_setting
+from vislam2tag.settings import (
+    Settings,
+    extreme_setting,
+    part_of,
+    read_settings,
+    setting_fields,
+    with_values,
+    wrong_setting,
+)
 from vislam2tag.survey.settings import SETTINGS_FILE
 
 ConfigFile: TypeAlias = Annotated[
@@ -54,11 +62,16 @@ def settings_of(config: Path | None, given: Mapping[str, object], survey: Path |
         config = survey / SETTINGS_FILE
         say(f"settings of {config}", err=True)
     settings = Settings() if config is None else read_settings(config)
+    given = {name: value for name, value in given.items() if value is not None}
     try:
-        return with_values(settings, {name: value for name, value in given.items() if value is not None})
+        settings = with_values(settings, given)
     except ValidationError as error:
         name, why = wrong_setting(error)
         raise UsageError(f"{option_of(name)} {why}") from error
+    if extreme := extreme_setting(settings):
+        name = option_of(extreme[0]) if extreme[0] in given else f"--config {config}: {extreme[0]}"
+        raise UsageError(f"{name}: {extreme[1]:g} is beyond all sizes; give a number between 1e-6 and 1e9")
+    return settings
 
 
 def settings_page() -> str:

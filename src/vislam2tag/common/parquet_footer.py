@@ -6,11 +6,10 @@ fields are known by number, and only the few that say where bytes lie are looked
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 from typing import Any
-
-from polars.exceptions import ComputeError
 
 _TRUE, _FALSE, _BYTE, _I16, _I32, _I64, _DOUBLE, _BINARY, _LIST, _SET, _MAP, _STRUCT = range(1, 13)
 _ROW_GROUPS, _COLUMNS, _META_DATA = 4, 1, 3
@@ -24,14 +23,14 @@ _END = 8
 
 
 def check_footer(path: Path) -> None:
-    """Raise polars.exceptions.ComputeError where the footer or a column cannot lie in the file; OSError as open."""
+    """Raise OSError where the footer or a column cannot lie in the file, or where it cannot be opened."""
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)
         file.seek(max(0, size - _END))
         end = file.read()
         start = size - _END - int.from_bytes(end[:4], "little")
         if end[4:] != _MAGIC or start < len(_MAGIC):
-            raise ComputeError(f"{path}: is no whole Parquet file")
+            raise _damage("it is no whole Parquet file", path)
         file.seek(start)
         footer = file.read(size - _END - start)
     try:
@@ -42,9 +41,14 @@ def check_footer(path: Path) -> None:
             for column in columns
         ]
     except (LookupError, TypeError, AttributeError) as error:
-        raise ComputeError(f"{path}: its footer is damaged") from error
+        raise _damage("its footer is damaged", path) from error
     if any(not 0 <= each <= start for each in ends):
-        raise ComputeError(f"{path}: ends before its last column")
+        raise _damage("it ends before its last column", path)
+
+
+def _damage(why: str, path: Path) -> OSError:
+    """As the system tells of a file: every command has a message for that."""
+    return OSError(errno.EBADMSG, why, str(path))
 
 
 class _Compact:

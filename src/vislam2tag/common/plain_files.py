@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import errno
 import json
+import re
 import stat
 import tomllib
 from pathlib import Path
 from typing import Any
+
+_DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*\.[ \t]*){32}""")
+"""A dotted key of more parts than any file has: tomllib takes memory by their square, gigabytes for 20,000."""
 
 
 def plain(path: Path) -> Path:
@@ -41,6 +45,9 @@ def read_toml_values(path: Path) -> dict[str, Any]:
 def toml_values(content: bytes) -> dict[str, Any]:
     """Read the content of a TOML file; raises ValueError where it is something else."""
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        if _DEEP_KEY.search(text):
+            raise ValueError("a key of it is nested too deep")
+        return tomllib.loads(text)
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error

@@ -21,7 +21,7 @@ from vislam2tag.common.parquet_footer import check_footer
 def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
     """Scan a Parquet file, or several with the same columns one after the other.
 
-    Raises OSError where one cannot be opened or is no plain file, PolarsError where its footer is damaged.
+    Raises OSError where one cannot be opened, is no plain file, or its footer is damaged.
     """
     files = [paths] if isinstance(paths, Path) else paths
     return pl.scan_parquet([_parquet_to_read(path) for path in files], glob=False, hive_partitioning=False)

@@ -20,6 +20,8 @@ from vislam2tag.core.pose_lag import correlation_of_rows, peak_of
 
 STEP_S = 0.05
 LEAST_OVERLAP_S = 40.0
+LONGEST_S = 86400.0
+"""Longer series are not compared: a walk takes hours at most, and one wrong time of years would fill the memory."""
 LEAST_CORRELATION = 0.5
 """Below this two series do not describe the same motion ..."""
 LEAST_MARGIN = 0.15
@@ -77,6 +79,8 @@ def align_by_motion(
     our_ns, ours = _sorted(our_ns, ours)
     if min((their_ns[-1:] - their_ns[:1]).sum(), (our_ns[-1:] - our_ns[:1]).sum()) < LEAST_OVERLAP_S * 1e9:
         return ClockAlignment(None, figures=f"less than {LEAST_OVERLAP_S:g} s of motion to compare")
+    if not comparable(our_ns, their_ns):
+        return ClockAlignment(None, figures=f"motion over more than {LONGEST_S / 3600:g} h; cut the table into days")
     found = best_shift(resampled(our_ns, ours), resampled(their_ns, theirs))
     figures = f"correlation {found.correlation:.2f}, {max(found.other, 0.0):.2f} at the best other offset"
     if found.correlation < least_correlation or found.correlation - found.other < LEAST_MARGIN:
@@ -90,6 +94,11 @@ def _sorted(time_ns: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray
     finite = np.isfinite(values)
     time_ns, first = np.unique(time_ns[finite], return_index=True)
     return time_ns, values[finite][first]
+
+
+def comparable(*times_ns: IntArray) -> bool:
+    """Whether series at these times, sorted, span so little that :func:`resampled` makes a bearable number of them."""
+    return all(time_ns[-1] - time_ns[0] <= LONGEST_S * 1e9 for time_ns in times_ns)
 
 
 def resampled(time_ns: IntArray, values: FloatArray) -> FloatArray:
@@ -217,9 +226,10 @@ def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
         return ClockAlignment(None, figures="no access point was heard by both")
     first = min(int(theirs[b][0][0]) for b in shared) - max(int(ours[b][0][-1]) for b in shared)
     last = max(int(theirs[b][0][-1]) for b in shared) - min(int(ours[b][0][0]) for b in shared)
-    offsets = np.arange(first, last, int(_HEARD_STEP_S * 1e9))
-    if not 0 < len(offsets) <= _MOST_OFFSETS:
+    step_ns = int(_HEARD_STEP_S * 1e9)
+    if not 0 < last - first <= _MOST_OFFSETS * step_ns:
         return ClockAlignment(None, figures=f"{len(shared)} access points in common, in times too far apart")
+    offsets = np.arange(first, last, step_ns)
     costs = np.array([_cost(theirs, ours, shared, int(offset)) for offset in offsets])
     best = int(np.argmin(costs))
     others = costs[np.abs(offsets - offsets[best]) > _APART_S * 1e9]

@@ -72,7 +72,7 @@ class DatasetSettings(FiniteRecord):
 class CoverageSettings(FiniteRecord):
     """How coverage is counted."""
 
-    cell_m: float = Field(default=2.0, gt=0)
+    cell_m: float = Field(default=2.0, ge=0.05)
     """Side of a cell, metres; where a walkable area is given, its own cells count."""
     radius_m: float = Field(default=2.0, gt=0)
     """A cell is covered when a fingerprint lies within this distance of its centre, metres."""

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, resampled
+from vislam2tag.core.clock_alignment import LEAST_MARGIN, best_shift, comparable, resampled
 from vislam2tag.core.orientation import turns_rad
 from vislam2tag.core.tracks import CameraTrack
 
@@ -27,6 +27,8 @@ def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float |
     if len(time_ns) < FEWEST_SAMPLES or len(gyro) < FEWEST_SAMPLES:
         return None
     gyro_ns = gyro["time_ns"].to_numpy()
+    if not comparable(time_ns, gyro_ns):
+        return None
     frame_speed = turns_rad(orientation) / np.maximum(np.diff(time_ns) * 1e-9, 1e-6)
     seen = resampled(time_ns[1:], _capped(frame_speed))
     felt = resampled(gyro_ns, _capped(np.linalg.norm(gyro.select("v1", "v2", "v3").to_numpy(), axis=1)))

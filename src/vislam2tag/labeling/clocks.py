@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -22,6 +22,9 @@ TIME_COLUMNS = (
 """Names of a column of times, those looked for first first; a unit may follow: ``timestamp_ms``."""
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
 _UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
+MOST_NS = 2**62
+"""146 years: sums and differences of less than this before and after a clock's zero have a place in 64 bits."""
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 _FIRST_UNIX_S, _LAST_UNIX_S = 1.26e9, 4.1e9
 """2010 to 2099: times between are taken for Unix times, in whichever unit they are so."""
 _ENOUGH_INSIDE = 0.5
@@ -84,15 +87,16 @@ def table_times(
         exact = texts.cast(pl.Int64, strict=False).alias(values.name)
         values = exact if exact.null_count() <= values.null_count() else values
     numbers = values.cast(pl.Float64).fill_null(float("nan")).to_numpy()
-    usable = np.isfinite(numbers)
+    usable = np.abs(numbers) < MOST_NS
     if not usable.any():
         raise UsageError(f"column {values.name}: holds no time that can be read: give numbers or ISO 8601")
     if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
         clock, unit = (None, None) if _unix_unit(numbers[usable], list(_UNITS_NS)) else (Clock.BOOT, "s")
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
     factor = _UNITS_NS[found_unit]
+    usable &= np.abs(numbers) < MOST_NS / factor
     if values.dtype.is_integer():
-        time_ns = values.fill_null(0).cast(pl.Int64).to_numpy() * factor
+        time_ns = values.cast(pl.Int64, strict=False).fill_null(0).to_numpy() * np.where(usable, factor, 0)
     else:
         time_ns = np.round(np.where(usable, numbers, 0.0) * factor).astype(np.int64)
     named = "since boot" if found_clock is Clock.BOOT else "Unix time"
@@ -139,7 +143,7 @@ def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:
 def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     try:
         missing_zone = None if zone is None else ZoneInfo(zone)
-    except (ZoneInfoNotFoundError, ValueError) as error:
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:  # a folder of zones is none
         raise UsageError(f"--zone {zone}: is no time zone; give one such as Europe/Berlin or UTC") from error
     time_ns, usable = np.zeros(len(texts), dtype=np.int64), np.zeros(len(texts), dtype=bool)
     for i, text in enumerate(texts.to_list()):
@@ -152,6 +156,7 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
                 f"column {name}, row {i + 1}: '{text}' has no zone; give it by --zone, such as Europe/Berlin"
             )
         moment = moment if moment.tzinfo is not None else moment.replace(tzinfo=missing_zone)
-        whole_s = int(moment.replace(microsecond=0).timestamp())
-        time_ns[i], usable[i] = whole_s * 1_000_000_000 + moment.microsecond * 1000, True
+        whole_s = (moment.replace(microsecond=0) - _EPOCH) // timedelta(seconds=1)
+        if abs(whole_s) < MOST_NS // 10**9:
+            time_ns[i], usable[i] = whole_s * 1_000_000_000 + moment.microsecond * 1000, True
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")

@@ -65,7 +65,7 @@ class PlanSettings(FiniteRecord):
     sheets: tuple[str, ...] = Field(default=("A4", "A3"), min_length=1)
     """Sizes of paper to choose from."""
     camera: CameraSettings = CameraSettings()
-    step_m: float = Field(default=1.0, gt=0)
+    step_m: float = Field(default=1.0, ge=0.1)
     """Places are tried this densely along the ways, metres."""
     margin_m: float = Field(default=0.5, ge=0)
     """The wall is flat this far on both sides of a sheet's middle: off doors and corners, metres."""

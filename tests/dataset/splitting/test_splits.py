@@ -148,6 +148,11 @@ def test_trajectories_are_whole_and_each_floor_is_spread_over_the_folds() -> Non
         assert sorted(name.split(".")[0] for name in fold.test) == ["floor_0", "floor_1"]
 
 
+def test_a_guard_of_many_blocks_is_refused_before_it_looks_at_each() -> None:
+    with pytest.raises(UsageError, match="reaches over more than 20 blocks of 9 m; choose larger"):
+        make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=1e6))
+
+
 def test_blocks_and_their_guard() -> None:
     plain, guarded = (
         make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=guard_m, seed=2)) for guard_m in (0, 3.5)

@@ -65,3 +65,9 @@ def test_what_is_no_track_is_told(tmp_path: Path) -> None:
     pl.DataFrame({"time_ns": [1]}).write_parquet(tmp_path / "empty" / "walk.parquet")
     with pytest.raises(DatasetError, match="no track of session walk"):
         Tracks(tmp_path / "empty").at(scans_at([1.0]))
+    pl.DataFrame({"time_ns": ["then"], "x": [1.0], "y": [1.0]}).write_parquet(tmp_path / "empty" / "walk.parquet")
+    with pytest.raises(DatasetError, match="no track of session walk"):
+        Tracks(tmp_path / "empty").at(scans_at([1.0]))
+    (tmp_path / "empty" / "walk.parquet").write_bytes(b"PAR1")
+    with pytest.raises(DatasetError, match="no track of session walk"):
+        Tracks(tmp_path / "empty").at(scans_at([1.0]))

@@ -126,8 +126,14 @@ def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) ->
 def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
     """Hold out a share of each floor's square blocks; what lies in the guard ring around them is in neither part.
 
-    A block is ``x // side, y // side``; only blocks with fingerprints are drawn. Floors are drawn independently.
+    A block is ``x // side, y // side``; only blocks with fingerprints are drawn. Floors are drawn independently. Raises
+    UsageError where the ring is many blocks wide.
     """
+    if settings.guard_m > _WIDEST_GUARD * settings.block_m:
+        raise UsageError(
+            f"a guard of {settings.guard_m:g} m reaches over more than {_WIDEST_GUARD} blocks of "
+            f"{settings.block_m:g} m; choose larger blocks or a smaller guard"
+        )
     labelled = block_of(items.filter(_LABELLED), settings.block_m)
     labelled = labelled.with_columns(group=_floor_name() + pl.format(" block {} {}", "column", "line"))
     blocks = labelled.select(*_PLACE, "column", "line", "group").unique().sort("group")
@@ -146,6 +152,8 @@ def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spli
     return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to hold some out")
 
 
+_WIDEST_GUARD = 20
+"""Blocks: each within its reach is looked at, and a ring of more leaves next to nothing to train."""
 _KINDS: Mapping[SplitKind, Callable[[pl.DataFrame, SplitSettings, str], Split]] = MappingProxyType(
     {
         SplitKind.RANDOM: random_split,

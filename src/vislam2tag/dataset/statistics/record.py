@@ -19,8 +19,8 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 class FieldWork(FiniteRecord):
     """What the survey took beside the walks themselves: setting up, pauses, ways between floors."""
 
-    people: int = Field(ge=1)
-    hours: float = Field(gt=0)
+    people: int = Field(ge=1, le=1_000_000)
+    hours: float = Field(gt=0, le=1_000_000)
     """From arrival to departure."""
 
 

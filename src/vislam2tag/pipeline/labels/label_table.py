@@ -18,7 +18,7 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.labeling.clocks import Clock, TableTimes, table_times, time_column
+from vislam2tag.labeling.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of
@@ -90,6 +90,8 @@ def label(
         raise UsageError(f"the table has a column {' and '.join(taken)} already; rename it")
     walks = _walks(Path(labels), session)
     spans_ns = np.array([(walk.start_ns, walk.end_ns) for walk in walks], dtype=np.int64)
+    if offset_s is not None and not abs(offset_s) * 1e9 < MOST_NS:
+        raise UsageError(f"--offset-s {offset_s:g}: no clock is so far ahead of another; give seconds")
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
     times = table_times(
         rows[time_column(rows.columns, time_name)],
@@ -200,9 +202,10 @@ def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -
     result = session.result()
     try:
         start = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)["start"]
-        return ClockAlignment(int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"]))
-    except (OSError, ValueError, KeyError, TypeError):
+        ahead_ns = int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
+    except (OSError, ValueError, KeyError, TypeError, OverflowError):
         return None
+    return ClockAlignment(ahead_ns) if abs(ahead_ns) < MOST_NS else None
 
 
 def _inside(walk: _Walk, times: TableTimes) -> BoolArray:

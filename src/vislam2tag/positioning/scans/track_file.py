@@ -29,9 +29,7 @@ class Tracks:
         """Open a CSV or a folder; raises DatasetError where it is neither."""
         if path.is_dir():
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
-            self._tables: Mapping[str, pl.LazyFrame] = {
-                file.stem: scan_parquet(file) for file in folder.glob("*.parquet")
-            }
+            self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
                 raise DatasetError(f"{path}: holds no trajectory/*.parquet; give what process wrote, or a CSV")
         else:
@@ -54,10 +52,12 @@ class Tracks:
 
     def _between(self, session: str, time_ns: IntArray) -> FloatArray:
         """(n, 2) places of the session's track at times (n,), ns, in metres; NaN where it has none."""
+        table = self._tables[session]
         try:
             seen = (
-                self._tables[session]
-                .select("time_ns", "x", "y")
+                (scan_parquet(table) if isinstance(table, Path) else table)
+                .select(pl.col(name).cast(_COLUMNS[name]) for name in ("time_ns", "x", "y"))
+                .drop_nulls("time_ns")
                 .filter(pl.all_horizontal(pl.col("x", "y").is_finite()))
                 .sort("time_ns")
                 .collect()
