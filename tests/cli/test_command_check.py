@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -25,6 +26,32 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     assert f"page: {tmp_path / 'out' / 'check.html'}\n" in done.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["check.html", "check.json"]
     assert bytes_of(survey) == before
+
+
+def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(survey: Path, tmp_path: Path) -> None:
+    own = shutil.copytree(survey, tmp_path / "survey")
+    (own / "floor_0" / "rooms.csv").write_text("name,x,y\nLab,left,2\n")
+    done = vislam2tag("check", own, "--out", tmp_path / "out", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    (floor,) = json.loads((tmp_path / "out" / "check.json").read_text())["walked"]
+    rooms = [area for area in floor["areas"] if area["room"]]
+    assert 0 < floor["scanned"] <= floor["walked"] < 0.9
+    assert len(rooms) > 10
+    assert not all(room["entered"] for room in rooms)
+    assert floor["walk"]["length_m"] > 50
+    assert f"{sum(room['entered'] for room in rooms)} of {len(rooms)}" in done.stdout
+    assert "floor_0/rooms.csv: these rows have no name, or no x and y in metres" in done.stdout
+    page = (tmp_path / "out" / "check.html").read_text()
+    assert "walkable, but not walked" in page
+    assert "never into room at (" in page
+
+
+def test_a_floor_without_a_plan_says_so(survey: Path, tmp_path: Path) -> None:
+    own = shutil.copytree(survey, tmp_path / "survey")
+    (own / "floor_0" / "floorplan.jpg").unlink()
+    done = vislam2tag("check", own, "--out", tmp_path / "out", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    assert "floor 0: not measured against the plan: floor 0: has no plan" in done.stdout
 
 
 def test_without_out_nothing_is_written(survey: Path, tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.run.selection import Selection
     from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
     from vislam2tag.settings import Settings
+    from vislam2tag.walkable.walked_record import WalkedFloor
 
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
@@ -37,8 +38,9 @@ Check a survey against itself: how good are its labels, which landmarks are bad,
 No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
 the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
 session's labels (docs/results/self-check.md says how well). Landmarks whose predictions are off alike in all sessions
-are named, and on each floor the three places where one more landmark would lower the errors most. Nothing is written
-but --out.
+are named, and on each floor the three places where one more landmark would lower the errors most. With --out also what
+of the walkable space of the plans was walked, which rooms nobody entered, and the walk that would fill it. Nothing is
+written but --out.
 
 Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, 2 wrong usage,
 not a survey, or the folder cannot be written, 130 interrupted.
@@ -51,6 +53,10 @@ Examples:
 """
 
 
+_MOST_ROOMS = 8
+"""Rooms named on the terminal; the page and check.json have all."""
+
+
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
     app.command("check", help=HELP)(_check)
@@ -58,7 +64,10 @@ def register(app: typer.Typer) -> None:
 
 def _check(
     survey: SurveyFolder,
-    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Write check.json and check.html there.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write check.json and check.html there, with what was walked of the plan."),
+    ] = None,
     landmarks: LandmarkFile = None,
     floor: Floors = None,
     device: Devices = None,
@@ -100,6 +109,7 @@ def _with_progress(
             landmarks=landmarks,
             selection=selection,
             jobs=jobs,
+            walkable=settings.walkable,
             progress=lambda session, total: bar.advance(total, session.error),
         )
 
@@ -114,6 +124,11 @@ def _print(found: SurveyCheck) -> None:
         console.print(_doubtful_table(found.sessions))
     if found.floors:
         console.print(_place_table(found.floors))
+    if found.walked:
+        console.print(_walked_table(found.walked))
+    for floor in found.walked:
+        for line in _walked_lines(floor):
+            console.print(line, soft_wrap=True, markup=False)
     console.print(f"sessions: {len(found.sessions)} ({found.failed} failed)")
 
 
@@ -198,6 +213,32 @@ def _place_table(floors: list[FloorCheck]) -> Table:
                 f"{then:.3f} m",
             )
     return rows
+
+
+def _walked_table(floors: list[WalkedFloor]) -> Table:
+    title = "What of the walkable space of the plan was walked (within 2 m, on foot)"
+    rows = table(title, ("floor",), ("walkable", "walked", "scanned", "rooms entered", "walk that fills the rest"))
+    for floor in floors:
+        if floor.walkable_m2 is None:
+            rows.add_row(str(floor.number), "-", "-", "-", "-", "-")
+            continue
+        entered = len(floor.rooms) - len(floor.never_entered)
+        fill = "-" if floor.walk is None else f"{floor.walk.length_m:.0f} m, {floor.walk.minutes:.0f} min"
+        shares = (f"{100 * (share or 0.0):.0f} %" for share in (floor.walked, floor.scanned))
+        rooms = f"{entered} of {len(floor.rooms)}"
+        rows.add_row(str(floor.number), f"{floor.walkable_m2:.0f} m²", *shares, rooms, fill)
+    return rows
+
+
+def _walked_lines(floor: WalkedFloor) -> list[str]:
+    """Which rooms nobody entered, or why that is not known."""
+    if floor.note:
+        return [f"floor {floor.number}: {floor.note}"]
+    odd = [f"{one.file}: {one.message}" for one in floor.findings]
+    missed = [area.name for area in floor.never_entered]
+    more = f" and {len(missed) - _MOST_ROOMS} more" if len(missed) > _MOST_ROOMS else ""
+    rooms = [f"floor {floor.number}, never entered: {', '.join(missed[:_MOST_ROOMS])}{more}"] if missed else []
+    return odd + rooms
 
 
 def _metres(value: float | None) -> str:

@@ -97,6 +97,7 @@ def run_survey(
                 out=out / CHECK,
                 landmarks=landmarks,
                 jobs=jobs,
+                walkable=settings.walkable,
                 progress=_named("check", progress),
             ),
         )

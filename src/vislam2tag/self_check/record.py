@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from vislam2tag.common.records import Record
+from vislam2tag.walkable.walked_record import WalkedFloor
 
 
 class LeftOutMark(Record):
@@ -124,6 +125,8 @@ class SurveyCheck(Record):
     sessions: list[SessionCheck]
     floors: list[FloorCheck]
     bad_landmarks: list[BadLandmark]
+    walked: list[WalkedFloor] = []
+    """What of each floor's walkable space was walked; only where it is written to a folder."""
 
     @property
     def failed(self) -> int:

@@ -57,6 +57,12 @@ LANDMARKS = TableColumns(
 CONTROL_POINTS = TableColumns(
     {"x": _EAST, "y": _NORTH, "id": LANDMARKS.names["id"]}, frozenset({"id"}), first=("x", "y"), needed=("x", "y")
 )
+ROOMS = TableColumns(
+    {"id": "name room raum raumnummer zimmer label bezeichnung number no nr nummer", "x": _EAST, "y": _NORTH},
+    frozenset({"id"}),
+    first=("id",),
+    needed=("x", "y"),
+)
 FLOORS = TableColumns(
     {
         "id": f"floor number no nr nummer {_FLOOR}",

@@ -25,30 +25,43 @@ class WalkingDistances:
 
     space: WalkableSpace
 
-    def between(self, starts_m: FloatArray, stops_m: FloatArray) -> FloatArray:
-        """Lengths (a, b) of the shortest ways from points (a, 2) to points (b, 2), metres; one row at a time."""
+    def between(self, starts_m: FloatArray, stops_m: FloatArray, limit_m: float = np.inf) -> FloatArray:
+        """Lengths (a, b) of the shortest ways from points (a, 2) to points (b, 2), metres; one row at a time.
+
+        Infinite where nothing joins them within ``limit_m``.
+        """
         first, first_off = self._nearest(starts_m)
         last, last_off = self._nearest(stops_m)
-        rows = [np.asarray(dijkstra(self._steps, indices=one))[last] for one in first]
+        rows = [np.asarray(dijkstra(self._steps, indices=one, limit=limit_m))[last] for one in first]
         lengths: FloatArray = np.array(rows).reshape(len(first), len(last)) + first_off[:, None] + last_off
         straight = np.linalg.norm(np.asarray(starts_m)[:, None] - np.asarray(stops_m), axis=2)
         return np.asarray(np.maximum(lengths, straight))
 
-    def to_nearest(self, points_m: FloatArray, targets_m: FloatArray) -> FloatArray:
-        """Length (n,) of the shortest way from each point (n, 2) to the nearest of the targets (t, 2), metres."""
+    def off_space_m(self, points_m: FloatArray) -> FloatArray:
+        """How far (n,) each point (n, 2) lies from the nearest place of the space, metres."""
+        return self._nearest(points_m)[1]
+
+    def to_nearest(self, points_m: FloatArray, targets_m: FloatArray, limit_m: float = np.inf) -> FloatArray:
+        """Length (n,) of the shortest way from each point (n, 2) to the nearest of the targets (t, 2), metres.
+
+        Infinite beyond ``limit_m``.
+        """
         goals, _ = self._nearest(targets_m)
-        lengths = np.asarray(dijkstra(self._steps, indices=np.unique(goals), min_only=True))
+        lengths = np.asarray(dijkstra(self._steps, indices=np.unique(goals), min_only=True, limit=limit_m))
         nearest, off = self._nearest(points_m)
         return np.asarray(lengths[nearest] + off)
 
-    def path(self, start_m: FloatArray, stop_m: FloatArray) -> FloatArray:
-        """Corners (k, 2) of the shortest way from one point (2,) to another, both included, taut between walls."""
+    def path(self, start_m: FloatArray, stop_m: FloatArray, limit_m: float = np.inf) -> FloatArray:
+        """Corners (k, 2) of the shortest way from one point (2,) to another, both included, taut between walls.
+
+        It is not longer than ``limit_m``, for which a length that is known spares looking farther.
+        """
         (first, last), _ = self._nearest(np.array((start_m, stop_m)))
-        _, before = dijkstra(self._steps, indices=first, return_predecessors=True)
+        _, before = dijkstra(self._steps, indices=first, return_predecessors=True, limit=limit_m)
         steps = [int(last)]
         while steps[-1] != first:
             steps.append(int(before[steps[-1]]))
-        way = np.vstack((start_m, self._places[steps[::-1]], stop_m))
+        way = np.vstack((start_m, self.places_m[steps[::-1]], stop_m))
         return self._taut(way)
 
     def _taut(self, way: FloatArray) -> FloatArray:
@@ -70,13 +83,18 @@ class WalkingDistances:
         return np.argwhere(self.space.area.mask[:: self._stride, :: self._stride]) * self._stride
 
     @cached_property
-    def _places(self) -> FloatArray:
-        """(n, 2) centres of those cells, BCS metres."""
+    def places_m(self) -> FloatArray:
+        """(n, 2) the places between which walks step: an even grid over the space, BCS metres."""
         return self.space.area.grid.centres_m(self._cells)
+
+    @property
+    def step_m(self) -> float:
+        """Distance of neighbouring places, metres."""
+        return self._stride * self.space.area.cell_m
 
     @cached_property
     def _tree(self) -> KDTree:
-        return KDTree(self._places)
+        return KDTree(self.places_m)
 
     @cached_property
     def _steps(self) -> csr_array:

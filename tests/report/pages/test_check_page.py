@@ -71,7 +71,7 @@ def write_page_of_a_check(folder: Path) -> Path:
         floors=gains.floors(survey.site.landmarks),
         bad_landmarks=[BAD],
     )
-    write_check_page(folder / "check.html", survey, check, gains)
+    write_check_page(folder / "check.html", survey, check, gains, {})
     return folder / "check.html"
 
 

@@ -1,8 +1,6 @@
 """The shortest further walk that fills the gaps of a floor's coverage.
 
-Stops are chosen so that each gap lies within a radius of one (greedy set cover); ways between them are shortest paths
-over walkable cells; their order is the library's nearest-neighbour tour, improved by reversing stretches (2-opt, Croes
-1958) until none helps. NetworkX's annealing found nothing better than its own start on the same instances.
+Stops are chosen so that each gap lies within a radius of one; ways between them are shortest paths over walkable cells.
 """
 
 from __future__ import annotations
@@ -11,19 +9,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from networkx import from_numpy_array
-from networkx.algorithms.approximation import greedy_tsp
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import cKDTree
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
+from vislam2tag.walkable.short_walk import WALKING_M_S, covering_stops, short_order
 
-WALKING_M_S = 1.0
-"""Speed of the collectors in the paper (Table III: 0.92 to 0.99 m/s)."""
-_TRIES = 8
-"""Nearest-neighbour tours that begin at different stops."""
 _EPSILON = 1e-9
 
 
@@ -99,10 +91,10 @@ class _WalkGraph:
 
 def _walk(ways: _WalkGraph, gaps: IntArray, radius_m: float, start: int | None) -> GapWalk:
     """Plan one walk past gaps (g,), from the cell ``start`` where it is given; cells are indices."""
-    stops = gaps[_stops(ways.places_m[gaps], radius_m)]
+    stops = gaps[covering_stops(ways.places_m[gaps], radius_m)]
     places = stops if start is None else np.append(start, stops)
     length_m, before = ways.between(places)
-    order = _order(length_m, free=start is None)
+    order = short_order(length_m, free=start is None)
     legs = [_way(before[a], int(places[a]), int(places[b])) for a, b in pairwise(order)]
     cells = np.concatenate([places[order[:1]], *legs])
     return GapWalk(
@@ -111,55 +103,6 @@ def _walk(ways: _WalkGraph, gaps: IntArray, radius_m: float, start: int | None) 
         length_m=float(length_m[order[:-1], order[1:]].sum()),
         gap_cells=len(gaps),
     )
-
-
-def _stops(gaps_m: FloatArray, radius_m: float) -> IntArray:
-    """Choose gaps (indices) so that each of them (g, 2) lies within the radius of one: the widest reach first."""
-    reach = cKDTree(gaps_m).query_pairs(radius_m * (1 + _EPSILON), output_type="ndarray")
-    own = np.arange(len(gaps_m))
-    a, b = np.concatenate([reach, reach[:, ::-1], np.stack([own, own], axis=1)]).T
-    reached = csr_array((np.ones(len(a)), (a, b)), shape=(len(own), len(own)))
-    left, chosen = np.ones(len(own)), []
-    while left.any():
-        chosen.append(int(np.argmax(reached @ left)))
-        left[reached[[chosen[-1]]].indices] = 0
-    return np.array(chosen, dtype=np.int64)
-
-
-def _order(length_m: FloatArray, *, free: bool) -> IntArray:
-    """Order (s,) of a short walk through places this far apart (s, s), metres; the first stays so unless ``free``."""
-    if free:
-        # A place that is no way from all others stands for the free beginning.
-        length_m = np.pad(length_m, ((1, 0), (1, 0)))
-    inner = np.arange(1, len(length_m))
-    if len(inner) < 2:
-        return (inner if free else np.arange(len(length_m))) - int(free)
-    graph = from_numpy_array(length_m[1:, 1:])
-    firsts = inner[:: -(-len(inner) // _TRIES)] if free else inner[[int(np.argmin(length_m[0, 1:]))]]
-    tours = [np.append(0, 1 + np.array(greedy_tsp(graph, source=int(first - 1))[:-1])) for first in firsts]
-    best = min((_without_crossings(tour, length_m) for tour in tours), key=lambda tour: _length(tour, length_m))
-    return best[1:] - 1 if free else best
-
-
-def _without_crossings(order: IntArray, length_m: FloatArray) -> IntArray:
-    """Reverse the stretch of the order (s,) that shortens the walk most, until none does; the first stays first."""
-    while True:
-        here, then = order[:-1], order[1:]
-        after = np.append(then[1:], -1)
-        # Reversing then[i] ... then[j] replaces the steps here[i]-then[i] and then[j]-after[j], where there is one.
-        gain = length_m[here, then][:, None] - length_m[here[:, None], then]
-        step = np.where(after >= 0, length_m[then, after], 0.0)
-        gain = gain + step - np.where(after >= 0, length_m[then[:, None], after], 0.0)
-        gain = np.triu(gain)
-        i, j = np.unravel_index(int(np.argmax(gain)), gain.shape)
-        if gain[i, j] <= _EPSILON:
-            return order
-        order = np.concatenate([order[: i + 1], order[i + 1 : j + 2][::-1], order[j + 2 :]])
-
-
-def _length(order: IntArray, length_m: FloatArray) -> float:
-    """Metres of a walk in this order (s,) through places this far apart (s, s)."""
-    return float(length_m[order[:-1], order[1:]].sum())
 
 
 def _way(before: IntArray, start: int, stop: int) -> IntArray:

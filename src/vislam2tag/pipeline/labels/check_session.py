@@ -9,12 +9,14 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.strategies.smoother import Smoother
 from vislam2tag.pipeline.labels.check_fixes import checked_by_fixes
+from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
 from vislam2tag.self_check.gain_map import SessionGains, session_gains
@@ -31,10 +33,11 @@ from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
 
 @dataclass(frozen=True)
 class CheckedSession:
-    """What the worker tells the main process; ``gains`` is None where the session could not be mapped."""
+    """What the worker tells the main process; ``gains`` and ``places`` are None where it could not be mapped."""
 
     record: SessionCheck
     gains: SessionGains | None = None
+    places: WalkPlaces | None = None
 
 
 def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
@@ -54,16 +57,27 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     prepared = whole.longest_section()
     smoothed = _smoothed(prepared, settings.mapping.smoother)
     left_out = leave_out(smoothed)
-    covariance = mapped_path(smoothed)[1]
+    path, covariance, _ = mapped_path(smoothed)
     odometry = smoothed.model.observations.odometry
     floor = _floors(prepared, settings.mapping.heights, odometry)[odometry.frame]
     positions = positions_each_metre(smoothed)
     found = session_gains(
         gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
-    return CheckedSession(
-        _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m)), found
-    )
+    record = _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m))
+    return CheckedSession(record, found, _places(prepared, odometry, path, floor))
+
+
+def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
+    """Where a session was about each metre, and where it was when its Wi-Fi was read; ``path`` (n, 2), ``floor`` (n,)
+    of the frames that the smoother used.
+    """
+    time_ns = prepared.session.camera.time_ns[odometry.frame]
+    _, each = np.unique(np.floor(arc_lengths(path)), return_index=True)
+    heard_ns = np.unique(prepared.session.tables["wifi"]["time_ns"].to_numpy())
+    heard_ns = heard_ns[(heard_ns >= time_ns[0]) & (heard_ns <= time_ns[-1])]
+    frame = np.searchsorted(time_ns, heard_ns)
+    return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
 
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +17,8 @@ from vislam2tag.self_check.gain_map import Cell, GainMap
 from vislam2tag.self_check.landmark_gain import CELL_M
 from vislam2tag.self_check.record import BadLandmark, Fault, FloorCheck, LeftOutMark, SessionCheck, SurveyCheck
 from vislam2tag.survey.model import Floor, Survey
+from vislam2tag.walkable.walked_record import WalkedFloor
+from vislam2tag.walkable.walked_space import WalkedSpace
 
 FAULTS = {
     Fault.OFFSET: "the walks put it elsewhere, all at one place: measure it again",
@@ -24,7 +26,9 @@ FAULTS = {
     Fault.SCATTER: "the walks do not agree on where it is: did it move, or do two sheets have this id?",
 }
 """What a reader should make of each fault."""
-_BLUE, _RED, _GREEN = "#0072b2", "#b00020", "#00664a"
+_BLUE, _RED, _GREEN, _ORANGE, _VIOLET = "#0072b2", "#b00020", "#00664a", "#e69f00", "#8a2d77"
+_SHADED_STEPS = 2
+"""Places of the walkable space to the side of a shaded square: finer than anybody walks."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,16 @@ class CheckedFloor:
     figure: str
     note: str
     """Why there is no plan; empty where there is one."""
+    walked: WalkedFloor | None
+    """What was walked of it; None where that was not asked for."""
 
 
-def write_check_page(out_file: Path, survey: Survey, check: SurveyCheck, gains: GainMap) -> None:
+def write_check_page(
+    out_file: Path, survey: Survey, check: SurveyCheck, gains: GainMap, spaces: Mapping[int, WalkedSpace | None]
+) -> None:
     """Write the page ``out_file`` about a check of a survey; equal input gives equal bytes.
 
+    ``spaces`` are what was walked of each floor, for its map.
     It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
     """
     context = {
@@ -50,7 +59,10 @@ def write_check_page(out_file: Path, survey: Survey, check: SurveyCheck, gains: 
         "median_m": median_left_out_m,
         "faults": FAULTS,
         "doubtful": [(session, fix) for session in check.sessions for fix in session.doubtful_fixes],
-        "floors": (_checked_floor(survey, check, floor, gains.mean_gain_m(floor.number)) for floor in check.floors),
+        "floors": (
+            _checked_floor(survey, check, floor, gains.mean_gain_m(floor.number), spaces.get(floor.number))
+            for floor in check.floors
+        ),
     }
     write_page(out_file, "check.html.j2", context)
 
@@ -67,13 +79,61 @@ def median_left_out_m(session: SessionCheck) -> float | None:
     return float(np.median(sizes)) if sizes else None
 
 
-def _checked_floor(survey: Survey, check: SurveyCheck, floor: FloorCheck, gains: dict[Cell, float]) -> CheckedFloor:
+def _checked_floor(
+    survey: Survey, check: SurveyCheck, floor: FloorCheck, gains: dict[Cell, float], space: WalkedSpace | None
+) -> CheckedFloor:
     site = survey.site.floor(floor.number)
     plan, note = drawn_plan(site)
     bad = [found for found in check.bad_landmarks if found.floor == floor.number]
-    above = [_left_out(check.sessions, floor.number), _bad(bad), _best(floor)]
-    figure = site_figure(site, survey.site.landmarks, plan, [_gain_map(gains)], above)
-    return CheckedFloor(site, floor, figure, note)
+    walked = next((one for one in check.walked if one.number == floor.number), None)
+    unwalked = [] if space is None else [_unwalked(space)]
+    above = [*_walk(walked), _left_out(check.sessions, floor.number), _bad(bad), _best(floor)]
+    figure = site_figure(site, survey.site.landmarks, plan, [_gain_map(gains), *unwalked], above)
+    return CheckedFloor(site, floor, figure, note, walked)
+
+
+def _unwalked(space: WalkedSpace) -> Trace:
+    """Shade the walkable space that no walk came near."""
+    step_m = _SHADED_STEPS * space.distances.step_m
+    missing = space.places_m[~space.walked]
+    cells = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
+    low = cells.min(axis=0) if len(cells) else np.zeros(2, dtype=np.int64)
+    columns, rows = (cells.max(axis=0) - low + 1).tolist() if len(cells) else (0, 0)
+    squares: list[list[int | None]] = [[None] * columns for _ in range(rows)]
+    for column, row in (cells - low).tolist():
+        squares[row][column] = 1
+    return {
+        "type": "heatmap",
+        "name": "walkable, but not walked",
+        "x": ((np.arange(columns) + low[0] + 0.5) * step_m).round(3).tolist(),
+        "y": ((np.arange(rows) + low[1] + 0.5) * step_m).round(3).tolist(),
+        "z": squares,
+        "colorscale": [[0, _ORANGE], [1, _ORANGE]],
+        "showscale": False,
+        "opacity": 0.45,
+        "hoverongaps": False,
+        "showlegend": bool(len(cells)),
+        "hovertemplate": "walkable, but not walked<extra></extra>",
+    }
+
+
+def _walk(walked: WalkedFloor | None) -> list[Trace]:
+    """The walk that fills what was not walked, and its first stop."""
+    if walked is None or walked.walk is None:
+        return []
+    x, y = np.array(walked.walk.points_m).T.tolist()
+    name = f"walk that fills the rest, {walked.walk.length_m:.0f} m"
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "x": x,
+            "y": y,
+            "line": {"color": _VIOLET, "width": 2.5},
+            "hoverinfo": "name",
+        }
+    ]
 
 
 def _gain_map(gains: dict[Cell, float]) -> Trace:

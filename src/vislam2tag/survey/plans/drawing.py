@@ -11,7 +11,7 @@ from PIL import Image
 
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.survey.plans.model import PlanPolygon
+from vislam2tag.survey.plans.model import PlanPolygon, PlanText
 
 Bounds = tuple[float, float, float, float]
 """Left, right, lower, upper."""
@@ -38,6 +38,8 @@ class PlanDrawing:
     doors: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     """(d, 2, 2) lines of door leaves, drawn pale: nobody is stopped by them."""
     passages: tuple[FloatArray, ...] = ()
+    texts: tuple[PlanText, ...] = ()
+    """What is written on it; each place is a point in the drawing's coordinates."""
     downwards: bool = False
     """Whether the file counts y downwards from the upper edge: known points are given so."""
     pixels: bool = False
@@ -84,7 +86,23 @@ def mapped(drawing: PlanDrawing, to: Callable[[FloatArray], FloatArray]) -> Plan
     walls, doors, passages = to(drawing.walls), to(drawing.doors), tuple(to(line) for line in drawing.passages)
     lines = (walls.reshape(-1, 2), doors.reshape(-1, 2), *passages)
     bounds = bounds_of(np.concatenate([*(each.outline for each in polygons), *lines]))
-    return replace(drawing, bounds=bounds, polygons=polygons, walls=walls, doors=doors, passages=passages)
+    return replace(
+        drawing,
+        bounds=bounds,
+        polygons=polygons,
+        walls=walls,
+        doors=doors,
+        passages=passages,
+        texts=mapped_texts(drawing.texts, to),
+    )
+
+
+def mapped_texts(texts: tuple[PlanText, ...], to: Callable[[FloatArray], FloatArray]) -> tuple[PlanText, ...]:
+    """Map the places of texts; ``to`` maps points (..., 2)."""
+    if not texts:
+        return ()
+    places = to(np.array([one.place_m for one in texts])).tolist()
+    return tuple(PlanText(one.text, (x, y)) for one, (x, y) in zip(texts, places, strict=True))
 
 
 def cropped(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:

@@ -17,7 +17,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Affine2
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.model import Floor
-from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped
+from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts
 from vislam2tag.survey.plans.formats.raster import IMAGES
 from vislam2tag.survey.plans.images import GREATEST_PX, PIXEL_M, drawn_plan, load_plan, turned_bounds, upright
 from vislam2tag.survey.plans.model import FloorPlan, PlanPolygon, Use
@@ -174,11 +174,11 @@ def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
     if drawing.picture is not None:
         side_px = min(side_px, _useful_px(drawing, bcs_T_plan))
         image, extent = upright(drawing.picture(side_px), drawing.bounds, bcs_T_plan)
-        return FloorPlan(extent, image)
+        return FloorPlan(extent, image, texts=mapped_texts(drawing.texts, lambda points: bcs_T_plan @ points))
     own = mapped(drawing, lambda points: bcs_T_plan @ points)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
     image = drawn_plan(own.bounds, polygons, own.walls, own.doors, side_px)
-    return FloorPlan(own.bounds, image, polygons, own.walls)
+    return FloorPlan(own.bounds, image, polygons, own.walls, own.texts)
 
 
 def _useful_px(drawing: PlanDrawing, bcs_T_plan: Affine2) -> int:

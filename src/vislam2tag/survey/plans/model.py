@@ -35,6 +35,14 @@ class PlanPolygon:
 
 
 @dataclass(frozen=True)
+class PlanText:
+    """A piece of text on a plan, and the middle of where it stands (x, y): BCS metres once the plan is placed."""
+
+    text: str
+    place_m: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class FloorPlan:
     """One floor's plan in its BCS: an image, or polygons and walls, or both.
 
@@ -47,6 +55,8 @@ class FloorPlan:
     image: npt.NDArray[np.uint8]
     polygons: tuple[PlanPolygon, ...] = ()
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
+    texts: tuple[PlanText, ...] = ()
+    """What is written on the plan, where the format tells."""
 
     @property
     def pixel_m(self) -> tuple[float, float]:

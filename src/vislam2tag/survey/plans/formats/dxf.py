@@ -14,6 +14,7 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.survey.plans.drawing import PlanDrawing, bounds_of, file_bytes, refuse_too_many
 from vislam2tag.survey.plans.geojson_features import segments
+from vislam2tag.survey.plans.model import PlanText
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -26,6 +27,7 @@ _BESIDE = re.compile(
 """Layers of other things, which count where no layer is called after walls."""
 _CURVES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 _COMPOUND = {"INSERT", "MLINE"}
+_TEXTS = {"TEXT", "MTEXT", "ATTRIB"}
 _SAG = 0.01
 """How far a curve's pieces may lie beside it, metres."""
 _DEEPEST = 16
@@ -64,7 +66,8 @@ class DxfFormat:
                 shown.append(line)
         walls, doors = _sorted(shown, source.layers)
         points = np.concatenate([walls.reshape(-1, 2), doors.reshape(-1, 2)])
-        return PlanDrawing(bounds_of(points), walls=walls, doors=doors, unit_m=unit_m)
+        texts = tuple(text for layer, text in _texts(document.modelspace()) if layer.lower() not in hidden)
+        return PlanDrawing(bounds_of(points), walls=walls, doors=doors, texts=texts, unit_m=unit_m)
 
 
 def _lines(
@@ -85,6 +88,18 @@ def _lines(
             points = np.array([(p.x, p.y) for p in make_path(entity).flattening(sag)]).reshape(-1, 2)
             if len(points) > 1:
                 yield own, in_door, points
+
+
+def _texts(entities: Iterable[Any]) -> Iterator[tuple[str, PlanText]]:
+    """Texts with their layers: single ones, and the attributes of blocks, as room stamps are."""
+    for entity in entities:
+        kind = entity.dxftype()
+        if kind == "INSERT":
+            yield from _texts(entity.attribs)
+        elif kind in _TEXTS:
+            written = entity.plain_text() if kind != "MTEXT" else entity.plain_text().replace("\n", " ")
+            place = entity.dxf.insert
+            yield entity.dxf.layer, PlanText(str(written), (float(place.x), float(place.y)))
 
 
 def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:

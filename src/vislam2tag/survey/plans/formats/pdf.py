@@ -9,6 +9,7 @@ from PIL import Image
 
 from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
 from vislam2tag.survey.plans.images import on_paper
+from vislam2tag.survey.plans.model import PlanText
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     import pypdfium2
 
 _POINT_M = 0.0254 / 72
+_MOST_TEXTS = 5000
+"""Lines of text that are looked at."""
 
 
 class PdfFormat:
@@ -39,6 +42,7 @@ class PdfFormat:
             if source.page > pages:
                 raise OSError(f"has no page {source.page}: it has {pages}; correct page")
             width, height = document.get_page_size(source.page - 1)
+            texts = _texts(document[source.page - 1])
         finally:
             document.close()
 
@@ -52,7 +56,20 @@ class PdfFormat:
             finally:
                 page_of.close()
 
-        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, paper_m=_POINT_M)
+        return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, texts=texts, paper_m=_POINT_M)
+
+
+def _texts(page: pypdfium2.PdfPage) -> tuple[PlanText, ...]:
+    """Lines of text with their middles; none of a turned page, whose text has other coordinates than its picture."""
+    if page.get_rotation():
+        return ()
+    shown = page.get_textpage()
+    left, low, _, _ = page.get_mediabox()
+    boxes = [shown.get_rect(number) for number in range(min(shown.count_rects(), _MOST_TEXTS))]
+    return tuple(
+        PlanText(shown.get_text_bounded(*box), ((box[0] + box[2]) / 2 - left, (box[1] + box[3]) / 2 - low))
+        for box in boxes
+    )
 
 
 def _opened(data: bytes) -> pypdfium2.PdfDocument:

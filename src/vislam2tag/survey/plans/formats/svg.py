@@ -12,6 +12,7 @@ from vislam2tag.survey.plans.drawing import PlanDrawing, file_bytes
 from vislam2tag.survey.plans.images import on_paper
 from vislam2tag.survey.plans.registry import register
 from vislam2tag.survey.plans.source import PlanSource
+from vislam2tag.survey.plans.svg_text import svg_texts
 
 _ROOT = re.compile(r"<svg\b[^>]*>", re.DOTALL)
 _LENGTH = re.compile(r"([0-9.]+(?:e[+-]?[0-9]+)?)\s*([a-z]*)", re.IGNORECASE)
@@ -28,7 +29,7 @@ class SvgFormat:
     """Vector drawings; coordinates are those of the ``viewBox`` (without one, CSS pixels) from its upper left corner
     downwards.
 
-    Text is not drawn: what it would look like depends on the machine's fonts.
+    Text is not drawn, since what it would look like depends on the machine's fonts, but read.
     """
 
     name = "svg"
@@ -67,6 +68,7 @@ class SvgFormat:
             downwards=True,
             unit_m=paper_m if in_true_size else None,
             paper_m=None if in_true_size else paper_m,
+            texts=svg_texts(text, height),
         )
 
 
