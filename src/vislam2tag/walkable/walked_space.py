@@ -91,6 +91,7 @@ def walked_space(areas: Areas, walked_m: FloatArray, scanned_m: FloatArray) -> W
     """Tell what walks came near, by points along them (w, 2) about a metre apart, and places of scans (s, 2)."""
     distances = WalkingDistances(areas.space)
     walked_m, scanned_m = (points[np.isfinite(points).all(axis=1)] for points in (walked_m, scanned_m))
+    walked_m = np.vstack((walked_m, scanned_m))  # who scanned was there
     inside = areas.at(walked_m)
     entered = np.zeros(len(areas.area_m2), dtype=np.bool_)
     entered[inside[inside >= 0]] = True
