@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import polars as pl
 import pytest
 from typer.testing import CliRunner
 
@@ -102,6 +103,10 @@ class PanicException(BaseException):
         (
             PanicException("assertion failed"),
             "error: a table that this reads is damaged; make it again, or copy it again",
+        ),
+        (
+            pl.exceptions.ComputeError("parquet: invalid snappy data\nmore"),
+            "error: a table that this reads is damaged; make it again, or copy it again (parquet: invalid snappy data)",
         ),
     ],
 )
