@@ -41,12 +41,14 @@ def whole(undisturbed: Path) -> dict[str, str]:
     return bytes_of(undisturbed)
 
 
-@pytest.mark.parametrize(("jobs", "sessions"), [(1, 2), (2, 0), (2, 2)])
+@pytest.mark.parametrize(
+    ("jobs", "sessions", "sent"), [(1, 2, signal.SIGTERM), (2, 0, signal.SIGINT), (2, 2, signal.SIGINT)]
+)
 def test_an_interrupt_is_130_with_one_line_and_the_next_run_goes_on(
-    survey: Path, whole: dict[str, str], tmp_path: Path, jobs: int, sessions: int
+    survey: Path, whole: dict[str, str], tmp_path: Path, jobs: int, sessions: int, sent: signal.Signals
 ) -> None:
     out = tmp_path / "out"
-    strike = Strike(2 * sessions + 2, "/sessions/", signal.SIGINT)  # each removes an old result, then writes its own
+    strike = Strike(2 * sessions + 2, "/sessions/", sent)  # each removes an old result, then writes its own
     done = struck(out, strike, "process", survey, "--out", out, "--jobs", str(jobs))
     message = the_error(done, 130) + "\n"
     assert message.startswith("interrupted: ")

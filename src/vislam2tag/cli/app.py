@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import signal
 import sys
+import threading
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -165,6 +167,8 @@ _DAMAGED_TABLE = "a table that this reads is damaged; make it again, or copy it 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
     try:
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, signal.default_int_handler)  # it ends as by Ctrl-C, with nothing left over
         app()
     except KeyboardInterrupt:
         say("interrupted", err=True)
