@@ -53,3 +53,7 @@ def test_versions_that_are_cited_are_that_of_the_program() -> None:
     cited = yaml.safe_load((DOCS.parent / "CITATION.cff").read_text(encoding="utf-8"))
     assert cited["version"] == vislam2tag.__version__
     assert f"version = {{{vislam2tag.__version__}}}" in (DOCS / "project" / "citing.md").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short() -> None:
+    assert len((DOCS.parent / "README.md").read_text(encoding="utf-8").splitlines()) < 150
