@@ -31,6 +31,10 @@ _ENOUGH_INSIDE = 0.5
 """Share of rows within walks from which times that could be either are those of the boot clock."""
 
 
+_LONGEST_NAME = 200
+"""No column of times has a longer name; a damaged file's may have millions of characters, each a place to look at."""
+
+
 class Clock(StrEnum):
     """What a time counts from."""
 
@@ -55,7 +59,7 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
         if wanted not in columns:
             raise UsageError(f"--time-column {wanted}: there is no such column; there are: {', '.join(columns)}")
         return wanted
-    plain = {name.strip().lower(): name for name in reversed(columns)}
+    plain = {name.strip().lower(): name for name in reversed(columns) if len(name) <= _LONGEST_NAME}
     for known in TIME_COLUMNS:
         for name, written in plain.items():
             with_unit = _UNIT.fullmatch(name)

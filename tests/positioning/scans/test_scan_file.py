@@ -100,6 +100,7 @@ def test_blocks_change_nothing(tmp_path_factory: pytest.TempPathFactory, sizes: 
     ("text", "message"),
     [
         ("", "line 1: no column scan_id; the first line must name scan_id, bssid, rssi_dbm"),
+        ("x" * 200_000, "line 1: no column scan_id"),
         ("scan_id,bssid,level\na,x,-50\n", "line 1: no column rssi_dbm"),
         (HEAD + "a,x,-50\nb,x,-50\na,y,-50\n", "line 4: scan a comes again after another; the readings of a scan must"),
     ],

@@ -178,7 +178,10 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
 
 def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
     rows = csv.reader(text)
-    header = [name.strip() for name in next(rows, [])]
+    try:
+        header = [name.strip() for name in next(rows, [])]
+    except csv.Error:  # a field longer than any name
+        header = []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
         raise DatasetError(f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}")
