@@ -101,6 +101,10 @@ class PanicException(BaseException):
         (PermissionError(13, "Permission denied", "x.csv"), "error: x.csv: Permission denied"),
         (RuntimeError("Symlink loop from 'x'"), "error: Symlink loop from 'x': links lead in a circle"),
         (
+            RecursionError("maximum recursion depth exceeded"),
+            "error: something that this reads is nested too deep: folders within folders, or values within values",
+        ),
+        (
             PanicException("assertion failed"),
             "error: a table that this reads is damaged; make it again, or copy it again",
         ),

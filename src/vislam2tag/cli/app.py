@@ -200,6 +200,8 @@ def _about_a_file(error: Exception) -> str | None:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # Path.resolve before Python 3.13
         return f"{error}: links lead in a circle"
+    if isinstance(error, RecursionError):
+        return "something that this reads is nested too deep: folders within folders, or values within values"
     return None
 
 

@@ -186,6 +186,14 @@ def test_unpacking_ends_at_its_limit(tmp_path: Path) -> None:
         shutil.rmtree(tmp_path / "unpacked")
 
 
+def test_folders_within_folders_have_a_limit(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "deep.zip", "w") as archive:
+        archive.writestr("/".join(["d"] * 1500) + "/a.csv", "x")
+    with pytest.raises(DatasetError, match="lies more than 100 folders deep"):
+        folder_of(tmp_path / "deep.zip", tmp_path / "scratch")
+    assert not (tmp_path / "scratch").exists()
+
+
 def test_a_header_of_a_tar_as_long_as_memory_is_refused(tmp_path: Path) -> None:
     """A name of 200 MB, which packs to 200 KB."""
     header = tarfile.TarInfo("././@LongLink")

@@ -139,6 +139,10 @@ def folder_of(path: Path, scratch: Path, most_bytes: int = MOST_UNPACKED) -> Pat
     return _unpacked(path, scratch, most_bytes) if is_archive(path) else path.parent
 
 
+_DEEPEST = 100
+"""Folders within folders: thousands could neither be looked through nor removed."""
+
+
 def _unpacked(path: Path, scratch: Path, most_bytes: int) -> Path:
     """Unpack the files of an archive; links, devices and names that lead outside are left out."""
     target = scratch / "unpacked"
@@ -147,6 +151,8 @@ def _unpacked(path: Path, scratch: Path, most_bytes: int) -> Path:
         for member in _members(path):
             if member.name.is_absolute() or ".." in member.name.parts:
                 continue
+            if len(member.name.parts) > _DEEPEST:
+                raise _cannot_unpack(path, f"a file of it lies more than {_DEEPEST} folders deep")
             (target / member.name).parent.mkdir(parents=True, exist_ok=True)
             with member.open() as content, (target / member.name).open("wb") as file:
                 while left >= 0 and (block := content.read(_BLOCK)):
