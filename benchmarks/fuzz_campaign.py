@@ -59,7 +59,7 @@ def main() -> int:
     options = _options()
     options.out.mkdir(parents=True, exist_ok=True)
     _import_everything()
-    make_bases(options.out / "bases")
+    make_bases(options.out / "bases", for_commands=not options.ci)
     if options.again:
         name, number = options.again
         target = next(each for each in TARGETS if each.name == name)

@@ -34,11 +34,11 @@ _SET_TO = {"plan.time_limit_s": 1.0, "simulation.building.width_m": 30.0, "simul
 _EPOCH_NS = 1_639_988_040_000_000_000
 
 
-def make_bases(root: Path) -> None:
+def make_bases(root: Path, *, for_commands: bool) -> None:
     """Make everything that is not there yet; each in a process of its own, since commands end by exiting."""
     root.mkdir(parents=True, exist_ok=True)
     for name, make in _BASES.items():
-        if not (root / name).exists():
+        if not (root / name).exists() and (for_commands or name not in _FOR_COMMANDS):
             partial = root / f".{name}"
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir()
@@ -239,3 +239,5 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "small": _small,
     "received": _received,
 }
+_FOR_COMMANDS = {"phone", "older", "ilc20", "evaluated", "phonelabels", "tables", "ran", "benchmarked", "received"}
+"""What no reader reads."""
