@@ -64,6 +64,13 @@ def test_stated_regions_hold_as_many_errors_as_they_say(to: tuple[str, ...]) -> 
     assert np.mean(np.array(square) < 5.991) > 0.88
 
 
+def test_distances_none_of_which_can_be_are_told() -> None:
+    """As where another column is read for the distance: all are far shorter than from target to target."""
+    distances = [TapeDistance(name, to, 0.02, 0.02) for name in "123" for to in ("c1", "c2", "c3")]
+    found = trilaterate(distances, targets(), SETTINGS, extent_m=ROOM)
+    assert found.errors or set(found.unplaced) == {"1", "2", "3"}
+
+
 def test_mirror_places_are_told_and_decided_by_what_was_expected() -> None:
     where, mirror = 15 + 12j, 15 + 8j
     distances = [taped(where, "c1"), taped(where, "c2")]

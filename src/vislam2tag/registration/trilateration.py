@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import networkx as nx
@@ -176,11 +177,11 @@ def _places_without_outliers(
     """Places by the distances that agree at the start, and their noise."""
     near = np.abs(misclosure(start.equations, start.places)) < AGREES_SIGMAS
     kept = tuple(one for one, good in zip(start.equations, near.tolist(), strict=True) if good)
-    try:
-        places = least_squares_places(replace(start, equations=kept), names)
-        return places, adjusted_at(kept, names, places, settings.prior_freedom).noise_level
-    except SingularError:
-        return least_squares_places(start, names), NoiseLevel(1.0, settings.prior_freedom)
+    with suppress(SingularError):
+        if len(kept) >= 2 * len(names):  # fewer, perhaps none, do not determine them
+            places = least_squares_places(replace(start, equations=kept), names)
+            return places, adjusted_at(kept, names, places, settings.prior_freedom).noise_level
+    return least_squares_places(start, names), NoiseLevel(1.0, settings.prior_freedom)
 
 
 def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> list[ValueChange]:
