@@ -30,7 +30,9 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
 
 def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(survey: Path, tmp_path: Path) -> None:
     own = shutil.copytree(survey, tmp_path / "survey")
-    (own / "floor_0" / "rooms.csv").write_text("name,x,y\nLab,left,2\n")
+    header, first, *_ = (own / "floor_0" / "marker_dict.csv").read_text().splitlines()
+    landmark = dict(zip(header.split(","), first.split(","), strict=True))  # its wall is that of some room or corridor
+    (own / "floor_0" / "rooms.csv").write_text(f"name,x,y\nLab,left,2\nLab 2,{landmark['x']},{landmark['y']}\n")
     done = vislam2tag("check", own, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     (floor,) = json.loads((tmp_path / "out" / "check.json").read_text())["walked"]
@@ -43,7 +45,10 @@ def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(surve
     assert "floor_0/rooms.csv: these rows have no name, or no x and y in metres" in done.stdout
     page = (tmp_path / "out" / "check.html").read_text()
     assert "walkable, but not walked" in page
-    assert "never into room at (" in page
+    assert "never into room " in page
+    assert "room at (" in page
+    assert "Lab 2" in {area["name"].removeprefix("room ") for area in floor["areas"]}
+    assert '"text":["Lab 2"]' in page
 
 
 def test_a_floor_without_a_plan_says_so(survey: Path, tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ def test_a_site_is_begun_shown_and_written(tmp_path: Path) -> None:
     assert "5.00 to 25.00 m" in done.stdout
     points = ("--point", "0,100=0,0", "--point", "200,100=0,20")
     done = vislam2tag("site", "init", site, "--plan", drawn_floor.png(tmp_path), "--floor", "1", *points)
+    assert "marker_dict.csv" not in done.stdout + done.stderr  # landmarks come next, as the last line says
     assert done.returncode == 0, done.stderr
     assert sorted(str(path.relative_to(site)) for path in site.rglob("*.*")) == [
         "floor_0/plan.pdf",

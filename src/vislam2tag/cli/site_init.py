@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -152,7 +153,7 @@ def site_init(
         part = floor_part(number=1 if floor is None else floor, name=name, elevation_m=elevation_m, plan=source)
         new = NewFloor(plan, part)
     add_floor(site, new, building, earth)
-    summary = summarise_site(site)
+    summary = _before_landmarks(summarise_site(site))
     notes += [
         f"floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?"
         for each in summary.floors
@@ -160,6 +161,14 @@ def site_init(
     ]
     added = f"floor {new.part.number} added: {site / SITE_FILE}"
     _tell([added, *(f"note: {note}" for note in notes)], summary, site, as_json=json)
+
+
+def _before_landmarks(summary: SiteSummary) -> SiteSummary:
+    """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
+    from vislam2tag.survey.landmark_file import LANDMARK_FILE
+
+    kept = [one for one in summary.findings if one.kind != "missing_file" or Path(one.file).name != LANDMARK_FILE]
+    return replace(summary, findings=tuple(kept))
 
 
 def _tell(lines: list[str], summary: SiteSummary, site: Path, *, as_json: bool) -> None:

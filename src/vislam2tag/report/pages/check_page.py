@@ -57,6 +57,8 @@ def write_check_page(
         "check": check,
         "expected_m": _expected_m(check),
         "median_m": median_left_out_m,
+        "rooms": sum(len(floor.rooms) for floor in check.walked),
+        "never_entered": sum(len(floor.never_entered) for floor in check.walked),
         "faults": FAULTS,
         "doubtful": [(session, fix) for session in check.sessions for fix in session.doubtful_fixes],
         "floors": (
@@ -87,7 +89,7 @@ def _checked_floor(
     bad = [found for found in check.bad_landmarks if found.floor == floor.number]
     walked = next((one for one in check.walked if one.number == floor.number), None)
     unwalked = [] if space is None else [_unwalked(space)]
-    above = [*_walk(walked), _left_out(check.sessions, floor.number), _bad(bad), _best(floor)]
+    above = [*_room_names(space), *_walk(walked), _left_out(check.sessions, floor.number), _bad(bad), _best(floor)]
     figure = site_figure(site, survey.site.landmarks, plan, [_gain_map(gains), *unwalked], above)
     return CheckedFloor(site, floor, figure, note, walked)
 
@@ -117,8 +119,29 @@ def _unwalked(space: WalkedSpace) -> Trace:
     }
 
 
+def _room_names(space: WalkedSpace | None) -> list[Trace]:
+    """The names of the areas that have one, where most room is around them."""
+    named = [] if space is None else [area for area, name in enumerate(space.areas.names) if name]
+    if space is None or not named:
+        return []
+    x, y = space.areas.middle_m[named].round(2).T.tolist()
+    return [
+        {
+            "type": "scatter",
+            "mode": "text",
+            "name": "rooms",
+            "x": x,
+            "y": y,
+            "text": [plotly_text(space.areas.names[area]) for area in named],
+            "textfont": {"size": 11},
+            "showlegend": False,
+            "hoverinfo": "skip",
+        }
+    ]
+
+
 def _walk(walked: WalkedFloor | None) -> list[Trace]:
-    """The walk that fills what was not walked, and its first stop."""
+    """The walk that fills what was not walked."""
     if walked is None or walked.walk is None:
         return []
     x, y = np.array(walked.walk.points_m).T.tolist()

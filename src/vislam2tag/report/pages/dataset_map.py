@@ -190,7 +190,8 @@ def _walks(walks: Sequence[GapWalk]) -> list[Trace]:
     return [
         {
             "type": "scatter",
-            "mode": "lines",
+            "mode": "lines+markers",  # a walk of one stop is a point
+            "marker": {"size": 6},
             "name": f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m",
             "x": x,
             "y": y,
