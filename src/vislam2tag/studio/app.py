@@ -18,7 +18,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError, Vislam2tagError
+from vislam2tag.common.errors import OutputError, SessionError, SurveyError, UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.studio.corrections_view import corrections_view
@@ -36,8 +36,6 @@ _CODES: dict[type[Exception], tuple[int, str]] = {
     UsageError: (422, "invalid"),
     SessionError: (422, "invalid"),
     OutputError: (409, "busy"),
-    KeyError: (404, "not_found"),
-    ValueError: (422, "invalid"),
 }
 _HTTP_CODES = {403: "forbidden", 404: "not_found", 405: "method"}
 
@@ -148,7 +146,7 @@ def _refusal(error: Exception) -> RefusedError:
     if isinstance(error, KeyError):
         return RefusedError(404, "not_found", f"there is no {error.args[0]}; load the page again")
     for kind, (status, code) in _CODES.items():
-        if isinstance(error, kind) and isinstance(error, Vislam2tagError | ValueError):
+        if isinstance(error, kind):
             return RefusedError(status, code, str(error))
     return RefusedError(500, "unexpected", unexpected("studio", error))
 

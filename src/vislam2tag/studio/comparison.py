@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.labeling.results import ErrorRecord, SessionResult
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.report.run_page.summary import labelled_share
+from vislam2tag.studio.session_view import mean_error_m
 from vislam2tag.studio.survey_view import output_view
 from vislam2tag.studio.tracks import Track
 from vislam2tag.studio.work_messages import ComparedSession, ComparedSetting, ComparedTotal, ComparisonView
@@ -39,8 +40,8 @@ def _session(id: str, a: SessionResult | None, b: SessionResult | None, apart_m:
         labelled_b=labelled_share(b.frames) if b else None,
         sigma_a_m=_sigma_m(a),
         sigma_b_m=_sigma_m(b),
-        error_a_m=_mean_error_m([a]),
-        error_b_m=_mean_error_m([b]),
+        error_a_m=mean_error_m([a]),
+        error_b_m=mean_error_m([b]),
         apart_median_m=median,
         apart_p95_m=p95,
         frames_compared=len(apart_m),
@@ -64,7 +65,7 @@ def _totals(a: list[SessionResult | None], b: list[SessionResult | None]) -> lis
         total("sessions", (float(sum(map(bool, a))), float(sum(map(bool, b)))), ""),
         total("labelled", (_labelled(a), _labelled(b)), "share"),
         total("sigma_median", (_typical_sigma_m(a), _typical_sigma_m(b)), "m"),
-        total("error_mean", (_mean_error_m(a), _mean_error_m(b)), "m"),
+        total("error_mean", (mean_error_m(a), mean_error_m(b)), "m"),
     ]
 
 
@@ -84,17 +85,6 @@ def _typical_sigma_m(results: list[SessionResult | None]) -> float | None:
 
 def _sigma_m(result: SessionResult | None) -> float | None:
     return result.sigma.median_m if result and result.sigma else None
-
-
-def _mean_error_m(results: list[SessionResult | None]) -> float | None:
-    """Mean error of all labels whose truth is known."""
-    records = [result.errors for result in results if result and result.errors]
-    count = sum(map(_error_count, records))
-    return sum(row.sum_m for record in records for row in record.rows) / count if count else None
-
-
-def _error_count(record: ErrorRecord) -> int:
-    return sum(sum(row.errors.values()) for row in record.rows)
 
 
 def _settings(a: Mapping[str, object], b: Mapping[str, object]) -> list[ComparedSetting]:

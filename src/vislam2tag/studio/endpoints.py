@@ -182,12 +182,12 @@ def _window(studio: Studio, asked: Asked) -> Binary:
 
 def _track(studio: Studio, asked: Asked) -> Binary:
     id, query = asked.path["id"], asked.of(SeriesQuery)
-    index = studio.workspace.now.ids.index(id)
     track = studio.workspace.track(id, query.output)
     if track is None:
         return Binary(tracks.arrow([], tuple(tracks.FULL)), tracks.ARROW)
     t = track.columns["t"]
     inside = np.asarray((t >= query.start) & (t <= query.end))
+    index = studio.workspace.now.ids.index(id)
     return Binary(tracks.arrow([(index, track.rows(inside))], tuple(tracks.FULL)), tracks.ARROW)
 
 

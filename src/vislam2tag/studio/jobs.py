@@ -60,7 +60,6 @@ class JobQueue:
         """Whether summary and report are older than the labels."""
         self.diagnosis: tuple[Diagnosis, str] | None = None
         """The last one, and the version of the sessions that it was made of."""
-        shutil.rmtree(workspace.outputs[BEFORE].root, ignore_errors=True)
         self._thread = threading.Thread(target=self._run, name="studio jobs")
         self._thread.start()
 
@@ -106,7 +105,6 @@ class JobQueue:
                 self._jobs[number] = self._jobs[number].model_copy(update={"state": "cancelled"})
             self._changed.notify()
         self._thread.join()
-        shutil.rmtree(self._workspace.outputs[BEFORE].root, ignore_errors=True)
 
     def _update(self, number: int, **changes: object) -> Job:
         with self._changed:

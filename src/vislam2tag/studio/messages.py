@@ -148,6 +148,8 @@ class SessionView(FiniteRecord):
     frames: dict[str, int]
     labelled_share: float | None
     sigma_median_m: float | None
+    error_m: float | None
+    """Mean error, where the truth is known."""
     findings: dict[str, int]
     severity: Severity | None
     events: dict[str, int]

@@ -33,6 +33,7 @@ def opened_studio(
         yield url_for(host, guard.port, guard.invite()), studio_app(studio)
     finally:
         jobs.close()
+        workspace.close()
 
 
 def serve_studio(app: Starlette, opened: socket.socket) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -91,6 +91,7 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
         frames=frames,
         labelled_share=frames.get(Status.OK.label, 0) / total if total else None,
         sigma_median_m=result.sigma.median_m if result and result.sigma else None,
+        error_m=mean_error_m([result]),
         findings=findings,
         severity=next((severity for severity in _WORST if severity in severities), None),
         events=dict(Counter(event.kind.value for event in result.events)) if result else {},
@@ -155,6 +156,13 @@ def _events(result: SessionResult, key: SessionKey, start_ns: int) -> list[Event
 
 def _key(key: SessionKey) -> Key:
     return Key(floor=key.floor, device=key.device, session=key.session)
+
+
+def mean_error_m(results: Sequence[SessionResult | None]) -> float | None:
+    """Mean error of all labels whose truth is known, metres."""
+    rows = [row for result in results if result and result.errors for row in result.errors.rows]
+    count = sum(sum(row.errors.values()) for row in rows)
+    return sum(row.sum_m for row in rows) / count if count else None
 
 
 def positioned_frames(result: SessionResult) -> int:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.labeling.results import SessionResult
@@ -26,9 +27,6 @@ from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
 from vislam2tag.survey.discover import session_folders, site_files
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.names import session_slugs
-
-BEFORE_FOLDER = ".before"
-"""In the folder of labels, while the studio runs."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,8 @@ class Workspace:
     def __init__(self, root: Path, out: Path, settings: Settings, compared: Sequence[Path] = ()) -> None:
         """Look at the survey; raises SurveyError where it is none or its corrections are wrong for it."""
         self.root, self.out, self.settings = root, out, settings
-        self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, out / BEFORE_FOLDER)}
+        self._scratch = TemporaryDirectory(prefix="vislam2tag-studio-")
+        self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, Path(self._scratch.name))}
         for number, folder in enumerate(compared, start=1):
             self.outputs[f"compare-{number}"] = Output(f"compare-{number}", folder)
         self.before_slugs: dict[str, str] = {}
@@ -83,6 +82,10 @@ class Workspace:
         self._site_stamp = self._look_at_site()
         self._content, self._content_version = corrections_text(root)
         self.now = self._snapshot(survey_files(root, settings.survey.landmark_sigma_m), self._content)
+
+    def close(self) -> None:
+        """Forget the labels as they were before."""
+        self._scratch.cleanup()
 
     def refresh(self) -> Versions:
         """Look whether anything changed, whoever changed it; returns the versions now."""

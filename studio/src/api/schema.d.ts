@@ -1075,6 +1075,8 @@ export interface components {
             duration_s: number;
             /** Error */
             error: string | null;
+            /** Error M */
+            error_m: number | null;
             /** Events */
             events: {
                 [key: string]: number;

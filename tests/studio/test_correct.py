@@ -1,0 +1,185 @@
+"""From what is wrong to labels that are right, as the page asks for it; what is changed is put back."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.studio.running import Page
+
+NEAR_M = 0.3
+"""As right as the labels of the corrected survey must be."""
+
+
+@pytest.fixture
+def as_before(page: Page) -> Iterator[None]:
+    yield
+    page.save("", page.get("/api/corrections")["version"])
+    page.do("process")
+
+
+@pytest.mark.usefixtures("as_before")
+def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty: Path, faults: dict[str, Any]) -> None:
+    assert page.do("diagnose")["state"] == "done"
+    found = page.get("/api/diagnosis")
+    assert found["state"] == "full"
+    assert [fault["kind"] for fault in found["faults"]] == ["wrong_floor", "swapped", "mis_surveyed", "moved"]
+    assert [fault["landmarks"] for fault in found["faults"][1:]] == [
+        faults["swapped"],
+        [faults["mis_surveyed"]],
+        [faults["moved"]["landmark"]],
+    ]
+    gains = [fault["gain"]["labelled_after"] - fault["gain"]["labelled_before"] for fault in found["faults"]]
+    assert gains == sorted(gains, reverse=True)
+    place = found["faults"][2]["places"][0]
+    assert np.hypot(place["to_x"] - place["x"], place["to_y"] - place["y"]) > 2
+    assert all(fault["lines"].startswith("[[") for fault in found["faults"])
+
+    changes = [change for fault in found["faults"] for change in fault["changes"]]
+    before = page.get("/api/corrections")
+    preview = page.post("/api/corrections/preview", {"changes": changes})
+    assert page.get("/api/corrections") == before, "nothing is saved by looking"
+    sessions = {session["id"]: session for session in page.get("/api/sessions")["sessions"]}
+    assert set(preview["touched"]) == {id for id, session in sessions.items() if session["folder"]["floor"] == 1}
+    assert all(line.startswith(("@@", "+", " ")) for line in preview["lines"].splitlines())
+    saved = page.save(preview["text"], before["version"]).json()
+    assert (faulty / "survey" / "corrections.toml").read_text() == preview["text"] == saved["text"]
+
+    job = page.do("process")
+    assert (job["state"], job["done"], job["failed"]) == ("done", len(preview["touched"]), {})
+    now = {session["id"]: session for session in page.get("/api/sessions")["sessions"]}
+    assert not any(session["stale"] for session in now.values())
+    assert {id for id, session in now.items() if session["changed"]} == set(preview["touched"])
+    assert all(session["error_m"] < NEAR_M for session in now.values())
+    wrong = next(s for s in now.values() if s["folder"]["session"] == faults["wrong_floor"]["session"])
+    assert (wrong["folder"]["floor"], wrong["key"]["floor"], wrong["floors"]) == (1, 2, [2])
+
+    compared = page.get("/api/compare", a="before", b="labels")
+    errors = {total["measure"]: total for total in compared["totals"]}
+    assert errors["error_mean"]["b"] < NEAR_M < errors["error_mean"]["a"]
+    uncertain = [len(page.columns("/api/tracks", output=name).filter(status=7)) for name in ("before", "labels")]
+    assert uncertain[0] > 10 * uncertain[1]
+    untouched = next(s["id"] for s in compared["sessions"] if s["id"] not in preview["touched"])
+    assert [s["apart_p95_m"] for s in compared["sessions"] if s["id"] == untouched] == [0.0]
+
+    undone = page.save("", saved["version"]).json()
+    assert undone["version"] == ""
+    assert not (faulty / "survey" / "corrections.toml").exists()
+    assert page.do("process")["done"] == len(preview["touched"])
+    back = {session["id"]: session for session in page.get("/api/sessions")["sessions"]}
+    assert {id: session["error_m"] for id, session in back.items()} == {id: s["error_m"] for id, s in sessions.items()}
+    assert page.save(preview["text"], "").status_code == 200
+    page.do("process")
+    again = page.get("/api/sessions")["sessions"]
+    assert [session["error_m"] for session in again] == [session["error_m"] for session in now.values()]
+    assert page.get("/api/diagnosis")["faults"] == []
+
+
+@pytest.mark.usefixtures("as_before")
+def test_only_what_a_change_touches_is_mapped_again_and_told(page: Page) -> None:
+    session = page.get("/api/sessions")["sessions"][0]
+    heard: list[tuple[str, Any]] = []
+    listening = threading.Event()
+
+    def listen() -> None:
+        for name, content in page.events():
+            heard.append((name, content))
+            listening.set()
+            if name == "job" and content["state"] == "done":
+                return
+
+    thread = threading.Thread(target=listen)
+    thread.start()
+    assert listening.wait(30)
+    change = {"action": "add", "table": "exclude_span", "values": {**selector(session), "from_s": 10.0, "to_s": 20.0}}
+    preview = page.post("/api/corrections/preview", {"changes": [change]})
+    assert preview["touched"] == [session["id"]]
+    page.save(preview["text"], preview["version"])
+    assert [s["id"] for s in page.get("/api/sessions")["sessions"] if s["stale"]] == [session["id"]]
+    job = page.do("process", [session["id"]])
+    assert (job["total"], job["done"]) == (1, 1)
+    thread.join(30)
+    assert [content["sessions"] for name, content in heard if name == "labels"] == [[session["id"]]]
+    assert "versions" in [name for name, _ in heard] or heard[0][0] == "hello"
+    track = page.columns(f"/api/sessions/{session['id']}/track")
+    inside = track.filter(track["t"].is_between(10.01, 19.99))
+    assert set(inside["status"]) == {10}
+    assert len(page.columns(f"/api/sessions/{session['id']}/track", output="before").filter(status=10)) == 0
+
+
+@pytest.mark.usefixtures("as_before")
+def test_a_walk_that_is_left_out_has_no_labels_but_stays_in_the_list(page: Page) -> None:
+    session = page.get("/api/sessions")["sessions"][3]
+    change = {"action": "add", "table": "exclude_session", "values": selector(session)}
+    preview = page.post("/api/corrections/preview", {"changes": [change]})
+    assert preview["touched"] == [session["id"]]
+    page.save(preview["text"], preview["version"])
+    assert page.do("process")["state"] == "done"
+    now = page.get("/api/sessions")["sessions"]
+    assert (now[3]["excluded"], now[3]["labelled"], now[3]["stale"]) == (True, False, False)
+    assert [s["id"] for s in now] == [s["id"] for s in page.get("/api/sessions")["sessions"]]
+    assert 3 not in page.columns("/api/tracks")["session"].unique()
+    assert 3 in page.columns("/api/tracks", output="before")["session"].unique()
+
+
+def selector(session: dict[str, Any]) -> dict[str, Any]:
+    return dict(session["folder"])
+
+
+@pytest.mark.usefixtures("as_before")
+def test_a_text_of_another_version_is_not_saved(page: Page, faulty: Path) -> None:
+    mine = '[[exclude_landmark]]\nid = "12"\n'
+    assert page.save(mine, "").status_code == 200
+    late = page.save('[[exclude_landmark]]\nid = "1"\n', "")
+    assert late.status_code == 409
+    assert late.json()["code"] == "stale"
+    assert late.json()["corrections"]["text"] == mine
+    assert late.json()["corrections"]["entries"][0]["values"] == {"id": "12"}
+    (faulty / "survey" / "corrections.toml").write_text("# by hand\n" + mine)
+    now = page.get("/api/corrections")
+    assert now["text"].startswith("# by hand")
+    change = {"action": "replace", "table": "exclude_landmark", "number": 1, "values": {"id": "12", "floor": 1}}
+    preview = page.post("/api/corrections/preview", {"changes": [change]})
+    assert preview["text"] == '# by hand\n[[exclude_landmark]]\nid = "12"\nfloor = 1\n'
+    assert page.client.put("/api/corrections", json={"text": mine}).status_code == 428
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"action": "add", "table": "exclude_span", "values": {"from_s": 9, "to_s": 2}}, "from_s must be less"),
+        ({"action": "add", "table": "set_floor", "values": {"floor": 1, "to": 9}}, "floor 9, which is not there"),
+        ({"action": "remove", "table": "exclude_span", "number": 4}, "there is no [[exclude_span]] number 4"),
+        ({"action": "explode"}, "changes.0"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_sentence(page: Page, change: dict[str, Any], said: str) -> None:
+    answer = page.client.post("/api/corrections/preview", json={"changes": [change]})
+    assert answer.status_code == 422
+    assert said in answer.json()["message"]
+
+
+def test_a_damaged_file_is_told_and_can_be_repaired(page: Page, faulty: Path) -> None:
+    file = faulty / "survey" / "corrections.toml"
+    file.write_text("[[exclude_span]\n")
+    try:
+        now = page.get("/api/corrections")
+        assert "not a TOML file" in now["problem"]
+        assert page.do("process")["state"] == "failed"
+        assert len(page.get("/api/sessions")["sessions"]) == 12
+        assert page.save("", now["version"]).status_code == 200
+    finally:
+        file.unlink(missing_ok=True)
+    assert page.get("/api/corrections")["problem"] is None
+
+
+def test_every_kind_of_correction_has_a_form(page: Page) -> None:
+    tables = {table["name"]: table for table in page.get("/api/corrections/tables")["tables"]}
+    assert "until" in tables["move_landmark"]["values"]["properties"]
+    assert tables["swap_landmarks"]["summary"].startswith("Two sheets")
+    assert len(tables) == 13
