@@ -99,6 +99,10 @@ class PanicException(BaseException):
     ("error", "said"),
     [
         (PermissionError(13, "Permission denied", "x.csv"), "error: x.csv: Permission denied"),
+        (
+            FileNotFoundError("No such file or directory (os error 2): x.parquet"),
+            "error: No such file or directory (os error 2): x.parquet",
+        ),
         (RuntimeError("Symlink loop from 'x'"), "error: Symlink loop from 'x': links lead in a circle"),
         (
             RecursionError("maximum recursion depth exceeded"),

@@ -198,6 +198,8 @@ def _about_a_file(error: Exception) -> str | None:
     """What the operating system says of a file that was named, where nothing else caught it; None for other errors."""
     if isinstance(error, OSError) and error.filename and error.strerror:
         return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and "(os error " in str(error):  # Polars', of a file that went while it was read
+        return first_line(error)
     if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # Path.resolve before Python 3.13
         return f"{error}: links lead in a circle"
     if isinstance(error, RecursionError):

@@ -254,7 +254,7 @@ def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
     places = pl.col("x", "y")
     try:
         far = table.select(pl.any_horizontal((~places.is_between(-_GREATEST_M, _GREATEST_M)).any())).collect().item()
-    except pl.exceptions.PolarsError as error:
+    except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
     if far:
         raise DatasetError(
