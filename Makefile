@@ -48,7 +48,7 @@ studio:
 docs: $(VENV)/.installed
 	$(BIN)/zensical build --clean --strict
 
-# The pages that are made of the program: commands, settings, Python interface, findings, first mistakes.
+# The pages that are made of the program: commands, settings, Python interface, findings, first mistakes, tutorials.
 docs-pages: $(VENV)/.installed
 	$(BIN)/python -m tests.docs.pages
 

@@ -10,13 +10,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vislam2tag
-from tests.docs.pages import PAGES
+from tests.docs.pages import PAGES, TUTORIALS
 from tests.test_layers import LAYERS, ROOT, imported, layer_of
 
 PROJECT = Path(vislam2tag.__file__).parents[2]
 DOCS = sorted([*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md")])
 SITE = PROJECT / "docs"
-GENERATED = set(PAGES)
+GENERATED = {*PAGES, *(f"tutorials/{name}.md" for name in TUTORIALS)}
 FILE_TYPES = ("csv", "html", "json", "parquet", "pdf", "py", "times", "toml", "txt", "zip")
 MODULE = re.compile(r"(?<![\w/.*-])((?:[\w-]+/)*\w+\.py)\b")
 FOLDER = re.compile(r"`((?:[a-z_0-9]+/)+)`")
@@ -27,7 +27,7 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 def existing_modules() -> set[str]:
     """Every way in which a module may be named: by its whole path, or from any of its folders on."""
-    roots = ("src", "tests", "benchmarks", "examples")
+    roots = ("src", "tests", "benchmarks", "examples", "docs")
     paths = [path.relative_to(PROJECT).parts for root in roots for path in (PROJECT / root).rglob("*.py")]
     return {"/".join(parts[start:]) for parts in paths for start in range(len(parts))}
 

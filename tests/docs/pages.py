@@ -7,6 +7,7 @@ from pathlib import Path
 from tests.cli.first_mistakes import page as mistakes_page
 from tests.docs.finding_pages import findings_page
 from tests.docs.program_pages import api_page, commands_page
+from tests.docs.tutorial_pages import tutorial_page
 from vislam2tag.cli.settings_options import settings_page
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -18,6 +19,11 @@ PAGES = {
     "reference/settings.md": settings_page,
 }
 
+TUTORIALS = ("first_steps", "own_walk", "trained_model", "plugin_strategy")
+
 if __name__ == "__main__":
-    for name, page in PAGES.items():
-        (DOCS / name).write_text(page(), encoding="utf-8")
+    for tutorial in TUTORIALS:
+        page = tutorial_page(tutorial, DOCS / "images")
+        (DOCS / "tutorials" / f"{tutorial}.md").write_text(page, encoding="utf-8")
+    for name, made in PAGES.items():
+        (DOCS / name).write_text(made(), encoding="utf-8")

@@ -9,7 +9,8 @@ import yaml
 
 import vislam2tag
 from tests.docs.finding_pages import finding_texts
-from tests.docs.pages import DOCS, PAGES
+from tests.docs.pages import DOCS, PAGES, TUTORIALS
+from tests.docs.tutorial_pages import tutorial_page
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.status import STATUS_LABELS
@@ -57,3 +58,11 @@ def test_versions_that_are_cited_are_that_of_the_program() -> None:
 
 def test_the_readme_is_short() -> None:
     assert len((DOCS.parent / "README.md").read_text(encoding="utf-8").splitlines()) < 150
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_tutorials_run_and_say_what_their_pages_say(name: str, tmp_path: Path) -> None:
+    """Pictures are drawn, but not compared: their bytes are the machine's."""
+    assert tutorial_page(name, tmp_path) == (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8")
+    assert list(tmp_path.glob(f"{name}_*.png"))
