@@ -1,6 +1,6 @@
 """How often diagnosis names what is wrong with a survey, and how often it names something where nothing is.
 
-Usage: python benchmarks/diagnosis.py --surveys 200 [--first-seed 30000] [--cache FOLDER] [--jobs 2]
+Usage: python benchmarks/diagnosis.py --surveys 200 [--first-seed 30000] [--jobs 2]
        python benchmarks/diagnosis.py --real
 
 Every generated survey (one or two floors, four or six walks of two and a half minutes on each, any severity of the
@@ -13,36 +13,92 @@ figures in docs/results/diagnosis.md are of others.
 from __future__ import annotations
 
 import argparse
-import pickle
 from collections import Counter, defaultdict
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import partial
 from itertools import combinations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
+import polars as pl
 from data_sets import SHARED
+from PIL import Image
 
+from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
 from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.diagnosis.stream_faults import stream_faults
+from vislam2tag.diagnosis.streams import StreamSigns
+from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
+from vislam2tag.diagnosis.wifi_clock import HeardOnWalk, wifi_clock_offsets_s
+from vislam2tag.pipeline.labels.diagnose_session import PATH_STEP
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import walk_and_track
+from vislam2tag.sessions.repeated_scans import repeated_scans
+from vislam2tag.simulation.building.building import draw_plan
+from vislam2tag.simulation.choices import Locale
+from vislam2tag.simulation.model import SimulatedFloor
+from vislam2tag.simulation.scenario import PlannedSession, Scenario, regular_survey
+from vislam2tag.simulation.sensors.devices import make_device
+from vislam2tag.simulation.sensors.imu import INERTIAL_TYPES, ImuSettings, simulate_imu
+from vislam2tag.simulation.sensors.radio import RadioEnvironment, RadioSettings, make_radio_environment, simulate_wifi
+from vislam2tag.simulation.settings import BuildingSettings, stream
+from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections import UNITS_M
+from vislam2tag.survey.corrections import UNITS_M, session_start
+from vislam2tag.survey.model import SessionKey
+from vislam2tag.survey.plans.model import FloorPlan
+from vislam2tag.walkable.space import walkable_space
 
 FEWEST_PASSES, FEWEST_OTHERS = 3, 3
-LONGER = 1.2
+SQUARE = 0.2
+LEAST_CLOCK_S, GREATEST_CLOCK_S = 1.0, 20.0
+REPEATED_SHARE = 0.3
+GYRO_HZ = 50.0
 LEAST_M, GREATEST_M = 1.0, 12.0
 DURATION_S = 150.0
 SEVERITIES = ("none", "mild", "default", "default", "severe")
+
+
+@dataclass(frozen=True)
+class Streams:
+    """What a phone logged besides landmarks: poses, the gyroscope, scans."""
+
+    camera: CameraTrack
+    sensors: pl.DataFrame
+    wifi: pl.DataFrame
+    way_s: FloatArray
+    way: ComplexArray
+
+    def signs(self, key: SessionKey) -> StreamSigns:
+        """As a session's tables tell them."""
+        start = session_start(key.session)
+        assert start is not None
+        since_boot_s = float(self.camera.time_ns[0]) * 1e-9
+        scans, repeated = self.wifi["scan"].n_unique(), len(repeated_scans(self.wifi))
+        offset_s = sensor_clock_offset_s(self.camera, self.sensors)
+        return StreamSigns((start - datetime(1970, 1, 1)).total_seconds() - since_boot_s, scans, repeated, offset_s)
+
+    def heard(self) -> HeardOnWalk:
+        """The scans on the tracker's way."""
+        columns = (self.wifi[name].to_numpy() for name in ("scan", "bssid", "rssi_dbm"))
+        scan, bssid, dbm = columns
+        return HeardOnWalk(
+            self.wifi["time_ns"].to_numpy() * 1e-9, scan, bssid.astype(str), dbm.astype(float), self.way_s, self.way
+        )
+
+    def shifted(self, tables: tuple[str, ...], offset_s: float) -> Streams:
+        """The same with these tables on a clock that is behind by this."""
+        by = pl.col("time_ns") - round(offset_s * 1e9)
+        return replace(self, **{name: getattr(self, name).with_columns(time_ns=by) for name in tables})
 
 
 @dataclass
@@ -52,6 +108,9 @@ class MadeSurvey:
     walks: list[WalkPasses]
     place: dict[Mark, complex]
     size_m: dict[int, tuple[float, float]]
+    streams: list[Streams] = field(default_factory=list)
+    """Of each walk, in their order."""
+    inside: dict[int, Inside] = field(default_factory=dict)
     faults: list[tuple[FaultKind, tuple[str, ...], str]] = field(default_factory=list)
     touched: set[Mark] = field(default_factory=set)
     last: list[Callable[[], None]] = field(default_factory=list)
@@ -89,7 +148,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--surveys", type=int, default=200)
     parser.add_argument("--first-seed", type=int, default=30000)
-    parser.add_argument("--cache", type=Path, help="Keep what is simulated there, to go on after an interruption.")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--show", action="store_true", help="Print every survey that went wrong.")
     parser.add_argument("--real", action="store_true", help="Every swap of two landmarks in the real walks instead.")
@@ -100,7 +158,7 @@ def main() -> None:
     seeds = range(options.first_seed, options.first_seed + options.surveys)
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(options.jobs) as pool:
-        for outcome in pool.map(partial(outcome_of, options.cache), seeds):
+        for outcome in pool.map(outcome_of, seeds):
             outcomes.append(outcome)
             if len(outcomes) % 20 == 0:
                 print(f"\nafter {len(outcomes)} surveys", flush=True)
@@ -146,9 +204,9 @@ class Outcome:
     sentences: list[str]
 
 
-def outcome_of(cache: Path | None, seed: int) -> Outcome:
+def outcome_of(seed: int) -> Outcome:
     """Make a survey, diagnose it as it is and with faults."""
-    made = _made(cache, seed)
+    made = _simulated(seed)
     alarms = [fault.summary for fault in _diagnosed(made)]
     rng = np.random.default_rng([seed, 1])
     for _ in range(int(rng.integers(1, 4))):
@@ -160,48 +218,69 @@ def outcome_of(cache: Path | None, seed: int) -> Outcome:
 
 
 def _named(fault: Fault) -> tuple[FaultKind, tuple[str, ...], str]:
-    ids = fault.landmarks
+    ids = fault.landmarks or [entry.values["table"] for entry in fault.corrections if entry.table == "shift_clock"]
     first = ids.index(min(ids)) if ids else 0
     place = fault.sessions[0] if fault.sessions else f"floor {fault.floor}"
     return fault.kind, (*ids[first:], *ids[:first]), place
 
 
-def _made(cache: Path | None, seed: int) -> MadeSurvey:
-    kept = None if cache is None else cache / f"{seed}.pickle"
-    if kept is not None and kept.is_file():
-        return MadeSurvey(*pickle.loads(kept.read_bytes()))
-    made = _simulated(seed)
-    if kept is not None:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.write_bytes(pickle.dumps((made.walks, made.place, made.size_m)))
-    return made
-
-
 def _simulated(seed: int) -> MadeSurvey:
     rng = np.random.default_rng([seed, 0])
     floors = (0, 1) if rng.random() < 0.4 else (0,)
-    building = BuildingSettings(
-        width_m=float(rng.uniform(40, 70)), height_m=float(rng.uniform(26, 40)), landmarks=int(rng.integers(9, 16))
-    )
+    width_m, height_m = float(rng.uniform(40, 70)), float(rng.uniform(26, 40))
+    height_m = width_m if rng.random() < SQUARE else height_m
+    building = BuildingSettings(width_m=width_m, height_m=height_m, landmarks=int(rng.integers(9, 16)))
     severity = str(rng.choice(SEVERITIES))
     sessions = int(rng.integers(2, 4))
     scenario = regular_survey(seed, severity, floors, ("LG", "OnePlus"), sessions, DURATION_S, building=building)
-    walks = []
-    for planned in scenario.sessions:
-        log = walk_and_track(scenario, planned)[1]
-        camera = CameraTrack(
-            log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8)
-        )
-        observations = WalkObservations.of(camera, log.landmarks, SmootherSettings().sighting_range_m)
-        walks.append(WalkPasses.of(planned.key, observations))
-    walks.sort(key=lambda walk: walk.key)
+    environment = make_radio_environment(
+        scenario.building, RadioSettings(stale_share=STALE_SHARE * scenario.severity), scenario.place_seed
+    )
+    logged = [_logged(scenario, planned, environment) for planned in scenario.sessions]
+    logged.sort(key=lambda one: one[0].key)
     made = scenario.building.floors
     place = {
         Mark(floor.number, name): complex(*(at + rng.normal(0, 0.02, 2)))
         for floor in made
         for name, at in zip(floor.landmark_ids, floor.landmark_position[:, :2], strict=True)
     }
-    return MadeSurvey(walks, place, {floor.number: (floor.width_m, floor.height_m) for floor in made})
+    size_m = {floor.number: (floor.width_m, floor.height_m) for floor in made}
+    inside = {floor.number: _inside(floor) for floor in made}
+    return MadeSurvey([walk for walk, _ in logged], place, size_m, [streams for _, streams in logged], inside)
+
+
+def _logged(scenario: Scenario, planned: PlannedSession, environment: RadioEnvironment) -> tuple[WalkPasses, Streams]:
+    """Walk once and reduce what the phone logs."""
+    walk, log = walk_and_track(scenario, planned)
+    camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8))
+    observations = WalkObservations.of(camera, log.landmarks, SmootherSettings().sighting_range_m)
+    rng = stream(scenario.seed, "benchmark of diagnosis", planned.key)
+    receiver = make_device(planned.key.device, Locale.MIXED, scenario.seed).receiver
+    heard = simulate_wifi(environment, walk, receiver, rng)
+    imu = simulate_imu(walk, ImuSettings(rate_hz=GYRO_HZ), scenario.seed, rng)
+    gyro = imu.sensor == list(INERTIAL_TYPES).index("GYRO")
+    axes = {f"v{i + 1}": imu.values[gyro, i] for i in range(3)}
+    sensors = pl.DataFrame({"time_ns": imu.time_ns[gyro], "sensor": "GYRO", "repeated": False, **axes})
+    wifi = pl.DataFrame(
+        {
+            "time_ns": heard.time_us * 1000,
+            "scan": heard.scan,
+            "bssid": heard.access_point.astype(str),
+            "rssi_dbm": heard.rss_dbm,
+            "repeated": False,
+        }
+    )
+    odometry = observations.odometry
+    way_s = float(camera.time_ns[0]) * 1e-9 + odometry.time_s[::PATH_STEP]
+    return WalkPasses.of(planned.key, observations), Streams(camera, sensors, wifi, way_s, odometry.path[::PATH_STEP])
+
+
+def _inside(floor: SimulatedFloor) -> Inside:
+    """Where can be walked by the plan as it is drawn."""
+    with TemporaryDirectory() as folder:
+        draw_plan(floor, Path(folder) / "plan.png")
+        image = np.asarray(Image.open(Path(folder) / "plan.png"))
+    return walkable_space(FloorPlan((0.0, floor.width_m, 0.0, floor.height_m), image)).inside
 
 
 def _diagnosed(made: MadeSurvey) -> list[Fault]:
@@ -210,7 +289,12 @@ def _diagnosed(made: MadeSurvey) -> list[Fault]:
         PlacedWalk.of(walk, {mark.landmark: mark.floor for mark in made.place if mark.floor == walk.key.floor}, table)
         for walk in made.walks
     )
-    return found_faults(Evidence(table, walks))[0]
+    faults, corrected = found_faults(Evidence(table, walks))
+    heard = {walk.key: one.heard() for walk, one in zip(made.walks, made.streams, strict=False)}
+    faults = told_by_plan(faults, corrected, {key: one.way for key, one in heard.items()}, made.inside)
+    offsets_s = wifi_clock_offsets_s(corrected, heard)
+    signs = {walk.key: one.signs(walk.key) for walk, one in zip(made.walks, made.streams, strict=False)}
+    return faults + stream_faults({key: replace(one, wifi_offset_s=offsets_s.get(key)) for key, one in signs.items()})
 
 
 def _put_in(made: MadeSurvey, rng: np.random.Generator) -> None:
@@ -320,9 +404,7 @@ def units(made: MadeSurvey, rng: np.random.Generator) -> bool:
 
 
 def turn(made: MadeSurvey, rng: np.random.Generator) -> bool:
-    """Turn a floor's table by a quarter, as on a plan that was drawn upright; a square plan would not tell."""
-    if any(width_m < LONGER * height_m for width_m, height_m in made.size_m.values()):
-        return False
+    """Turn a floor's table by a quarter, as on a plan that was drawn upright."""
     return _whole_floor(made, rng, FaultKind.TURNED, lambda place, width_m: complex(place.imag, width_m - place.real))
 
 
@@ -347,6 +429,62 @@ def _whole_floor(
     return True
 
 
+def _walk(made: MadeSurvey, rng: np.random.Generator) -> int | None:
+    """A walk that no fault of a session concerns yet."""
+    taken = {fault[2] for fault in made.faults}
+    free = [number for number, walk in enumerate(made.walks) if str(walk.key) not in taken]
+    repeated = any(kind is FaultKind.REPEATED_SCANS for kind, *_ in made.faults)
+    return None if repeated or not free else int(rng.choice(free))
+
+
+def clock(made: MadeSurvey, rng: np.random.Generator, stream_name: str, tables: tuple[str, ...]) -> bool:
+    """Put streams of a walk onto a clock of their own: the poses are off where all others are."""
+    number = _walk(made, rng)
+    if number is None:
+        return False
+    offset_s = float(rng.uniform(LEAST_CLOCK_S, GREATEST_CLOCK_S)) * float(rng.choice((-1, 1)))
+    made.streams[number] = made.streams[number].shifted(tables, offset_s)
+    made.faults.append((FaultKind.CLOCK, (stream_name,), str(made.walks[number].key)))
+    return True
+
+
+def repeat_scans(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Let a device deliver a scan again in place of the next, in all its walks."""
+    if any(fault[2].startswith("floor ") and "/" in fault[2] for fault in made.faults):
+        return False
+    device = str(rng.choice(sorted({walk.key.device for walk in made.walks})))
+    numbers = [number for number, walk in enumerate(made.walks) if walk.key.device == device]
+    for number in numbers:
+        one = made.streams[number]
+        scans = one.wifi["scan"].unique(maintain_order=True).to_list()
+        again = [i for i in range(1, len(scans)) if rng.random() < REPEATED_SHARE]
+        wifi = one.wifi
+        for i in again:
+            old = wifi.filter(pl.col("scan") == scans[i - 1])
+            first_ns = wifi.filter(pl.col("scan") == scans[i])["time_ns"].min()
+            later = pl.col("time_ns") - old["time_ns"].min() + first_ns
+            moved = old.with_columns(scan=pl.lit(scans[i], pl.Int64), time_ns=later)
+            wifi = pl.concat([wifi.filter(pl.col("scan") != scans[i]), moved])
+        made.streams[number] = replace(one, wifi=wifi.sort("scan", maintain_order=True))
+    made.faults.append((FaultKind.REPEATED_SCANS, (), str(made.walks[numbers[0]].key)))
+    return True
+
+
+def other_device(made: MadeSurvey, rng: np.random.Generator) -> bool:
+    """Put a walk into the folder of another device, which has walks of its own, as the right one keeps some."""
+    number = _walk(made, rng)
+    if number is None:
+        return False
+    key = made.walks[number].key
+    (other,) = {walk.key.device for walk in made.walks} - {key.device}
+    moved = replace(key, device=other)
+    if sum(walk.key.device == key.device for walk in made.walks) < 3 or moved in {walk.key for walk in made.walks}:
+        return False
+    made.walks[number] = replace(made.walks[number], key=moved)
+    made.faults.append((FaultKind.OTHER_DEVICE, (), str(moved)))
+    return True
+
+
 PUT_IN: tuple[Callable[[MadeSurvey, np.random.Generator], bool], ...] = (
     swap,
     partial(swap, count=3),
@@ -357,6 +495,11 @@ PUT_IN: tuple[Callable[[MadeSurvey, np.random.Generator], bool], ...] = (
     units,
     mirror,
     turn,
+    partial(clock, stream_name="sensors", tables=("sensors",)),
+    partial(clock, stream_name="wifi", tables=("wifi",)),
+    partial(clock, stream_name="camera", tables=("sensors", "wifi")),
+    repeat_scans,
+    other_device,
 )
 
 
@@ -367,8 +510,9 @@ def _print(outcomes: list[Outcome], *, show: bool) -> None:
     for outcome in outcomes:
         for fault in outcome.put_in:
             hit = fault in outcome.named
-            put_in[fault[0]] += 1
-            right[fault[0]] += hit
+            kind = f"{fault[0]} ({fault[1][0]})" if fault[0] is FaultKind.CLOCK else str(fault[0])
+            put_in[kind] += 1
+            right[kind] += hit
             by_count[len(outcome.put_in)].append(hit)
         extra = [fault for fault in outcome.named if fault not in outcome.put_in]
         wrong += len(extra)

@@ -56,6 +56,17 @@ def test_one_entry_for_all_walks_of_a_device_whose_clock_is_off() -> None:
     assert one.corrections[0].values["session"] == key("A", 1).session
 
 
+@pytest.mark.parametrize(
+    ("sensors_s", "wifi_s", "table", "entry_s"),
+    [(0.05, 6.0, "wifi", 6.0), (6.2, 0.0, "sensors", 6.2), (6.2, 5.5, "camera", -6.2)],
+)
+def test_which_clock_is_off(sensors_s: float, wifi_s: float, table: str, entry_s: float) -> None:
+    """Sensors and scans off alike: it is the poses that are."""
+    (fault,) = stream_faults(signs(A1=StreamSigns(1000.0, 40, 0, sensors_s, wifi_s)))
+    values = fault.corrections[0].values
+    assert (values["table"], values["offset_s"], values["session"]) == (table, entry_s, key("A", 1).session)
+
+
 @pytest.mark.parametrize("offset_s", [0.0, 1.3, -20.0, 4000.0])
 def test_the_offset_of_the_gyroscopes_clock(offset_s: float) -> None:
     """Poses and gyroscope of one random turning; the gyroscope's times lack the offset."""

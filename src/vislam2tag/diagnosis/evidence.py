@@ -72,6 +72,13 @@ class PlacedWalk:
         """Whether most of its passes fit."""
         return bool(self.alignment.fits.sum() >= WELL_ALIGNED * np.isfinite(self.target).sum())
 
+    def on_plan(self, path: ComplexArray) -> ComplexArray | None:
+        """A way in the frame of the passes (n,) laid onto the plan, metres; None where the walk does not fit."""
+        found = self.alignment
+        if not (self.well_aligned and found.fits.any()) or found.cuts:
+            return None
+        return np.asarray(found.origin + found.turn * path)
+
     def without(self, rows: IntArray) -> Alignment:
         """The walk laid onto its targets but those of some passes."""
         target = self.target.copy()

@@ -21,6 +21,8 @@ LEAST_OFFSET_S = 0.7
 """Sensors whose clock is off by more than poses are ever stamped late; less is a lag."""
 SAME_OFFSET_S = 0.3
 """Walks of one device whose offsets are this alike need one entry."""
+SAME_WIFI_S = 2.0
+"""Sensors and scans are off by as much where their offsets differ by less: levels tell theirs less sharply."""
 REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
 """Repeated scans are a fault from this share on, and so many of them."""
 
@@ -87,31 +89,57 @@ def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> 
 
 
 def _clocks(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
-    """Sensors on another clock than the poses: of single walks, or of all walks of a device alike."""
+    """Streams on another clock than the poses; the poses' own is off where all others are off by as much."""
+    sensors = {key: one.sensor_offset_s for key, one in signs.items() if one.sensor_offset_s is not None}
+    wifi = {key: one.wifi_offset_s for key, one in signs.items() if one.wifi_offset_s is not None}
+    camera = {
+        key: -sensors[key]
+        for key in sensors.keys() & wifi.keys()
+        if abs(sensors[key]) > LEAST_OFFSET_S and abs(wifi[key]) > 0 and abs(sensors[key] - wifi[key]) < SAME_WIFI_S
+    }
     found = []
-    for device in sorted({key.device for key in signs}):
-        own = {
-            key: one.sensor_offset_s
-            for key, one in sorted(signs.items())
-            if key.device == device and one.sensor_offset_s is not None
-        }
-        off = {key: offset_s for key, offset_s in own.items() if abs(offset_s) > LEAST_OFFSET_S}
-        middle_s = float(np.median(list(off.values()))) if off else 0.0
-        if len(off) == len(own) > 1 and all(abs(offset_s - middle_s) < SAME_OFFSET_S for offset_s in off.values()):
-            found.append(_clock(f"device {device}", {"device": device}, list(off), middle_s))
-        else:
-            for key, offset_s in off.items():
-                found.append(_clock(f"session {key}", asdict(key), [key], offset_s))
+    for table, offsets in (("camera", camera), ("sensors", sensors), ("wifi", wifi)):
+        known = offsets if table == "camera" else {key: at for key, at in offsets.items() if key not in camera}
+        found += _clocks_of(table, known)
     return found
 
 
-def _clock(whose: str, selectors: dict[str, object], keys: list[SessionKey], offset_s: float) -> Fault:
+def _clocks_of(table: str, offsets: Mapping[SessionKey, float]) -> list[Fault]:
+    """Offsets of one stream: of single walks, or of all walks of a device alike."""
+    found = []
+    for device in sorted({key.device for key in offsets}):
+        own = {key: offset_s for key, offset_s in sorted(offsets.items()) if key.device == device}
+        off = {key: offset_s for key, offset_s in own.items() if abs(offset_s) > LEAST_OFFSET_S}
+        middle_s = float(np.median(list(off.values()))) if off else 0.0
+        same_s = SAME_OFFSET_S if table == "sensors" else SAME_WIFI_S
+        if len(off) == len(own) > 1 and all(abs(offset_s - middle_s) < same_s for offset_s in off.values()):
+            found.append(_clock(table, f"device {device}", {"device": device}, list(off), middle_s))
+        else:
+            for key, offset_s in off.items():
+                found.append(_clock(table, f"session {key}", asdict(key), [key], offset_s))
+    return found
+
+
+_CLOCKS = {
+    "sensors": ("the sensors", "its poses", "the gyroscope turns as the camera does, and at no other offset"),
+    "wifi": ("the Wi-Fi scans", "its poses", "the scans hear what those of other walks heard at these places"),
+    "camera": (
+        "the poses",
+        "its sensors and scans",
+        "the camera turns as the gyroscope does, and the scans hear what those of other walks heard at these places",
+    ),
+}
+"""Of each stream: whose clock is off, against which, and by what that is told."""
+
+
+def _clock(table: str, whose: str, selectors: dict[str, object], keys: list[SessionKey], offset_s: float) -> Fault:
     size, way = abs(offset_s), "behind" if offset_s > 0 else "ahead of"
-    values = {**selectors, "table": "sensors", "offset_s": round(offset_s, 2), "reason": REASON}
+    values = {**selectors, "table": table, "offset_s": round(offset_s, 2), "reason": REASON}
+    stream, against, told = _CLOCKS[table]
     return Fault(
         kind=FaultKind.CLOCK,
         sessions=[str(key) for key in keys],
-        summary=f"the clock of the sensors of {whose} is {size:.1f} s {way} that of its poses",
-        evidence=f"shifted by {offset_s:+.2f} s, the gyroscope turns as the camera does, and at no other offset",
+        summary=f"the clock of {stream} of {whose} is {size:.1f} s {way} that of {against}",
+        evidence=f"shifted by {offset_s:+.2f} s, {told}",
         corrections=[CorrectionEntry(table="shift_clock", values=values)],
     )

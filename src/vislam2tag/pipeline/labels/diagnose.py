@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
+from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
+from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets_s
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
@@ -22,6 +27,8 @@ from vislam2tag.survey.correction_lines import with_entries
 from vislam2tag.survey.corrections import Corrections, read_corrections
 from vislam2tag.survey.discover import session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
+from vislam2tag.survey.plans.load import floor_plan
+from vislam2tag.walkable.space import walkable_space
 
 MOST_MAPPED_AGAIN = 12
 """The gain of a correction is told by so many of the sessions that it concerns, the first ones."""
@@ -55,8 +62,13 @@ def diagnose(
     process_all(partial(observe_session, settings), todo, jobs, keep)
     sessions.sort(key=lambda session: session.key)
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
-    faults, _ = found_faults(survey_evidence(survey.site, walks))
-    faults += stream_faults({session.key: session.signs for session in sessions if session.signs is not None})
+    faults, corrected = found_faults(survey_evidence(survey.site, walks))
+    heard = {session.key: session.heard for session in sessions if session.heard is not None}
+    paths = {key: one.way for key, one in heard.items()}
+    faults = told_by_plan(faults, corrected, paths, _walkable_floors(survey))
+    offsets_s = wifi_clock_offsets_s(corrected, heard)
+    signs = {session.key: session.signs for session in sessions if session.signs is not None}
+    faults += stream_faults({key: replace(one, wifi_offset_s=offsets_s.get(key)) for key, one in signs.items()})
     faults += [fault for session in sessions for fault in session.faults]
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
@@ -65,6 +77,16 @@ def diagnose(
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
     )
+
+
+def _walkable_floors(survey: Survey) -> dict[int, Inside]:
+    """What tells of each floor where can be walked, for those with a plan that tells it."""
+    found: dict[int, Inside] = {}
+    for floor in survey.site.floors:
+        if floor.plan is not None:
+            with suppress(SurveyError, MissingExtraError):
+                found[floor.number] = walkable_space(floor_plan(floor)).inside
+    return found
 
 
 def _with_gains(

@@ -5,22 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
+from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.kept_passes import Places, places_of
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 from vislam2tag.survey.model import SessionKey
+
+PATH_STEP = 15
+"""Frames from one place of the way that is kept to the next."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,8 @@ class DiagnosedSession:
     share: MappedShare = MappedShare()
     faults: tuple[Fault, ...] = ()
     """What the session tells alone."""
+    heard: HeardOnWalk | None = None
+    """The scans and the way in the frame of the passes."""
 
 
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -83,6 +92,23 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         places=places_of(prepared),
         signs=stream_signs(whole.session),
         share=share,
+        heard=_heard(session, observations.odometry),
+    )
+
+
+def _heard(session: Session, odometry: Odometry) -> HeardOnWalk:
+    """A session's scans, repeated rows left out, with the tracker's way."""
+    rows = session.tables["wifi"].filter(
+        ~pl.col("repeated") & pl.col("rssi_dbm").is_not_null() & pl.col("bssid").is_not_null()
+    )
+    start_s = float(session.camera.time_ns[session.camera.usable][0]) * 1e-9
+    return HeardOnWalk(
+        time_s=rows["time_ns"].to_numpy() * 1e-9,
+        scan=rows["scan"].cast(pl.Int64).to_numpy(),
+        bssid=rows["bssid"].to_numpy().astype(str),
+        dbm=rows["rssi_dbm"].cast(pl.Float64).to_numpy(),
+        way_s=start_s + odometry.time_s[::PATH_STEP],
+        way=odometry.path[::PATH_STEP],
     )
 
 

@@ -1,0 +1,81 @@
+"""A plan tells how a table is turned where walks would go through its walls, and else nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.made_walks import PLACES, evidence, made_survey
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.diagnosis.record import Fault, FaultKind
+from vislam2tag.diagnosis.search import found_faults
+from vislam2tag.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.survey.corrections import TurnLandmarks
+
+WIDTH_M, HEIGHT_M = 45.0, 30.0
+
+
+def near_the_way(points_m: FloatArray) -> BoolArray:
+    """A building that is free within 2 m of where the walks went, and nowhere else."""
+    way = np.concatenate([walk.camera + walk.offset for walk in made_survey()])
+    true = evidence(made_survey(), PLACES).walks
+    on_plan = np.concatenate([walk.alignment.origin + walk.alignment.turn * walk.passes.camera for walk in true])
+    assert len(way) == len(on_plan)
+    place = points_m[:, 0] + 1j * points_m[:, 1]
+    return np.asarray(np.abs(place[:, None] - on_plan).min(axis=1) < 2.0)
+
+
+def everywhere(points_m: FloatArray) -> BoolArray:
+    return np.ones(len(points_m), dtype=bool)
+
+
+def told(table: dict[str, complex], inside: object = near_the_way) -> list[Fault]:
+    walks = made_survey()
+    faults, corrected = found_faults(evidence(walks, table))
+    paths: dict[object, ComplexArray] = {walk.key: walk.camera for walk in walks}
+    return told_by_plan(faults, corrected, paths, {0: inside})  # type: ignore[arg-type]
+
+
+def corrected_places(table: dict[str, complex], fault: Fault) -> dict[str, complex]:
+    """As ``corrections.toml`` puts the landmarks by the fault's entry."""
+    values = {name: of for name, of in fault.corrections[-1].values.items() if name != "reason"}
+    entry = TurnLandmarks(**values)
+    turn = np.exp(1j * np.radians(entry.turn_deg))
+    return {
+        name: turn * (-place.conjugate() if entry.mirrored else place) + complex(*entry.shift_m)
+        for name, place in table.items()
+    }
+
+
+def test_a_sound_table_is_not_turned() -> None:
+    assert told(PLACES) == []
+
+
+def test_half_a_turn_is_told_by_walls_alone() -> None:
+    table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}
+    (fault,) = told(table)
+    assert (fault.kind, fault.floor) == (FaultKind.TURNED, 0)
+    assert "turned by 180 degrees" in fault.summary
+    assert "100 % of the way of 4 walks is free" in fault.evidence
+    assert corrected_places(table, fault) == pytest.approx(PLACES)
+
+
+def test_which_quarter_is_told_by_walls() -> None:
+    """By its extent the plan would not say whether by 90 or by 270 degrees."""
+    table = {name: complex(HEIGHT_M - place.imag, place.real) for name, place in PLACES.items()}
+    (fault,) = told(table)
+    assert fault.corrections[0].values["turn_deg"] == 270.0
+    assert corrected_places(table, fault) == pytest.approx(PLACES)
+
+
+def test_about_which_line_a_table_is_mirrored() -> None:
+    table = {name: complex(place.real, HEIGHT_M - place.imag) for name, place in PLACES.items()}
+    (fault,) = told(table)
+    assert fault.kind is FaultKind.MIRRORED
+    assert "about which line the plan tells" in fault.evidence
+    assert corrected_places(table, fault) == pytest.approx(PLACES)
+
+
+def test_a_plan_without_walls_in_the_way_tells_nothing() -> None:
+    table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}
+    assert told(table, everywhere) == []
