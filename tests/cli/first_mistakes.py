@@ -6,6 +6,7 @@ They are the rows of docs/how-to/first_mistakes.md, which `make docs-pages` make
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -100,6 +101,38 @@ def rows(change: Callable[[list[str]], list[str]]) -> Callable[[str], str]:
 def white(world: Path) -> None:
     """A plan that shows nothing."""
     Image.new("RGB", (60, 30), "white").save(world / "white.png")
+
+
+def coordinates(change: Callable[[float, float], tuple[float, float]]) -> Callable[[Path], object]:
+    """Change x and y of all landmarks."""
+
+    def run(lines: list[str]) -> list[str]:
+        changed = []
+        for line in lines:
+            name, x, y, *others = line.split(",")
+            changed.append(",".join([name, *(f"{value:.3f}" for value in change(float(x), float(y))), *others]))
+        return changed
+
+    return edit(MARKS, rows(run))
+
+
+def zipped(world: Path) -> None:
+    """The survey as a zip, as mail programs make one."""
+    shutil.make_archive(str(world / "survey"), "zip", world, "survey")
+
+
+def packed_on_windows(world: Path) -> None:
+    """A walk packed again by a program that writes backslashes."""
+    with zipfile.ZipFile(world / "walk.zip", "w") as archive:
+        archive.writestr("LG\\2021-12-20T09:14:00\\poses.csv", "1;2\n")
+
+
+def left_by_file_managers(world: Path) -> None:
+    """What Windows and macOS leave in folders that they show, and in zips."""
+    for folder in ("survey", "survey/floor_0", WALK):
+        for name in ("Thumbs.db", "desktop.ini", ".DS_Store", "._poses.csv"):
+            (world / folder / name).write_bytes(b"\0")
+    (world / "survey/__MACOSX/floor_0").mkdir(parents=True)
 
 
 SITE, MARK, RECORD, PROCESS, CHECK, SET, LOCATE = (
@@ -626,6 +659,228 @@ MISTAKES = (
         "locate m.v2t gone.csv",
         "gone.csv: cannot be read (No such file or directory)",
         2,
+    ),
+    Mistake(
+        SITE, "gave the plan's folder", "site init new --plan survey", "is a folder; give the file of the floor's plan"
+    ),
+    Mistake(
+        SITE,
+        "wrote the unit behind the number",
+        "site init new --plan plan.png --width-m 20m",
+        "Invalid value for '--width-m': Input should be a valid number",
+        2,
+        plans,
+    ),
+    Mistake(
+        SITE,
+        "gave the scale of a picture",
+        "site init new --plan plan.png --scale 1:100",
+        "tells no size on paper, which a scale such as 1:100 needs",
+        2,
+        plans,
+    ),
+    Mistake(
+        SITE,
+        "gave a scale without 1:",
+        "site init new --plan framed.pdf --scale 100",
+        "give 1:N as the drawing says, such as 1:100",
+        2,
+        plans,
+    ),
+    Mistake(
+        MARK,
+        "measured in pixels of the plan",
+        "inspect survey",
+        "12 of 12 landmarks of floor 0 (1, 2, 3, 4, 5, ...) lie more than 5 m off its plan",
+        0,
+        coordinates(lambda x, y: (20 * x + 200, 20 * y + 200)),
+    ),
+    Mistake(
+        MARK,
+        "wrote y before x",
+        "diagnose survey --jobs 1",
+        "The landmark table of floor 0 is mirrored.",
+        1,
+        coordinates(lambda x, y: (y, x)),
+    ),
+    Mistake(
+        MARK,
+        "measured in feet under a header without unit",
+        "diagnose survey --jobs 1",
+        "The landmark table of floor 0 is in ft, not in metres.",
+        1,
+        coordinates(lambda x, y: (x / 0.3048, y / 0.3048)),
+    ),
+    Mistake(
+        MARK,
+        "saved a spreadsheet under the name of a CSV file",
+        "inspect survey",
+        "it is a spreadsheet (XLSX), not text: save it as CSV, or name it .xlsx",
+        1,
+        write(MARKS, "PK\x03\x04"),
+    ),
+    Mistake(
+        MARK,
+        "saved the table as Unicode text (UTF-16)",
+        "inspect survey",
+        "numbers have a decimal comma",
+        0,
+        lambda world: (world / MARKS).write_bytes(
+            (world / MARKS).read_text().replace(",", ";").replace(".", ",").encode("utf-16")
+        ),
+    ),
+    Mistake(
+        RECORD,
+        "gave the folder that the survey lies in",
+        "inspect outer",
+        "give the folder that holds them: outer/survey",
+        2,
+        lambda world: ((world / "outer").mkdir(), move("survey", "outer/survey")(world)),
+    ),
+    Mistake(RECORD, "gave a zip of the survey", "inspect survey.zip", "unpack it and give the folder", 2, zipped),
+    Mistake(
+        RECORD,
+        "packed a phone's zip again",
+        "receive survey walk.zip",
+        "give the zip as the phone wrote it, not packed again",
+        1,
+        packed_on_windows,
+    ),
+    Mistake(
+        RECORD,
+        "left a copy of a walk beside it",
+        "inspect survey",
+        "holds the same walk as floor_0/LG/2021-12-20T09:14:00: it would count twice",
+        0,
+        lambda world: shutil.copytree(world / WALK, world / f"{WALK} - Copy"),
+    ),
+    Mistake(
+        RECORD,
+        "put another building's floor into the survey",
+        "inspect survey",
+        "make that a survey of its own",
+        0,
+        lambda world: shutil.copytree(world / "survey/floor_0", world / "survey/Building B"),
+    ),
+    Mistake(
+        RECORD,
+        "copied what Windows and macOS leave in folders",
+        "inspect survey",
+        "sessions: 1, findings: 0",
+        0,
+        left_by_file_managers,
+    ),
+    Mistake(
+        RECORD,
+        "imported the survey",
+        "import survey --out new",
+        "it is a survey: `vislam2tag dataset` makes a data set of it",
+    ),
+    Mistake(
+        RECORD,
+        "imported a data set of ours",
+        "import set --out new",
+        "it is a data set of ours already, which every command takes as it is",
+    ),
+    Mistake(
+        PROCESS,
+        "gave the survey for OUT",
+        "run survey --out survey --jobs 1",
+        "choose an empty or new folder for --out",
+    ),
+    Mistake(
+        PROCESS,
+        "wrote labels among the walks",
+        "process survey --out survey/floor_0/labels --jobs 1",
+        "lies among the survey's sessions, which stay as they are; choose another --out",
+    ),
+    Mistake(
+        PROCESS,
+        "spelled --out otherwise",
+        "process survey --output out",
+        "No such option: --output (Possible options: --out)",
+    ),
+    Mistake(
+        PROCESS,
+        "gave settings as YAML",
+        "process survey --out out --config s.yaml",
+        "--config s.yaml: not a TOML file",
+        2,
+        write("s.yaml", "labels:\n  max_sigma_m: 0.3\n"),
+    ),
+    Mistake(
+        CHECK,
+        "gave a file of truth for its folder",
+        f"evaluate survey --out out --truth {WALK}/truth.csv --jobs 1",
+        "is no folder; it holds a file for each session",
+    ),
+    Mistake(
+        SET,
+        "labelled by the survey, not its labels",
+        "label table.csv --labels survey",
+        "it is a survey: run `vislam2tag process` on it first",
+        2,
+        write("table.csv", "time_s\n5\n"),
+    ),
+    Mistake(
+        SET,
+        "labelled dates as German spreadsheets write them",
+        "label table.csv --labels labels --zone Europe/Berlin",
+        "give numbers, or ISO 8601 such as 2021-12-20T09:14:05+01:00",
+        2,
+        write("table.csv", "time;co2\n20.12.2021 09:14:05;400\n"),
+    ),
+    Mistake(
+        SET,
+        "gave a time zone by its short name",
+        "label table.csv --labels labels --zone CEST",
+        "--zone CEST: is no time zone; give one such as Europe/Berlin or UTC",
+        2,
+        write("table.csv", "time,co2\n2021-12-20T09:14:05,400\n"),
+    ),
+    Mistake(
+        SET,
+        "labelled a spreadsheet",
+        "label table.xlsx --labels labels",
+        "is a spreadsheet (XLSX) or a zip; save the table as CSV and give that",
+        2,
+        write("table.xlsx", "PK"),
+    ),
+    Mistake(
+        SET,
+        "made radio maps of a network's name",
+        "radio-maps set --out new --ap eduroam",
+        "it is the name of 6 of them, such as 02:",
+    ),
+    Mistake(
+        LOCATE,
+        "gave the model and the scans the other way round",
+        "locate scans.csv m.v2t",
+        "scans.csv: is no model, or damaged",
+        2,
+        write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,-50\n"),
+    ),
+    Mistake(
+        LOCATE,
+        "gave scans as German spreadsheets write them",
+        "locate m.v2t scans.csv",
+        "must name scan_id, bssid, rssi_dbm and have commas between fields, not ;",
+        2,
+        write("scans.csv", "scan_id;bssid;rssi_dbm\n1;aa;-50,5\n"),
+    ),
+    Mistake(
+        LOCATE,
+        "wrote levels without their sign",
+        "locate m.v2t scans.csv",
+        "levels must be negative dBm",
+        0,
+        write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,50\n"),
+    ),
+    Mistake(
+        LOCATE,
+        "wrote the model into a folder that is not there",
+        "train set --model weighted-knn --out models/m.v2t",
+        "models/m.v2t: cannot be written (is a folder, or in none); choose another name",
     ),
 )
 

@@ -13,6 +13,7 @@ from vislam2tag.cli.options import AsJson
 from vislam2tag.cli.site_values import floor_part, georeference_part, plan_source
 from vislam2tag.cli.tables import print_site, site_record
 from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
     from vislam2tag.pipeline.site.show import SiteSummary
@@ -130,6 +131,8 @@ def site_init(
     notes: list[str] = []
     if is_competition_floor(plan):
         new = competition_floor(plan, floor)
+    elif plan.is_dir():
+        raise UsageError(f"--plan {plan}: is a folder; give the file of the floor's plan")
     else:
         source = plan_source(
             plan.name,

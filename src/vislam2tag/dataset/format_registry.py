@@ -182,4 +182,13 @@ def import_format_of(path: Path) -> ImportFormat:
             "below one folder and give that"
         )
     said = f"may be {' or '.join(found)}" if found else f"is none of the formats known ({', '.join(formats)})"
-    raise DatasetError(f"{path}: {said}; say which by --format")
+    raise DatasetError(f"{path}: {said}; {_instead(path) or 'say which by --format'}")
+
+
+def _instead(path: Path) -> str:
+    """What a folder of ours is that needs no import."""
+    if (path / "dataset.json").is_file():
+        return "it is a data set of ours already, which every command takes as it is"
+    if any(path.glob("floor_*/*/*/")):
+        return "it is a survey: `vislam2tag dataset` makes a data set of it"
+    return ""

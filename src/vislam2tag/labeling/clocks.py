@@ -93,7 +93,10 @@ def table_times(
     numbers = values.cast(pl.Float64).fill_null(float("nan")).to_numpy()
     usable = np.abs(numbers) < MOST_NS
     if not usable.any():
-        raise UsageError(f"column {values.name}: holds no time that can be read: give numbers or ISO 8601")
+        raise UsageError(
+            f"column {values.name}: holds no time that can be read: give numbers, or ISO 8601 "
+            "such as 2021-12-20T09:14:05+01:00"
+        )
     if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
         clock, unit = (None, None) if _unix_unit(numbers[usable], list(_UNITS_NS)) else (Clock.BOOT, "s")
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)

@@ -91,7 +91,10 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str
         if slash and not file:
             continue
         if not slash or file not in KNOWN_FILES or file in files:
-            raise RefusedZipError(f"the zip holds {info.orig_filename!a:.80}, which no session has, or has twice")
+            raise RefusedZipError(
+                f"the zip holds {info.orig_filename!a:.80}, which no session has, or has twice: give the zip as the "
+                "phone wrote it, not packed again"
+            )
         if not 0 <= info.header_offset < length:
             raise RefusedZipError("the zip is not whole; send it again")
         if info.flag_bits & _ENCRYPTED or info.compress_type not in _METHODS or _is_special(info):

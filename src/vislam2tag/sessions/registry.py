@@ -26,6 +26,7 @@ from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
 from vislam2tag.survey.stored_survey import stored_folder
 
 UNKNOWN_FORMAT = "unknown"
@@ -149,7 +150,8 @@ class SurveyFiles:
         refs = (SessionRef(key, *of[1:], slug, stored_folder(self.root, of[1])) for key, of, slug in listed)
         site = with_control_points_corrected(self.site, corrections)
         in_order = tuple(sorted(refs, key=lambda ref: ref.key))
-        return Survey(self.root, site, in_order, (*self.findings, *unused, *self.odd_folders))
+        off_plan = landmarks_off_plan(site, corrections)
+        return Survey(self.root, site, in_order, (*self.findings, *unused, *off_plan, *self.odd_folders))
 
 
 def open_survey(
@@ -179,6 +181,7 @@ def survey_files(root: Path, default_sigma_m: float, landmark_file: Path | None 
             f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
             + "".join(locked[:1])
         )
+    odd_folders += walks_twice(root, [of[:2] for of in sessions])
     return SurveyFiles(root, site, tuple(sessions), findings, tuple(odd_folders))
 
 

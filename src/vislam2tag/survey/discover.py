@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Container
 from pathlib import Path
+from zipfile import is_zipfile
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.finding_kinds import FindingKind
@@ -23,6 +24,7 @@ from vislam2tag.survey.landmark_file import (
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plans.load import check_image
 from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.survey.site_checks import walks_in_no_floor
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
 from vislam2tag.survey.site_table import is_file
@@ -93,7 +95,8 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     if not root.exists():
         raise SurveyError(f"{root}: no such folder; expected a survey folder with floor_K folders inside")
     if not root.is_dir():
-        raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside")
+        zipped = "; unpack it and give the folder" if is_zipfile(root) else ""
+        raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside{zipped}")
     folders, findings = _numbered_folders(root)
     if not folders:
         raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it{_instead(root)}")
@@ -109,6 +112,9 @@ def _instead(root: Path) -> str:
         return "; it holds what another command wrote: give the survey that was made of"
     if (root / "dataset.json").is_file():
         return "; it is a data set"
+    within = [path.parent for path in sorted(root.glob("*/floor_*")) if _FLOOR_FOLDER.fullmatch(path.name)]
+    if within:
+        return f"; give the folder that holds them: {within[0]}"
     return ""
 
 
@@ -122,6 +128,7 @@ def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
         elif match:
             message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
             findings.append(Finding(kind="duplicate_floor", file=folder.name, count=1, message=message))
+    findings += walks_in_no_floor([folder for folder in _listed(root) if not _FLOOR_FOLDER.fullmatch(folder.name)])
     return dict(sorted(folders.items())), findings
 
 

@@ -147,7 +147,10 @@ def _reordered(fields: tuple[str, ...], order: Sequence[int]) -> tuple[str, ...]
 
 def _text_lines(path: Path) -> tuple[list[Line], list[str]]:
     """Lines of a text file with their fields, and what was guessed of it."""
-    text, other_line = decoded(read_bytes(path))
+    raw = read_bytes(path)
+    if raw.startswith(b"PK"):
+        raise OSError(errno.EINVAL, "it is a spreadsheet (XLSX), not text: save it as CSV, or name it .xlsx", str(path))
+    text, other_line = decoded(raw)
     guesses = [] if other_line is None else [f"line {other_line} {NOT_UTF8}"]
     numbered = [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
     if not numbered:

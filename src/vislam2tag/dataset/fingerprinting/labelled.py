@@ -135,9 +135,10 @@ def _run(root: Path) -> _RunFile:
             raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
         return _RunFile.model_validate(content)
     except OSError as error:
+        instead = "; it is a survey: run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
         raise DatasetError(
-            f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror}) "
-            "and no survey folder"
+            f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror})"
+            f"{instead}"
         ) from error
     except ValidationError as error:
         field = ".".join(map(str, error.errors()[0]["loc"]))

@@ -149,10 +149,13 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     Columns are building, floor, technology, bssid, readings, whether it is ``wanted``, and whether it is of the
     ``sample`` that sets what all maps of a floor share: the same whichever maps are wanted.
     """
-    known = dataset.access_points.select("bssid", "nomap").collect()
+    known = dataset.access_points.select("bssid", "ssid", "nomap").collect()
     unknown = sorted(set(access_points) - set(known["bssid"]))
     if unknown:
-        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; access_points.parquet has them")
+        named = known.filter(pl.col("ssid") == unknown[0])["bssid"].to_list()
+        instead = f"it is the name of {len(named)} of them, such as {named[0]}" if named else "give a BSSID such as "
+        instead += "" if named else f"{known['bssid'].min()}; access_points.parquet has all"
+        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {instead}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
     enough = heard_at(dataset).filter(pl.col("readings") >= settings.least_readings)

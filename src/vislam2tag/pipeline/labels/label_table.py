@@ -113,7 +113,10 @@ def read_table(path: Path) -> pl.DataFrame:
     try:
         if path.suffix.lower() in _PARQUET:
             return read_parquet(path)
-        text, _ = decoded(read_bytes(path))
+        raw = read_bytes(path)
+        if raw.startswith(b"PK"):
+            raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and give that")
+        text, _ = decoded(raw)
         head = text.partition("\n")[0]
         separator = max(_SEPARATORS, key=head.count)
         return read_csv(text.encode(), separator=separator, infer_schema=False)

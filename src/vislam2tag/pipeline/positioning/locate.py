@@ -142,14 +142,15 @@ def locate(
     else:
         blocks = scan_blocks(scans, bad, name)
     helping = _WalkEstimation(walks)
-    if not as_json:
-        write(",".join(LOCATED) + "\n")
+    head = "" if as_json else ",".join(LOCATED) + "\n"
     count = unknown = 0
     for block in blocks:
         found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
         rows = located_table(block.ids, found)
-        write(rows.write_ndjson() if as_json else rows.write_csv(include_header=False))
+        write(head + (rows.write_ndjson() if as_json else rows.write_csv(include_header=False)))
+        head = ""  # written with the first scans, so that a file without any is refused before
+    write(head)
     advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
     points = len(saved.model.access_points_)
     return LocatedScans(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)

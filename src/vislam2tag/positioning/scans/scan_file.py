@@ -184,7 +184,10 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
         header = []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
-        raise DatasetError(f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}")
+        apart = " and have commas between fields, not ;" if any(";" in name for name in header) else ""
+        raise DatasetError(
+            f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}{apart}"
+        )
     places = [header.index(name) if name in header else None for name in (*COLUMNS, *WALK_COLUMNS)]
     while True:
         try:
