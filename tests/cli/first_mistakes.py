@@ -735,7 +735,7 @@ MISTAKES = (
         "inspect outer",
         "give the folder that holds them: outer/survey",
         2,
-        lambda world: ((world / "outer").mkdir(), move("survey", "outer/survey")(world)),
+        lambda world: shutil.move(world / "survey", world / "outer/survey"),
     ),
     Mistake(RECORD, "gave a zip of the survey", "inspect survey.zip", "unpack it and give the folder", 2, zipped),
     Mistake(

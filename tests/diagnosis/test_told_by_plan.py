@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.made_walks import PLACES, evidence, made_survey
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
 from vislam2tag.survey.corrections import TurnLandmarks
 
 WIDTH_M, HEIGHT_M = 45.0, 30.0
@@ -29,11 +29,11 @@ def everywhere(points_m: FloatArray) -> BoolArray:
     return np.ones(len(points_m), dtype=bool)
 
 
-def told(table: dict[str, complex], inside: object = near_the_way) -> list[Fault]:
+def told(table: dict[str, complex], inside: Inside = near_the_way) -> list[Fault]:
     walks = made_survey()
     faults, corrected = found_faults(evidence(walks, table))
-    paths: dict[object, ComplexArray] = {walk.key: walk.camera for walk in walks}
-    return told_by_plan(faults, corrected, paths, {0: inside})  # type: ignore[arg-type]
+    paths = {walk.key: walk.camera for walk in walks}
+    return told_by_plan(faults, corrected, paths, {0: inside})
 
 
 def corrected_places(table: dict[str, complex], fault: Fault) -> dict[str, complex]:

@@ -155,6 +155,7 @@ def test_absurd_coordinates_and_floors_are_not_used(tmp_path: Path) -> None:
         ("malformed_lines", "floor_1/marker_dict.csv"): (5, 6),
         ("non_finite_values", "floor_1/marker_dict.csv"): (3, 4),
         ("malformed_lines", "floor_1/refmarker.csv"): (2, 3),
+        ("landmarks_off_plan", ""): (),  # a thousand kilometres may be meant, but not on this plan
     }
     assert survey.site.landmarks.ids[:2] == ("1", "10")
     assert survey.site.floors[0].control_points.position_bcs.tolist() == [[1.0, 2.0]]

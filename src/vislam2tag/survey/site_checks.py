@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from vislam2tag.common.findings import Finding, Severity
@@ -15,6 +16,8 @@ BESIDE_M = 5.0
 """Landmarks farther beside the plan than this hang on no wall of it."""
 POSES = ("poses.csv", "CameraPose.csv")
 """Names of the file that tells walks apart."""
+LEAST_BYTES = 10_000
+"""Poses of a walk of some seconds have more; less may be alike by chance."""
 _SHOWN = 5
 
 
@@ -77,13 +80,17 @@ def walks_twice(root: Path, sessions: Sequence[tuple[SessionKey, Path]]) -> list
     sizes = defaultdict(list)
     for _, folder in sessions:
         for path in (folder / name for name in POSES):
-            if path.is_file() and (size := path.stat().st_size):
-                sizes[size].append(path)
+            with suppress(OSError):  # what cannot be read has a finding of its own
+                if path.is_file() and (size := path.stat().st_size) >= LEAST_BYTES:
+                    sizes[size].append(path)
     found = []
     for paths in sizes.values():
         contents: dict[bytes, Path] = {}
         for path in paths if len(paths) > 1 else ():
-            first = contents.setdefault(read_bytes(path), path)
+            try:
+                first = contents.setdefault(read_bytes(path), path)
+            except OSError:
+                continue
             if first is not path:
                 message = (
                     f"holds the same walk as {first.parent.relative_to(root).as_posix()}: it would count twice; remove "

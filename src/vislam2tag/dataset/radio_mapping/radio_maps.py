@@ -152,10 +152,7 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     known = dataset.access_points.select("bssid", "ssid", "nomap").collect()
     unknown = sorted(set(access_points) - set(known["bssid"]))
     if unknown:
-        named = known.filter(pl.col("ssid") == unknown[0])["bssid"].to_list()
-        instead = f"it is the name of {len(named)} of them, such as {named[0]}" if named else "give a BSSID such as "
-        instead += "" if named else f"{known['bssid'].min()}; access_points.parquet has all"
-        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {instead}")
+        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
     enough = heard_at(dataset).filter(pl.col("readings") >= settings.least_readings)
@@ -171,6 +168,14 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
             "more scans or name another --ap"
         )
     return enough
+
+
+def _instead(known: pl.DataFrame, name: str) -> str:
+    """What to give for a name that is no BSSID."""
+    called = [str(bssid) for bssid in known.filter(pl.col("ssid") == name)["bssid"]]
+    if called:
+        return f"it is the name of {len(called)} of them, such as {called[0]}"
+    return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
 
 
 @dataclass(frozen=True)
