@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from vislam2tag.diagnosis.passes import WalkPasses as WalkPasses
     from vislam2tag.diagnosis.record import Diagnosis as Diagnosis
     from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
+    from vislam2tag.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
     from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
@@ -226,6 +227,7 @@ _NAMES = {
     "diagnosis.passes": "WalkPasses",
     "diagnosis.record": "Diagnosis",
     "diagnosis.streams": "StreamSigns",
+    "diagnosis.wifi_clock": "HeardOnWalk",
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",

@@ -23,7 +23,8 @@ from vislam2tag.evaluation.metrics import ErrorSummary
 
 NAMES = [name for group in COMMANDS.values() for name in group]
 OF_SITE = ("init", "show", "write", "rebase", "walkable")
-WHOLE_NAMES = [*(name for name in NAMES if name != "site"), *(f"site {name}" for name in OF_SITE)]
+WHOLE_NAMES = [*(name for name in NAMES if name not in ("site", "studio")), *(f"site {name}" for name in OF_SITE)]
+"""The studio prints no result: it is a page that is open until it is ended."""
 GROUP: Any = typer.main.get_command(app)
 
 

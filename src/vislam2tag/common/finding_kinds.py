@@ -132,4 +132,6 @@ FindingKind = Literal[
     "unusable_sensor_time",
     "unusable_truth_rows",
     "unused_correction",
+    "landmarks_off_plan",
+    "walk_twice",
 ]
