@@ -108,6 +108,13 @@ def test_the_filling_walk_is_about_as_short_as_rooms_allow(walked: WalkedSpace) 
     assert 9 * 12 < walk.length_m < 9 * 30 + 2 * WIDTH_M
 
 
+def test_of_too_many_stops_those_count_that_fill_most(walked: WalkedSpace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vislam2tag.walkable.walked_space.MOST_STOPS", 3)
+    walk = filling_walk(walked)
+    assert walk is not None
+    assert len(walk.stops_m) == 3
+
+
 def test_where_all_was_walked_there_is_no_walk_left() -> None:
     area = office().space.area
     everywhere = area.grid.centres_m(np.argwhere(area.mask)[::5])

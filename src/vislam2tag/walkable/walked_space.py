@@ -25,6 +25,8 @@ LEAST_GAP_M2 = 2.0
 """Less than this that was not walked in an area is no reason to go there."""
 _OFF_SPACE_M = 0.5
 """Positions may lie so far outside the walkable space: labels are not exact, nor are plans."""
+MOST_STOPS = 500
+"""A walk has so many stops at most, those that fill most: who walked it checks again."""
 _LOOK_M = 25.0
 """Stops that are farther apart on foot come after each other only where nothing is nearer."""
 _MANY_STOPS = 400
@@ -115,7 +117,7 @@ def filling_walk(space: WalkedSpace) -> FillingWalk | None:
     missing, area = missing[worth], area[worth]
     if not len(missing):
         return None
-    stops = _stops(space.places_m[missing], area, space.distances.step_m)
+    stops = _stops(space.places_m[missing], area, space.distances.step_m)[:MOST_STOPS]
     length_m = space.distances.between(stops, stops, _LOOK_M)
     straight = np.linalg.norm(stops[:, None] - stops, axis=2)
     order = short_order(
