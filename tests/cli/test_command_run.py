@@ -7,6 +7,8 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.dataset.folder import open_dataset
@@ -73,13 +75,19 @@ def test_results_come_as_json_too(tmp_path: Path) -> None:
         assert isinstance(json.loads(done.stdout), dict), command
 
 
-def test_what_is_wrong_is_told_first(tmp_path: Path) -> None:
+@pytest.mark.parametrize("own", [True, False])
+def test_what_is_wrong_is_told_first(tmp_path: Path, own: bool) -> None:
+    """Of the floors' own landmark files, and of one that is given in their place."""
     survey = make_survey(tmp_path / "campus", seconds=100.0)
     marks = survey / "floor_0" / "marker_dict.csv"
     head, *rows = marks.read_text().splitlines()
     feet = [",".join([name, *(f"{float(cell) / 0.3048:.4f}" for cell in cells)]) for name, *cells in csv.reader(rows)]
-    marks.write_text("\n".join([head, *feet]) + "\n")
-    done = vislam2tag("run", survey, "--out", tmp_path / "out", "--jobs", "1")
+    given = tmp_path / "feet.csv"
+    given.write_text("\n".join([f"{head},floor", *(f"{row},0" for row in feet)]) + "\n")
+    if own:
+        marks.write_text("\n".join([head, *feet]) + "\n")
+    words = () if own else ("--landmarks", given)
+    done = vislam2tag("run", survey, "--out", tmp_path / "out", "--jobs", "1", *words)
     faults = [line for line in done.stdout.splitlines() if line.startswith("wrong: ")]
     assert faults
     assert f"next: vislam2tag diagnose {survey} --apply" in done.stdout

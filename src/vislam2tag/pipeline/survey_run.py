@@ -80,13 +80,12 @@ def run_survey(
             tell=tell,
         )
         labels = _labels_key(out / LABELS)
-        if landmarks is None:
-            steps.unless_done(
-                DIAGNOSIS,
-                key_of(labels, code_key(diagnose.__module__)),
-                (out / DIAGNOSIS_FILE).is_file(),
-                lambda: _diagnose(survey_root, settings, jobs, progress, folder),
-            )
+        steps.unless_done(
+            DIAGNOSIS,
+            key_of(labels, code_key(diagnose.__module__)),
+            (out / DIAGNOSIS_FILE).is_file(),
+            lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
+        )
         steps.unless_done(
             CHECK,
             key_of(labels, code_key(check.__module__)),
@@ -108,7 +107,7 @@ def run_survey(
             lambda: _collect(survey_root, out, settings, jobs, progress),
         )
         found = SurveyCheck.model_validate_json(read_bytes(out / CHECK / CHECK_FILE))
-        faults = summary.faults if landmarks else _faults(out / DIAGNOSIS_FILE)
+        faults = _faults(out / DIAGNOSIS_FILE)
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, found, faults, _LINKS))
         return SurveyRun(labels=summary, check=found, faults=tuple(faults), kept=tuple(steps.kept))
 
@@ -125,8 +124,15 @@ def _named(step: str, progress: _StepProgress) -> Callable[[_Outcome, int], None
     return lambda outcome, total: progress((step, outcome.error), total)
 
 
-def _diagnose(survey: Path, settings: Settings, jobs: int, progress: _StepProgress, folder: OutputFolder) -> None:
-    found = diagnose(survey, settings, jobs=jobs, progress=_named("diagnose", progress))
+def _diagnose(
+    survey: Path,
+    settings: Settings,
+    landmarks: Path | None,
+    jobs: int,
+    progress: _StepProgress,
+    folder: OutputFolder,
+) -> None:
+    found = diagnose(survey, settings, landmarks=landmarks, jobs=jobs, progress=_named("diagnose", progress))
     folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
 
 

@@ -38,18 +38,19 @@ def diagnose(
     survey_root: Path,
     settings: ProcessSettings | None = None,
     *,
+    landmarks: Path | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
     progress: Progress[DiagnosedSession] = silent,
 ) -> Diagnosis:
     """Name what is wrong with a survey, how that is known, what its correction brings, and the lines to correct it.
 
-    With ``jobs`` > 1 sessions run in that many processes (call it from under ``if __name__ == "__main__":``). Raises
-    SurveyError where ``survey_root`` is no survey, UsageError for a selection that matches nothing; a session that
-    cannot be read is named in ``Diagnosis.failed``.
+    ``landmarks`` is a file that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
+    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey, UsageError for a
+    selection that matches nothing; a session that cannot be read is named in ``Diagnosis.failed``.
     """
     settings = settings or ProcessSettings()
-    survey = open_survey(survey_root, settings.survey.landmark_sigma_m)
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)
     refs = thinned(selected(survey, corrections, selection or Selection()))
     sessions: list[DiagnosedSession] = []
