@@ -46,8 +46,8 @@ def diagnose(
     """Name what is wrong with a survey, how that is known, what its correction brings, and the lines to correct it.
 
     ``landmarks`` is a file that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
-    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey, UsageError for a
-    selection that matches nothing; a session that cannot be read is named in ``Diagnosis.failed``.
+    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey, UsageError for
+    a selection that matches nothing; a session that cannot be read is named in ``Diagnosis.failed``.
     """
     settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
