@@ -9,7 +9,10 @@ export class FrameTrace {
 
   constructor(map: Map) {
     map.on('movestart', () => this.begin());
-    map.on('moveend', () => (this.moving = false));
+    // A listener that returns false would keep the event from those after it.
+    map.on('moveend', () => {
+      this.moving = false;
+    });
   }
 
   private begin(): void {

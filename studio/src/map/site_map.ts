@@ -22,7 +22,7 @@ const WIDE = 1e5;
 
 interface Heard {
   clicked(place: number[], resolution: number, feature: Feature | undefined): void;
-  moved(extent: number[], resolution: number): void;
+  moved(extent: number[]): void;
   dragged(mark: Mark, place: number[]): void;
 }
 
@@ -89,7 +89,7 @@ export class SiteMap {
       const feature = this.map.forEachFeatureAtPixel(event.pixel, (found) => found as Feature, { hitTolerance: 10 });
       heard.clicked(event.coordinate, this.view.getResolution()!, feature);
     });
-    this.map.on('moveend', () => heard.moved(this.view.calculateExtent(), this.view.getResolution()!));
+    this.map.on('moveend', () => heard.moved(this.view.calculateExtent()));
     translate.on('translateend', ({ features }) => {
       const feature = features.item(0) as Feature;
       heard.dragged(feature.get('mark') as Mark, (feature.getGeometry() as Point).getCoordinates());
