@@ -14,7 +14,6 @@ const floor = (number: number): Floor => ({
   extent_m: [0, 20, 0, 10],
   plan: null,
   site_T_bcs: { rotation_rad: 0.3, shift_m: [5, -2] },
-  walkable: null,
 });
 
 function track(x: number[], y: number[], session: number[] = x.map(() => 0)): Track {
