@@ -120,6 +120,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.train import TrainPlan as TrainPlan
     from vislam2tag.pipeline.positioning.train import train as train
     from vislam2tag.pipeline.run.selection import Selection as Selection
+    from vislam2tag.pipeline.run.workers import Executor as Executor
     from vislam2tag.pipeline.site.init import NewFloor as NewFloor
     from vislam2tag.pipeline.site.init import add_floor as _add_floor
     from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
@@ -259,6 +260,7 @@ _NAMES = {
     "pipeline.positioning.locate": "LocatedScans WalkPlan locate",
     "pipeline.positioning.train": "TrainPlan TrainedModel train",
     "pipeline.run.selection": "Selection",
+    "pipeline.run.workers": "Executor",
     "pipeline.site.init": "NewFloor site_init=add_floor",
     "pipeline.site.plan": "PlanRequest plan=write_plans",
     "pipeline.site.rebase": "site_rebase=rebase",

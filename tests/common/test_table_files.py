@@ -106,8 +106,8 @@ def test_only_this_module_opens_tables() -> None:
             and method.value.id == "pl"
             and method.attr.startswith(("scan_", "read_"))
         )
-        or method.attr.startswith(("sink_", "write_parquet", "write_ipc"))
-        or (method.attr == "write_csv" and call.args and ast.unparse(call.args[0]) not in ("buffer", "self.file"))
+        or method.attr.startswith(("sink_", "write_parquet"))
+        or (method.attr in ("write_csv", "write_ipc", "write_ipc_stream") and call.args and ast.unparse(call.args[0]) not in ("buffer", "self.file"))
     }
     assert not others
 

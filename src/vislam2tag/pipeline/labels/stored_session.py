@@ -19,6 +19,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeAlias
 
+from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.store import Version
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
@@ -137,7 +138,7 @@ def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str) -> No
         if path.exists():
             tables[name] = store.put(table_name(name, job.slug), path)
     store.delete(table_name(name, job.slug) for name in OPTIONAL if name not in tables)
-    result = (job.out.root / RESULTS / f"{job.slug}.json").read_bytes()
+    result = read_bytes(job.out.root / RESULTS / f"{job.slug}.json")
     stored.out.put_mark(job.slug, result, before, inputs, tables)
 
 
