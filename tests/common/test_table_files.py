@@ -96,6 +96,10 @@ def is_constant(node: ast.expr, fixed: frozenset[str] | set[str] = frozenset()) 
     return isinstance(node, ast.Constant)
 
 
+TO_BUFFERS = ("write_csv", "write_ipc", "write_ipc_stream")
+"""Methods that may write into memory elsewhere, too."""
+
+
 def test_only_this_module_opens_tables() -> None:
     others = {
         f"{place} {method.attr}"
@@ -107,7 +111,11 @@ def test_only_this_module_opens_tables() -> None:
             and method.attr.startswith(("scan_", "read_"))
         )
         or method.attr.startswith(("sink_", "write_parquet"))
-        or (method.attr in ("write_csv", "write_ipc", "write_ipc_stream") and call.args and ast.unparse(call.args[0]) not in ("buffer", "self.file"))
+        or (
+            method.attr in ("write_csv", "write_ipc", "write_ipc_stream")
+            and call.args
+            and ast.unparse(call.args[0]) not in ("buffer", "self.file")
+        )
     }
     assert not others
 
