@@ -15,7 +15,7 @@ from threading import Lock
 from typing import Any
 
 from moto.moto_server.werkzeug_app import DomainDispatcherApplication, create_backend_app
-from werkzeug.serving import make_server
+from werkzeug.serving import WSGIRequestHandler, make_server
 
 
 class Failing:
@@ -52,6 +52,13 @@ class Failing:
         return _answer(start, fault["answer"], f"<Error><Code>{code}</Code><Message>{code}</Message></Error>")
 
 
+class Silent(WSGIRequestHandler):
+    """Prints no line for each request."""
+
+    def log(self, type: str, message: str, *args: Any) -> None:
+        pass
+
+
 def _answer(start: Any, status: str, text: str) -> list[bytes]:
     body = text.encode()
     start(status, [("Content-Type", "application/xml"), ("Content-Length", str(len(body)))])
@@ -60,4 +67,4 @@ def _answer(start: Any, status: str, text: str) -> list[bytes]:
 
 if __name__ == "__main__":
     port, host = sys.argv[1:]
-    make_server(host, int(port), Failing(), threaded=True).serve_forever()
+    make_server(host, int(port), Failing(), threaded=True, request_handler=Silent).serve_forever()

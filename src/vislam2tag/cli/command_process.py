@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, executor_of
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
@@ -54,6 +55,8 @@ Examples:
       --landmarks completed.csv
   vislam2tag process survey --out paper --label-rule next-frame \\
       --max-step-m 2
+  vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
+      --executor dask --scheduler tcp://10.0.0.5:8786
 """
 
 
@@ -74,6 +77,11 @@ def _process(
     device: Devices = None,
     replace: Replace = False,
     jobs: Jobs = ALL_CORES,
+    executor: Annotated[
+        ExecutorName, typer.Option(help="Where sessions run: in --jobs processes here, or on a Dask cluster.")
+    ] = ExecutorName.LOCAL,
+    scheduler: SchedulerAddress = None,
+    cluster: ClusterFile = None,
     json: AsJson = False,
     config: ConfigFile = None,
     label_rule: Annotated[LabelRule | None, setting("labels.rule")] = None,
@@ -96,10 +104,9 @@ def _process(
     }
     with survey_at_hand(survey) as folder:
         settings = settings_of(config, given, folder)
-        chosen = selection_of(floor, device)
-        summary = _process_with_progress(
-            folder, out, settings, landmarks=landmarks, selection=chosen, jobs=jobs, replace=replace
-        )
+        options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
+        with executor_of(executor, scheduler, cluster, jobs) as run_all:
+            summary = _process_with_progress(folder, out, settings, executor=run_all, **options)
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)

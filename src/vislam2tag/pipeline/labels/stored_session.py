@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import partial
+from functools import cache, partial
 from logging import LogRecord
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.store import Version
@@ -25,11 +25,21 @@ from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
-from vislam2tag.pipeline.labels.session import Job, Outcome, fail_session, outcome_of, process_session, still_holds
+from vislam2tag.pipeline.labels.session import (
+    Job,
+    Outcome,
+    code_of,
+    fail_session,
+    outcome_of,
+    process_session,
+    still_holds,
+)
+from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short, table_name
 from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
+from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.survey.model import SessionRef
 
@@ -71,6 +81,16 @@ def give_up(job: AnyJob, error: str) -> Outcome:
     """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
     work = partial(fail_session, error=error)
     return _into_store(job, work) if isinstance(job, StoredJob) else work(job)
+
+
+def code_here(job: AnyJob) -> str:
+    """Key of the source that would process a job in this process."""
+    return _code_of(job.task.ref.format, json.dumps(job.settings.of_labels()))
+
+
+@cache
+def _code_of(format_name: str, settings: str) -> str:
+    return code_of(format_name, ProcessSettings.model_validate_json(settings))
 
 
 def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
@@ -153,3 +173,8 @@ def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds:
         "error": outcome.error,
         "messages": [{"level": record.levelname, "text": record.getMessage()} for record in records],
     }
+
+
+def on_dask(client: Any, tell: Callable[[str], None]) -> Executor:
+    """What processes sessions on the workers of a ``distributed.Client``; ``tell`` is told which are refused."""
+    return DaskExecutor(client, code_here, give_up, tell)

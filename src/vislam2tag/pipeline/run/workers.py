@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import wait
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -28,9 +28,7 @@ _Outcome = TypeVar("_Outcome")
 class Executor(Protocol):
     """Does a module's function on all sessions, somewhere, reporting each as it ends."""
 
-    def __call__(
-        self, work: Callable[[_Job], _Outcome], todo: list[_Job], *, report: Callable[[_Outcome], None]
-    ) -> None:
+    def __call__(self, work: Callable[[Any], Any], todo: list[Any], *, report: Callable[[Any], None]) -> None:
         """Work all of ``todo``; raises what the work raises."""
         ...
 

@@ -1,0 +1,182 @@
+"""Sessions on the workers of a Dask cluster. What is done is kept where the sessions' outputs go, not in the cluster.
+
+So nothing that a worker, the scheduler or this process loses matters: a task that runs again finds its session done.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from logging import LogRecord
+from queue import Empty, SimpleQueue
+from threading import Lock
+from typing import Any, Generic, Protocol, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.extras import import_extra
+from vislam2tag.pipeline.run.failures import LogInOrder, recorded
+
+AHEAD = 4
+"""Sessions handed to the scheduler for each thread of its workers; the rest wait here, so that it stays small."""
+_LOOK_S = 2.0
+"""How often to look whether the scheduler is still there, seconds."""
+_ONE_AT_A_TIME = Lock()
+"""A worker of several threads still works at one session: log and linear algebra belong to the whole process."""
+
+
+class _Coded(Protocol):
+    @property
+    def slug(self) -> str: ...
+    @property
+    def code(self) -> str: ...
+
+
+_Job = TypeVar("_Job", bound=_Coded)
+_Outcome = TypeVar("_Outcome")
+
+
+class OtherCodeError(Exception):
+    """A worker has another source than the client: its results would be others."""
+
+
+@dataclass(frozen=True)
+class DaskExecutor(Generic[_Job, _Outcome]):
+    """Does a function on all sessions on the workers of ``client``'s scheduler, reporting each as it ends."""
+
+    client: Any
+    """``distributed.Client``."""
+    code_here: Callable[[_Job], str]
+    """Key of the source that works at a job in the process that asks; where it is not ``job.code``, it is refused."""
+    give_up: Callable[[_Job, str], _Outcome]
+    """Ends a job whose workers died of it, by its result; called here."""
+    tell: Callable[[str], None]
+    """Called with a line about each worker that is refused, and where there is none."""
+
+    def __call__(
+        self, work: Callable[[_Job], _Outcome], todo: list[_Job], *, report: Callable[[_Outcome], None]
+    ) -> None:
+        """Work all of ``todo``. What a worker raises is raised, and OutputError where the scheduler is lost.
+
+        Whatever is raised, an interrupt included, no task waits in the scheduler then; one that a worker is at may end.
+        """
+        run = _Run(self, work, deque(enumerate(todo)), self.client.scheduler.address)
+        log = LogInOrder()
+        try:
+            for number, (outcome, records) in run.outcomes():
+                log.add(number, records)
+                report(outcome)
+        finally:
+            log.close()
+            with suppress(Exception):  # the scheduler may be gone
+                self.client.cancel(list(run.running))
+
+
+@dataclass
+class _Run(Generic[_Job, _Outcome]):
+    """One call's jobs: those that wait here, and those that the scheduler has, by their futures."""
+
+    executor: DaskExecutor[_Job, _Outcome]
+    work: Callable[[_Job], _Outcome]
+    waiting: deque[tuple[int, _Job]]
+    scheduler: str
+    """Its address."""
+    wanted: int = 1
+    """Sessions that the scheduler should have."""
+    running: dict[Any, tuple[int, _Job]] = field(default_factory=dict)
+    done: SimpleQueue[Any] = field(default_factory=SimpleQueue)
+    """Futures as they end."""
+    refused: dict[str, str] = field(default_factory=dict)
+    """By address of a worker, what it is called."""
+
+    def outcomes(self) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
+        self._submit()
+        while self.running:
+            future = self._next()
+            number, job = self.running.pop(future)
+            ended = self._ended(future, job)
+            if ended is None:
+                self.waiting.appendleft((number, job))
+            else:
+                yield number, ended
+            self._submit()
+
+    def _next(self) -> Any:
+        """Wait for a session to end; raises OutputError where the scheduler is lost, which ends none."""
+        while True:
+            try:
+                return self.done.get(timeout=_LOOK_S)
+            except Empty:
+                lost = self.executor.client.status != "running"
+                if lost or any(future.status == "cancelled" for future in self.running):
+                    raise self._lost() from None
+
+    def _submit(self) -> None:
+        """Keep the scheduler supplied."""
+        if not self.waiting or len(self.running) > self.wanted // 2:
+            return
+        workers = self.executor.client.scheduler_info(n_workers=-1)["workers"]
+        accepted = [address for address in workers if address not in self.refused]
+        if workers and not accepted:
+            raise OutputError(
+                f"all workers have another source of vislam2tag than this machine: {', '.join(self.refused.values())}; "
+                "install the same version of it and of its libraries there"
+            )
+        if not workers and not self.running:
+            self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet: waiting for one")
+        self.wanted = AHEAD * max(1, sum(workers[address]["nthreads"] for address in accepted))
+        while self.waiting and len(self.running) < self.wanted:
+            number, job = self.waiting.popleft()
+            future = self.executor.client.submit(
+                _on_worker,
+                self.work,
+                self.executor.code_here,
+                job,
+                key=f"{job.slug}-{secrets.token_hex(4)}",
+                workers=accepted if self.refused else None,
+            )
+            self.running[future] = number, job
+            future.add_done_callback(self.done.put)
+
+    def _ended(self, future: Any, job: _Job) -> tuple[_Outcome, list[LogRecord]] | None:
+        """What a job came to; None where it is to be submitted again."""
+        if future.status == "finished":
+            result: tuple[_Outcome, list[LogRecord]] = future.result()
+            return result
+        if future.status != "error":
+            raise self._lost()
+        error = future.exception()
+        if isinstance(error, OtherCodeError):
+            address, name = error.args
+            if address not in self.refused:
+                self.refused[address] = name
+                self.executor.tell(
+                    f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
+                )
+            return None
+        if isinstance(error, import_extra("distributed").KilledWorker):
+            times, last = error.allowed_failures + 1, error.last_worker.name
+            cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
+            return self.executor.give_up(job, cause), []
+        raise error
+
+    def _lost(self) -> OutputError:
+        return OutputError(
+            f"the scheduler at {self.scheduler} is lost; run the same command again when it is back: "
+            "what is done is kept"
+        )
+
+
+def _on_worker(
+    work: Callable[[_Job], _Outcome], code_here: Callable[[_Job], str], job: _Job
+) -> tuple[_Outcome, list[LogRecord]]:
+    """Work at a session, in one thread: how many add up a sum shows in its last digits."""
+    with _ONE_AT_A_TIME, threadpool_limits(limits=1):
+        if code_here(job) != job.code:
+            worker = import_extra("distributed").get_worker()
+            raise OtherCodeError(worker.address, str(worker.name))
+        return recorded(work, job)

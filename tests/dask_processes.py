@@ -1,0 +1,112 @@
+"""A Dask scheduler and its workers as processes, for tests that end them at points of progress; and work for them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import psutil
+
+from tests.stores import HOST, ROOT, free_port, wait_for
+from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, run_session
+
+CONFIG = {
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
+    "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s",
+    "POLARS_MAX_THREADS": "1",
+}
+DEADLY = "VISLAM2TAG_TEST_DEADLY"
+OTHER_CODE = "VISLAM2TAG_TEST_OTHER_CODE"
+
+
+@dataclass
+class DaskProcesses:
+    """A scheduler and its workers, each of which is started anew when it is killed."""
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    def add_worker(self, **environment: str) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            self.address,
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+        ]
+        self.workers.append(_started(command, environment))
+
+    def kill_worker(self) -> None:
+        """Kill the process of the first worker that is at work; its nanny starts another."""
+        psutil.Process(self.workers[0].pid).children()[-1].send_signal(signal.SIGKILL)
+
+    def kill_scheduler(self) -> None:
+        self.scheduler.kill()
+        self.scheduler.wait()
+
+    def start_scheduler(self) -> None:
+        self.scheduler = _scheduler(self.address)
+
+
+@contextmanager
+def dask_processes(workers: int = 1) -> Iterator[DaskProcesses]:
+    """Start a scheduler and workers that end with the block."""
+    address = f"tcp://{HOST}:{free_port()}"
+    made = DaskProcesses(address, _scheduler(address))
+    try:
+        for _ in range(workers):
+            made.add_worker()
+        yield made
+    finally:
+        processes = [made.scheduler, *made.workers]
+        families = [child for each in processes for child in _children(each.pid)]
+        for each in processes:
+            each.kill()
+            each.wait()
+        for child in families:
+            if child.is_running():
+                child.kill()
+
+
+def _children(pid: int) -> Sequence[psutil.Process]:
+    try:
+        return psutil.Process(pid).children(recursive=True)
+    except psutil.NoSuchProcess:
+        return ()
+
+
+def _scheduler(address: str) -> subprocess.Popen[bytes]:
+    host, _, port = address.removeprefix("tcp://").partition(":")
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", host, "--port", port]
+    process = _started([*command, "--no-dashboard"], {})
+    wait_for(host, int(port), process)
+    return process
+
+
+def _started(command: Sequence[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+    paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
+    settings = {**os.environ, **CONFIG, "PYTHONPATH": paths, **environment}
+    return subprocess.Popen(command, env=settings, cwd=Path("/tmp"), stderr=subprocess.DEVNULL)
+
+
+def run_or_die(job: AnyJob) -> Outcome:
+    """Process a session, but for one that kills whoever tries."""
+    if job.task.ref.key.device == "Deadly":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return run_session(job)
+
+
+def code_of_this_worker(job: AnyJob) -> str:
+    """The key of the source, which is another on workers that the environment says so of."""
+    return "another" if os.environ.get(OTHER_CODE) else code_here(job)

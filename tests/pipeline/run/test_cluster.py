@@ -1,0 +1,106 @@
+"""Clusters: what their file may say, and what each kind's class of Dask is asked for."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.pipeline.run import cluster as module
+from vislam2tag.pipeline.run.cluster import cluster_of, connected, read_cluster
+
+
+def described(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "cluster.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('kind = "pbs"', "kind: Input should be 'local', 'ssh', 'slurm' or 'kubernetes'"),
+        ('kind = "local"\nworkers = 0', "workers: Input should be greater than or equal to 1"),
+        ('kind = "local"\nworker = 2', "worker: "),
+        ("kind = ", "cannot be read"),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_told_by_entry(tmp_path: Path, text: str, said: str) -> None:
+    file = described(tmp_path, text)
+    with pytest.raises(UsageError) as told:
+        read_cluster(file)
+    assert str(told.value).startswith(f"{file}: {said}")
+
+
+@pytest.mark.parametrize(
+    ("text", "package", "name", "arguments", "scaled"),
+    [
+        (
+            'kind = "slurm"\nworkers = 40\n[options]\nqueue = "long"\nmemory = "4GB"\nwalltime = "04:00:00"',
+            "dask_jobqueue",
+            "SLURMCluster",
+            {"cores": 1, "processes": 1, "queue": "long", "memory": "4GB", "walltime": "04:00:00"},
+            {"jobs": 40},
+        ),
+        (
+            'kind = "kubernetes"\nworkers = 10\n[options]\nname = "walks"\nimage = "registry/vislam2tag:1"',
+            "dask_kubernetes.operator",
+            "KubeCluster",
+            {"n_workers": 10, "name": "walks", "image": "registry/vislam2tag:1"},
+            None,
+        ),
+    ],
+)
+def test_slurm_and_kubernetes_are_asked_by_their_interface(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    text: str,
+    package: str,
+    name: str,
+    arguments: dict[str, object],
+    scaled: dict[str, int] | None,
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def make(**given: object) -> SimpleNamespace:
+        asked["made"] = given
+        return SimpleNamespace(scale=lambda **given: asked.update(scaled=given))
+
+    fake = ModuleType(package)
+    setattr(fake, name, make)
+    for part in {package.partition(".")[0], package}:
+        monkeypatch.setitem(sys.modules, part, fake)
+    cluster_of(read_cluster(described(tmp_path, text)))
+    assert asked == {"made": arguments} | ({} if scaled is None else {"scaled": scaled})
+
+
+def test_a_package_that_lacks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", None)
+    file = described(tmp_path, 'kind = "slurm"')
+    with (
+        pytest.raises(UsageError, match="a cluster of the kind slurm needs dask-jobqueue: pip install it"),
+        connected(None, file, print),
+    ):
+        pass
+
+
+def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_CONNECT_S", 0.5)
+    with (
+        pytest.raises(OutputError, match=r"tcp://127\.0\.0\.1:9: no Dask scheduler answers"),
+        connected("tcp://127.0.0.1:9", None, print),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(("scheduler", "file"), [(None, None), ("tcp://a:1", Path("cluster.toml"))])
+def test_one_of_scheduler_and_cluster_is_needed(scheduler: str | None, file: Path | None) -> None:
+    with (
+        pytest.raises(UsageError, match="give --scheduler ADDRESS or --cluster FILE"),
+        connected(scheduler, file, print),
+    ):
+        pass

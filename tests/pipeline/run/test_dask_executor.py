@@ -1,0 +1,153 @@
+"""Sessions on a Dask cluster: the same bytes, whatever is killed meanwhile; each worker that may not work, by name."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from tests.dask_processes import (
+    OTHER_CODE,
+    DaskProcesses,
+    code_of_this_worker,
+    dask_processes,
+    run_or_die,
+)
+from tests.stores import ROOT, Bucket
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.common.errors import OutputError
+from vislam2tag.labeling.results import SessionResult
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.stored_session import give_up, on_dask
+from vislam2tag.pipeline.run.cluster import connected
+from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.settings import Settings
+
+SETTINGS = Settings(strategy="local-corrected")
+pytest.importorskip("distributed")
+
+
+class Survey(NamedTuple):
+    """Four short sessions in a bucket, and what processing them from disk to disk gives."""
+
+    s3: Bucket
+    stored: Path
+    labels: dict[str, str]
+
+
+@pytest.fixture(scope="module")
+def survey(s3: Bucket, tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    folder = tmp_path_factory.mktemp("dask")
+    local = make_survey(folder / "walks", sessions=2, seconds=10.0)
+    process(local, folder / "labels", SETTINGS)
+    return Survey(s3, s3.upload(local, "dask/walks"), bytes_of(folder / "labels"))
+
+
+@pytest.fixture(scope="module")
+def cluster(s3: Bucket) -> Iterator[DaskProcesses]:
+    with dask_processes(workers=2) as made:
+        yield made
+
+
+class Told:
+    """What a run reports; something happens when the first session is done."""
+
+    def __init__(self, then: Callable[[], None] = lambda: None) -> None:
+        self.repeated: list[bool] = []
+        self.lines: list[str] = []
+        self.then = then
+
+    def __call__(self, outcome: Outcome, total: int) -> None:
+        self.repeated.append(outcome.repeated)
+        if len(self.repeated) == 1:
+            self.then()
+
+
+def processed(survey: Survey, name: str, cluster: DaskProcesses, told: Told) -> None:
+    with connected(cluster.address, None, told.lines.append) as client:
+        executor = on_dask(client, told.lines.append)
+        process(survey.stored, Path(survey.s3.store(name).address), SETTINGS, executor=executor, progress=told)
+
+
+def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
+    told = Told(cluster.kill_worker)
+    processed(survey, "worker-killed", cluster, told)
+    assert len(told.repeated) == 4
+    assert bytes_of(survey.s3.download("worker-killed", tmp_path)) == survey.labels
+    assert any(line.startswith("dashboard: http") for line in told.lines)
+    again = Told()
+    processed(survey, "worker-killed", cluster, again)
+    assert again.repeated == [False] * 4
+
+
+def test_a_client_killed_meanwhile_loses_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
+    store = survey.s3.store("client-killed")
+    command = ["process", survey.stored.as_posix().replace(":/", "://"), "--out", store.address]
+    options = ["--strategy", "local-corrected", "--executor", "dask", "--scheduler", cluster.address]
+    with subprocess.Popen([sys.executable, "-m", "vislam2tag", *command, *options], cwd=ROOT) as client:
+        while client.poll() is None and not list(store.list("sessions")):
+            time.sleep(0.05)
+        client.kill()
+    told = Told()
+    processed(survey, "client-killed", cluster, told)
+    assert False in told.repeated
+    assert bytes_of(survey.s3.download("client-killed", tmp_path)) == survey.labels
+
+
+def test_a_worker_of_other_code_is_refused_by_name(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
+    told = Told()
+    with dask_processes(workers=0) as mixed:
+        mixed.add_worker(**{OTHER_CODE: "1"})
+        with connected(mixed.address, None, told.lines.append) as client:
+            client.wait_for_workers(1)
+            executor: DaskExecutor[Any, Outcome] = DaskExecutor(client, code_of_this_worker, give_up, told.lines.append)
+            out = Path(survey.s3.store("mixed").address)
+            run = partial(process, survey.stored, out, SETTINGS, executor=executor, progress=told)
+            with pytest.raises(OutputError, match=r"all workers have another source of vislam2tag.*install the same"):
+                run()
+            mixed.add_worker()
+            client.wait_for_workers(2)
+            run()
+    assert len([line for line in told.lines if "is refused: it has another source" in line]) == 2
+    assert bytes_of(survey.s3.download("mixed", tmp_path)) == survey.labels
+
+
+def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
+    survey: Survey, cluster: DaskProcesses, tmp_path: Path
+) -> None:
+    local = survey.s3.download("dask/walks", tmp_path / "walks")
+    (local / "floor_0" / "LG").rename(local / "floor_0" / "Deadly")
+    told = Told()
+    with connected(cluster.address, None, told.lines.append) as client:
+        executor = on_dask(client, told.lines.append)
+
+        def run_all(work: object, todo: list[Any], *, report: Callable[[Any], None]) -> None:
+            executor(run_or_die, todo, report=report)
+
+        process(local, tmp_path / "labels", SETTINGS, executor=run_all, progress=told)
+    results = [
+        SessionResult.model_validate_json(path.read_bytes()) for path in sorted(tmp_path.glob("labels/sessions/*"))
+    ]
+    died = {result.device: result.error for result in results if "workers died" in (result.error or "")}
+    assert died.keys() == {"Deadly"}
+    assert "3 workers died of it (out of memory, or a library crashed), the last one " in str(died["Deadly"])
+    assert len(results) == 4
+
+
+def test_a_scheduler_that_is_lost_loses_nothing(survey: Survey, tmp_path: Path) -> None:
+    with dask_processes(workers=1) as other:
+        with pytest.raises(OutputError, match=rf"the scheduler at {other.address} is lost; run the same command again"):
+            processed(survey, "scheduler-lost", other, Told(other.kill_scheduler))
+        other.start_scheduler()
+        other.add_worker()  # those of a lost scheduler end, too
+        told = Told()
+        processed(survey, "scheduler-lost", other, told)
+    assert False in told.repeated
+    assert bytes_of(survey.s3.download("scheduler-lost", tmp_path)) == survey.labels
