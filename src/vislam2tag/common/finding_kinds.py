@@ -29,6 +29,7 @@ FindingKind = Literal[
     "excluded_session",
     "far_taps",
     "few_known_points",
+    "fixes_without_georeference",
     "floor_without_size",
     "frame_gap",
     "generated_anew",

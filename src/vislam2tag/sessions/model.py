@@ -9,6 +9,7 @@ import polars as pl
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.sessions.fixes import GeographicFixes
 from vislam2tag.survey.model import SessionKey
 
 
@@ -69,3 +70,5 @@ class Session:
     """Time spans (start included, end excluded; boot-clock ns) that ``corrections.toml`` leaves out."""
     recording: Recording | None = None
     """None where the recorder said nothing of itself."""
+    geographic_fixes: GeographicFixes | None = None
+    """Known positions of a walk without poses, in degrees; None where the log gives metres, or none."""

@@ -104,11 +104,21 @@ class PreparedSession:
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
     session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
-    if session.camera.inertial is not None:
-        session = replace(session, camera=replace(session.camera, area=drawn_area(task.floor)))
+    session = _on_its_floor(session, task.floor)
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))
+
+
+def _on_its_floor(session: Session, floor: Floor) -> Session:
+    """Give a session without poses what the site knows of its floor: where its fixes and walls are."""
+    if session.camera.inertial is None:
+        return session
+    fixes, findings = session.camera.fixes, list[Finding]()
+    if session.geographic_fixes is not None:
+        fixes, findings = session.geographic_fixes.on(floor)
+    camera = replace(session.camera, fixes=fixes, area=drawn_area(floor))
+    return replace(session, camera=camera, findings=(*session.findings, *findings))
 
 
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:

@@ -12,6 +12,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import parse_table
@@ -92,12 +93,6 @@ def _fixes(rows: pl.DataFrame, file: str) -> tuple[FixLog, list[Finding]]:
         findings.append(too_few_fixes(file, "t; x; y"))
     names = tuple(f"line {row}" for row in kept["row"].to_list())
     return FixLog(kept["time_ns"].to_numpy(), kept.select("x", "y").to_numpy(), names), findings
-
-
-def too_few_fixes(file: str, what: str) -> Finding:
-    """Report a session of whose places fewer than two are known; ``what`` is how its file says one."""
-    message = f"fewer than two known positions ({what}): it is not known where the walk was"
-    return Finding(kind="too_few_fixes", file=file, count=1, message=message, severity=Severity.ERROR)
 
 
 def no_landmarks() -> LandmarkLog:

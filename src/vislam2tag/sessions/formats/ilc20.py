@@ -9,12 +9,13 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.sessions.tables.wifi_table import wifi_findings
-from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, too_few_fixes, track_without_poses
+from vislam2tag.sessions.without_poses import inertial_log, no_landmarks, track_without_poses
 from vislam2tag.survey.model import SessionRef
 
 

@@ -15,13 +15,13 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
-from vislam2tag.dataset.formats.getsensordata.log_file import LoggedTaps, parse_log, parse_taps
-from vislam2tag.dataset.formats.getsensordata.log_lines import looks_like_a_log
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
 from vislam2tag.dataset.reading.archives import first_bytes_of_files, folder_of
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings
+from vislam2tag.sessions.tables.getsensordata_lines import looks_like_a_log
+from vislam2tag.sessions.tables.getsensordata_log import LoggedTaps, parse_log, parse_taps
 from vislam2tag.survey.georeference import Georeference, from_wgs84
 from vislam2tag.survey.names import unique_slugs
 

@@ -16,7 +16,7 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.dataset.formats.getsensordata.log_lines import (
+from vislam2tag.sessions.tables.getsensordata_lines import (
     KINDS,
     boot_offset_s,
     line_findings,
