@@ -29,7 +29,7 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     ):
         assert text in done.stdout
     assert "global" not in done.stdout
-    assert done.stdout.endswith(f"page: {out / 'report.html'}\n")
+    assert f"page: {out / 'report.html'}\nnext: vislam2tag dataset" in done.stdout
     written = {path.name for path in out.iterdir()}
     tables = {"errors.csv", "errors.tex", "sessions.csv", "dense.csv"}
     assert written == tables | {"evaluation.json", "report.html", "run.json", "trajectories"}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -14,7 +16,17 @@ CELL = re.compile(r"^# %%(?P<title>[^\n]*)\n(?P<body>.*?)(?=^# %%|\Z)", re.MULTI
 
 
 def tutorial_page(name: str, images: Path) -> str:
-    """The page of a notebook: its text, its code, what that prints; pictures go to ``images`` as NAME_1.png, ..."""
+    """The page of a notebook: its text, its code, what that prints; pictures go to ``images`` as NAME_1.png, ...
+
+    It runs in a process of its own: what it registers stays there.
+    """
+    command = [sys.executable, "-m", __name__, name, str(images)]
+    return subprocess.run(
+        command, check=True, stdout=subprocess.PIPE, encoding="utf-8", cwd=TUTORIALS.parents[1]
+    ).stdout
+
+
+def _run(name: str, images: Path) -> str:
     plt.switch_backend("Agg")
     names: dict[str, object] = {"__name__": "__main__"}
     parts, drawn = [], 0
@@ -35,3 +47,7 @@ def tutorial_page(name: str, images: Path) -> str:
         plt.close("all")
     parts.insert(1, f"*This page is the notebook `docs/tutorials/{name}.py`, run by `make docs-pages`.*")
     return "\n\n".join(parts) + "\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(_run(sys.argv[1], Path(sys.argv[2])))

@@ -71,6 +71,7 @@ def process(
     in ``Summary.failed``.
     """
     settings = settings or ProcessSettings()
+    strategy_named(settings.strategy, settings.mapping)  # an unknown one is told before anything is fetched
     run_all = executor or partial(process_all, workers=jobs)
     with survey_at_hand(survey_root) as root:
         survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
@@ -113,7 +114,6 @@ def label_run(
     Raises UsageError, OutputError and StoreError as :func:`process`.
     """
     selection = selection or Selection()
-    strategy_named(settings.strategy, settings.mapping)
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
     if not replace:
