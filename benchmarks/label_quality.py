@@ -20,6 +20,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.status import Status
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset
 from vislam2tag.evaluation.truth import read_truth
@@ -110,8 +111,7 @@ def _labelled_surveys(severity: str, seed: int, cache: Path | None) -> Iterator[
         datasets = {name: _dataset(root, survey, name) for name in STRATEGIES}
         truth = learning_data(_as_it_was(datasets["smoother"], survey))
         for name, dataset in datasets.items():
-            sure = replace(dataset, tables={**dataset.tables, "fingerprints": _sure(dataset)})
-            data = learning_data(sure)
+            data = learning_data(dataset)
             yield Labels(name, data, len(data) / len(truth)), truth
         yield Labels(TRUTH, truth, 1.0), truth
 
@@ -131,17 +131,14 @@ def _dataset(root: Path, survey: Path, strategy: str) -> Dataset:
     return open_dataset(folder)
 
 
-def _sure(dataset: Dataset) -> pl.LazyFrame:
-    return dataset.fingerprints.filter(pl.col("status") == "ok")
-
-
 def _as_it_was(dataset: Dataset, survey: Path) -> Dataset:
-    """Give every scan the mean of the true places of its readings."""
+    """Give every scan the mean of the true places of its readings: all of them can be learned from then."""
     places = pl.concat(
         [_true_readings(dataset, ref.slug, ref.folder, ref.key.floor) for ref in open_survey(survey).sessions]
     )
     true = places.group_by("scan_id").agg(pl.col("x", "y").mean(), pl.col("floor").first())
     fingerprints = dataset.fingerprints.drop("x", "y", "floor").join(true.lazy(), on="scan_id", maintain_order="left")
+    fingerprints = fingerprints.with_columns(status=pl.lit(Status.OK.label))
     return replace(dataset, tables={**dataset.tables, "fingerprints": fingerprints})
 
 
