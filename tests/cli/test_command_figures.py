@@ -32,7 +32,7 @@ def test_figures_are_drawn_and_coverage_is_shown(folder: Path, tmp_path: Path) -
     ("arguments", "told"),
     [
         (("--start", "1;2"), "--start 1;2: give FLOOR:X,Y"),
-        (("--cell-m", "0"), "--cell-m 0.0: Input should be greater than 0"),
+        (("--cell-m", "0"), "--cell-m 0.0: Input should be greater than or equal to 0.05"),
         (("--radius-m", "nan"), "--radius-m nan: Input should be"),
     ],
 )

@@ -92,16 +92,18 @@ class _Run(Generic[_Job, _Outcome]):
     """Futures as they end."""
     refused: dict[str, str] = field(default_factory=dict)
     """By address of a worker, what it is called."""
+    suspects: deque[tuple[int, _Job]] = field(default_factory=deque)
+    """Jobs whose workers died while they had others, too: tried again one by one, when all others ended."""
+    alone: bool = False
+    """Whether the one job that the scheduler has is such a one."""
 
     def outcomes(self) -> Iterator[tuple[int, tuple[_Outcome, list[LogRecord]]]]:
         self._submit()
         while self.running:
             future = self._next()
             number, job = self.running.pop(future)
-            ended = self._ended(future, job)
-            if ended is None:
-                self.waiting.appendleft((number, job))
-            else:
+            ended = self._ended(future, number, job)
+            if ended is not None:
                 yield number, ended
             self._submit()
 
@@ -117,6 +119,9 @@ class _Run(Generic[_Job, _Outcome]):
 
     def _submit(self) -> None:
         """Keep the scheduler supplied."""
+        self.alone = not (self.waiting or self.running) and bool(self.suspects)
+        if self.alone:
+            self.waiting.append(self.suspects.popleft())
         if not self.waiting or len(self.running) > self.wanted // 2:
             return
         workers = self.executor.client.scheduler_info(n_workers=-1)["workers"]
@@ -142,10 +147,15 @@ class _Run(Generic[_Job, _Outcome]):
             self.running[future] = number, job
             future.add_done_callback(self.done.put)
 
-    def _ended(self, future: Any, job: _Job) -> tuple[_Outcome, list[LogRecord]] | None:
+    def _ended(self, future: Any, number: int, job: _Job) -> tuple[_Outcome, list[LogRecord]] | None:
         """What a job came to; None where it is to be submitted again."""
+        killed = import_extra("distributed").KilledWorker
         if future.status == "finished":
-            result: tuple[_Outcome, list[LogRecord]] = future.result()
+            try:
+                result: tuple[_Outcome, list[LogRecord]] = future.result()
+            except killed:  # the worker that held the result died, of another job
+                self.waiting.appendleft((number, job))
+                return None
             return result
         if future.status != "error":
             raise self._lost()
@@ -157,8 +167,12 @@ class _Run(Generic[_Job, _Outcome]):
                 self.executor.tell(
                     f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
                 )
+            self.waiting.appendleft((number, job))
             return None
-        if isinstance(error, import_extra("distributed").KilledWorker):
+        if isinstance(error, killed):
+            if not self.alone:
+                self.suspects.append((number, job))
+                return None
             times, last = error.allowed_failures + 1, error.last_worker.name
             cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
             return self.executor.give_up(job, cause), []
