@@ -39,9 +39,10 @@ examples: $(VENV)/.torch
 benchmark: $(VENV)/.installed
 	$(BIN)/python benchmarks/process_speed.py
 
-# The page of `vislam2tag studio`, from studio/ into src/vislam2tag/studio/page (needs Node.js 18 or newer).
+# The page of `vislam2tag studio`, from studio/ into src/vislam2tag/studio/page (needs Node.js 18 or newer), of the lock
+# file's versions: `npm ci` would also ask for the builds of Rollup for other systems, which not every registry has.
 studio:
-	cd studio && npm ci --ignore-scripts --no-audit --no-fund --loglevel error
+	cd studio && npm install --no-save --ignore-scripts --no-audit --no-fund --loglevel error
 	cd studio && npm run --silent openapi && npm run --silent build && npm run --silent lint && npm run --silent types && npm run --silent test
 
 # The documentation as a site in site/ (zensical.toml); a warning, such as a link that leads nowhere, is an error.
