@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import subprocess
+import sys
 import typing
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -110,3 +112,10 @@ def test_folders_and_files_may_be_text(tmp_path: Path) -> None:
     assert summary.sessions == 2
     assert (tmp_path / "labels" / "report.html").is_file()
     assert api.__version__ == vislam2tag.__version__
+
+
+def test_processing_loads_no_scipy_before_a_session_needs_it() -> None:
+    """It takes a process a second, and each worker imports what processing does."""
+    code = "import sys; from vislam2tag.api import process; print(process.__name__, 'scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == ["process", "False"]

@@ -31,8 +31,13 @@ def read_bytes(path: Path) -> bytes:
 
 def read_json(path: Path) -> Any:
     """Read a JSON file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    return json_values(read_bytes(path))
+
+
+def json_values(content: bytes) -> Any:
+    """Read the content of a JSON file; raises ValueError where it is something else."""
     try:
-        return json.loads(read_bytes(path))
+        return json.loads(content)
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error
 

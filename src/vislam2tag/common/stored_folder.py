@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.store import is_safe_name, store_at
+from vislam2tag.common.store import Store, is_safe_name, store_at
 
 
 @contextmanager
@@ -24,8 +24,7 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
     if store is None:
         yield folder
         return
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        here = Path(scratch).resolve() / PurePosixPath(store.address).name
+    with place_for(store) as here:
         for file in store.list():
             if is_safe_name(file.name):
                 (here / file.name).parent.mkdir(parents=True, exist_ok=True)
@@ -33,3 +32,10 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
         if not here.exists():
             raise UsageError(f"{store.address}: nothing is stored there")
         yield here
+
+
+@contextmanager
+def place_for(store: Store) -> Iterator[Path]:
+    """Yield where a folder of this machine can stand for one in a store, by its name; it goes with the block."""
+    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+        yield Path(scratch).resolve() / PurePosixPath(store.address).name

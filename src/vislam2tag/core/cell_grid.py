@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
@@ -59,5 +58,7 @@ class WalkableArea:
     @cached_property
     def into_walls_m(self) -> FloatArray:
         """How far (rows, columns) cells' centres are beyond the nearest wall, metres; negative where one can walk."""
+        from scipy.ndimage import distance_transform_edt  # a quarter of a second, which only walks between walls need
+
         free, built = (np.asarray(distance_transform_edt(mask)) for mask in (self.mask, ~self.mask))
         return np.asarray(np.where(self.mask, 0.5 - free, built - 0.5) * self.cell_m)

@@ -37,6 +37,13 @@ def multiply(left: FloatArray, right: FloatArray) -> FloatArray:
     )
 
 
+def rotated(orientation: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Vectors (n, 3) turned by unit quaternions (n, 4)."""
+    around, real = orientation[:, :3], orientation[:, 3:]
+    across = 2 * np.cross(around, vectors)
+    return np.asarray(vectors + real * across + np.cross(around, across))
+
+
 def turns_rad(orientation: FloatArray) -> FloatArray:
     """Angles (n - 1,) between neighbouring unit quaternions (n, 4), 0 to pi."""
     cosine = np.abs(np.sum(orientation[1:] * orientation[:-1], axis=1))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import InertialLog
@@ -42,6 +41,8 @@ class Headings:
 def _drift(signals: WalkSignals, log: InertialLog, turned_rad: FloatArray) -> FloatArray:
     if len(log.orientation_ns) < 2:
         return np.full(len(turned_rad), np.nan)
+    from scipy.spatial.transform import Rotation
+
     ahead = Rotation.from_quat(log.orientation).apply(FORWARD)
     # Directions are interpolated as angles that were unwrapped: components of quaternions flip their signs.
     heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import InertialLog
@@ -49,6 +48,8 @@ class WalkSignals:
 
 def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray:
     """Take what is slower than the cutoff out of values (n, ...) at 50 Hz, without delay."""
+    from scipy.signal import butter, sosfiltfilt  # half a second, which walks with a tracker do without
+
     filters = butter(order, cutoff_hz / (RATE_HZ / 2), output="sos")
     pad = min(len(values) - 1, int(6 * RATE_HZ))
     smooth: FloatArray = sosfiltfilt(filters, values, axis=0, padtype="odd", padlen=pad)

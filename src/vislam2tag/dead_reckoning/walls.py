@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
@@ -36,6 +35,8 @@ class Walls:
         return bool((self._into(position) > FITTING_M).mean() < MOST_OUTSIDE)
 
     def _into(self, position: ComplexArray) -> FloatArray:
+        from scipy.ndimage import map_coordinates
+
         cell = (position - as_complex(np.array(self.area.origin_m))) / self.area.cell_m - (0.5 + 0.5j)
         at = np.stack((cell.imag, cell.real))
         return np.asarray(map_coordinates(self.area.into_walls_m, at, order=1, mode="nearest"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -70,11 +71,7 @@ def _totals(a: list[SessionResult | None], b: list[SessionResult | None]) -> lis
 
 
 def _labelled(results: list[SessionResult | None]) -> float | None:
-    frames: dict[str, int] = {}
-    for result in results:
-        for label, count in (result.frames if result else {}).items():
-            frames[label] = frames.get(label, 0) + count
-    return labelled_share(frames)
+    return labelled_share(sum((Counter(result.frames) for result in results if result), Counter[str]()))
 
 
 def _typical_sigma_m(results: list[SessionResult | None]) -> float | None:

@@ -71,10 +71,7 @@ class Output:
 
     def strategy(self) -> str:
         """The strategy that labelled; empty where that is not told."""
-        try:
-            return str(read_json(self.root / RUN_FILE)["settings"]["strategy"])
-        except (OSError, ValueError, KeyError, TypeError):
-            return ""
+        return str(self.settings().get("strategy", ""))
 
     def settings(self) -> dict[str, object]:
         """Settings that labels follow from; none where they are not told."""

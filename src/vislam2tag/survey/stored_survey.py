@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.store import Listed, Store, is_safe_name, store_at
+from vislam2tag.common.stored_folder import place_for
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.model import StoredFolder
 from vislam2tag.survey.settings import SETTINGS_FILE
@@ -41,8 +41,7 @@ def survey_at_hand(survey: Path) -> Iterator[Path]:
     if store is None:
         yield survey
         return
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        root = Path(scratch).resolve() / PurePosixPath(store.address).name
+    with place_for(store) as root:
         listed = _without_folders(sorted(file for file in store.list() if is_safe_name(file.name)))
         if not listed:
             raise SurveyError(f"{store.address}: nothing is stored there; give the address of a survey's folder")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.core.similarity import as_complex
 from vislam2tag.dead_reckoning.self_check import LeftOut as LeftOutFixes
 from vislam2tag.dead_reckoning.walk import ReckonedWalk
 from vislam2tag.labeling.settings import ProcessSettings
@@ -24,12 +25,13 @@ def checked_by_fixes(prepared: PreparedSession, settings: ProcessSettings) -> di
     covariance = walk.at(time_s)[1]
     sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
     labelled = sigma_m <= settings.labels.max_sigma_without_poses_m
-    marks = _left_out(walk, prepared.session.key.floor)
+    left_out = LeftOutFixes.of(walk)
+    marks = _left_out(walk, left_out, prepared.session.key.floor)
     found = [LeftOut(mark.landmark, 1, np.array(mark.offset_m), mark.covariance_m2[0] * np.eye(2)) for mark in marks]
     details: dict[str, Any] = {
         "fixes": len(walk.names),
         "left_out": marks,
-        "doubtful_fixes": doubtful_fixes(walk),
+        "doubtful_fixes": doubtful_fixes(walk, left_out),
         "frames": len(sigma_m),
         "labelled": int(labelled.sum()),
     }
@@ -47,14 +49,13 @@ def reckoned(prepared: PreparedSession, settings: ProcessSettings) -> ReckonedWa
     return walk
 
 
-def doubtful_fixes(walk: ReckonedWalk) -> list[DoubtfulFix]:
+def doubtful_fixes(walk: ReckonedWalk, left_out: LeftOutFixes) -> list[DoubtfulFix]:
     """The fixes that the others contradict, in order of time."""
-    left_out = LeftOutFixes.of(walk)
     return [
         DoubtfulFix(
             name=walk.names[fix],
-            fix_m=(round(walk.ties.position[fix].real, 4), round(walk.ties.position[fix].imag, 4)),
-            offset_m=(round(float(left_out.error_m[fix, 0]), 4), round(float(left_out.error_m[fix, 1]), 4)),
+            fix_m=_rounded(walk.ties.position[fix]),
+            offset_m=_rounded(as_complex(left_out.error_m[fix]).item()),
             size_m=round(float(np.linalg.norm(left_out.error_m[fix])), 4),
             sigma_m=round(float(left_out.sigma_m[fix]), 4),
         )
@@ -62,16 +63,20 @@ def doubtful_fixes(walk: ReckonedWalk) -> list[DoubtfulFix]:
     ]
 
 
-def _left_out(walk: ReckonedWalk, floor: int) -> list[LeftOutMark]:
+def _rounded(place: complex) -> tuple[float, float]:
+    """A place or an offset, x + iy, to a tenth of a millimetre."""
+    return round(float(place.real), 4), round(float(place.imag), 4)
+
+
+def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[LeftOutMark]:
     """The fixes of which the others say something."""
-    left_out = LeftOutFixes.of(walk)
     return [
         LeftOutMark(
             floor=floor,
             landmark=walk.names[fix],
             passes=1,
-            surveyed_m=(round(walk.ties.position[fix].real, 4), round(walk.ties.position[fix].imag, 4)),
-            offset_m=(round(float(left_out.error_m[fix, 0]), 4), round(float(left_out.error_m[fix, 1]), 4)),
+            surveyed_m=_rounded(walk.ties.position[fix]),
+            offset_m=_rounded(as_complex(left_out.error_m[fix]).item()),
             covariance_m2=(float(left_out.sigma_m[fix] ** 2), 0.0, float(left_out.sigma_m[fix] ** 2)),
             survey_covariance_m2=(walk.path.fix_sigma_m**2, 0.0, walk.path.fix_sigma_m**2),
         )

@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
@@ -70,7 +71,8 @@ def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSe
 def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     whole = prepared_session(task)
     if whole.session.camera.inertial is not None:
-        doubtful = doubtful_fixes(reckoned(whole, settings))
+        walk = reckoned(whole, settings)
+        doubtful = doubtful_fixes(walk, LeftOut.of(walk))
         return DiagnosedSession(
             task.ref.key,
             signs=stream_signs(whole.session),

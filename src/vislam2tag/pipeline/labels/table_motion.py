@@ -11,7 +11,8 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.clock_alignment import ClockAlignment, Heard, align_by_levels, align_by_motion
+from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
+from vislam2tag.core.clock_by_levels import Heard, align_by_levels
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.labeling.clocks import TableTimes
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vislam2tag.common import log_bins
 from vislam2tag.common.findings import Finding, Severity
@@ -51,6 +50,8 @@ class Problem:
 
 def expected_error(sigma: SigmaStatistics) -> ExpectedError:
     """Mean and quantile of errors drawn from circular normal distributions with the sigmas that were counted."""
+    from scipy.optimize import brentq  # a quarter of a second, which workers do without
+
     bins = np.array(sorted(sigma.frames))
     frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
     sigma_m = np.array([log_bins.lower_edge_m(index + 0.5) for index in bins.tolist()])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 import polars as pl
-from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.orientation import multiply
@@ -36,6 +35,8 @@ def poses_of_matrices(matrices: FloatArray) -> FloatArray:
 
     A matrix that is no rotation, or not finite, gives NaN.
     """
+    from scipy.spatial.transform import Rotation  # a tenth of a second, which other formats do without
+
     rotation = matrices[:, :, :3]
     with np.errstate(invalid="ignore", over="ignore"):
         unit = np.abs(rotation @ rotation.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)) < ALMOST_UNIT

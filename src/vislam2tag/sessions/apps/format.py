@@ -12,8 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.orientation import multiply
+from vislam2tag.core.orientation import multiply, rotated
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.sessions.apps.units import tilt_findings
@@ -111,10 +110,3 @@ def _in_acs(rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
     orientation = multiply(camera.orientation_acs[frame], poses[:, 3:])
     turned = np.column_stack((position, orientation))
     return rows.with_columns(pl.Series(name, turned[:, i]) for i, name in enumerate(POSE_COLUMNS))
-
-
-def rotated(orientation: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Vectors (n, 3) turned by unit quaternions (n, 4)."""
-    around, real = orientation[:, :3], orientation[:, 3:]
-    across = 2 * np.cross(around, vectors)
-    return np.asarray(vectors + real * across + np.cross(around, across))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_bytes, read_json
+from vislam2tag.common.plain_files import json_values, read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps.axes import pose_rows, poses_of_matrices
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
@@ -59,11 +59,10 @@ class KeyframeFormat(AppFormat):
     def poses(self, reading: SessionFiles) -> pl.DataFrame:
         """Poses of all frames, in order of their files."""
         files = self.frame_files(reading.folder)
-        found = self._frames(files)
-        size = sum(path.stat().st_size for path in files)
-        name = files[0].name if files else ""
-        digest = hashlib.sha256(b"".join(read_bytes(path) for path in files)).hexdigest()
-        reading.files.append(FileRecord(name, "poses", size, digest, len(files), len(found)))
+        contents = [read_bytes(path) for path in files]
+        found, whole = self._frames(contents), b"".join(contents)
+        name, digest = files[0].name if files else "", hashlib.sha256(whole).hexdigest()
+        reading.files.append(FileRecord(name, "poses", len(whole), digest, len(files), len(found)))
         if len(found) < len(files):
             message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
             odd = [number + 1 for number in range(len(files)) if number not in found]
@@ -78,7 +77,8 @@ class KeyframeFormat(AppFormat):
     def pictures(self, folder: Path) -> Pictures | None:
         """The frames that kept their picture."""
         files = self.frame_files(folder)
-        kept = {n: frame for n, frame in self._frames(files).items() if is_file(self.picture(files[n]))}
+        found = self._frames(read_bytes(path) for path in files)
+        kept = {n: frame for n, frame in found.items() if is_file(self.picture(files[n]))}
         if not kept:
             return None
         order = sorted(kept, key=lambda number: kept[number].time_ns)
@@ -88,12 +88,12 @@ class KeyframeFormat(AppFormat):
             files=tuple(self.picture(files[n]) for n in order),
         )
 
-    def _frames(self, files: list[Path]) -> dict[int, Keyframe]:
+    def _frames(self, contents: Iterable[bytes]) -> dict[int, Keyframe]:
         """Frames by the number of their file; those that are not understood are left out."""
         found = {}
-        for number, path in enumerate(files):
+        for number, content in enumerate(contents):
             try:
-                found[number] = self.keyframe(read_json(path))
+                found[number] = self.keyframe(json_values(content))
             except (ValueError, KeyError, TypeError, OverflowError, AttributeError):
                 continue
         return found

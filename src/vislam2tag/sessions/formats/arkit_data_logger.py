@@ -10,7 +10,7 @@ import polars as pl
 
 from vislam2tag.sessions.apps.axes import pose_rows, poses_of_matrices
 from vislam2tag.sessions.apps.format import AppFormat
-from vislam2tag.sessions.apps.text import TextLayout, delimited
+from vislam2tag.sessions.apps.text import app_rows
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 
@@ -26,8 +26,7 @@ class ArkitDataLoggerFormat(AppFormat):
 
     def poses(self, reading: SessionFiles) -> pl.DataFrame:
         """Poses of all frames."""
-        file, data = reading.load("poses")
-        rows = reading.account("poses", data, delimited(data, file, _SCHEMA, TextLayout("either")))
+        rows = app_rows(reading, "poses", _SCHEMA, blanks=True)
         return pose_rows(rows, poses_of_matrices(np.reshape(rows.select(_ENTRIES).to_numpy(), (-1, 3, 4))))
 
 

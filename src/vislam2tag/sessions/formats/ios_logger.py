@@ -14,17 +14,16 @@ from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.apps.axes import pose_rows
 from vislam2tag.sessions.apps.format import AppFormat
 from vislam2tag.sessions.apps.pictures import Pictures
-from vislam2tag.sessions.apps.text import TextLayout, delimited
+from vislam2tag.sessions.apps.text import app_rows, delimited
 from vislam2tag.sessions.apps.units import inertial_rows
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.tables.raw_table import ns_of_seconds
 from vislam2tag.survey.site_table import is_file
 
 _POSES = dict.fromkeys(("time_s", "tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)
 _FRAMES = {"time_s": pl.Float64, "number": pl.Int64, **dict.fromkeys(("fx", "fy", "cx", "cy"), pl.Float64)}
 _READINGS = dict.fromkeys(("time_s", "x", "y", "z"), pl.Float64)
-_COMMAS = TextLayout("comma")
-_TIME_NS = (pl.col("time_s") * 1e9).round().cast(pl.Int64).alias("time_ns")
 SAME_FRAME_S = 0.005
 """A pose this near to a picture is of the same frame: they come 60 times a second at most."""
 
@@ -37,8 +36,7 @@ class IosLoggerFormat(AppFormat):
 
     def poses(self, reading: SessionFiles) -> pl.DataFrame:
         """Poses of all frames."""
-        file, data = reading.load("poses")
-        rows = reading.account("poses", data, delimited(data, file, _POSES, _COMMAS)).with_columns(_TIME_NS)
+        rows = app_rows(reading, "poses", _POSES).with_columns(ns_of_seconds("time_s"))
         return pose_rows(rows, rows.select("tx", "ty", "tz", "qx", "qy", "qz", "qw").to_numpy())
 
     def sensors(self, reading: SessionFiles) -> pl.DataFrame:
@@ -46,9 +44,8 @@ class IosLoggerFormat(AppFormat):
         tables = [super().sensors(reading)]
         for role, force, rate in (("sensors", ("x", "y", "z"), ()), ("rates", (), ("x", "y", "z"))):
             if reading.has(role):
-                file, data = reading.load(role)
-                rows = reading.account(role, data, delimited(data, file, _READINGS, _COMMAS)).with_columns(_TIME_NS)
-                table, findings = inertial_rows(rows, force, rate, file)
+                rows = app_rows(reading, role, _READINGS).with_columns(ns_of_seconds("time_s"))
+                table, findings = inertial_rows(rows, force, rate, self.files[role][0])
                 tables.append(table)
                 reading.findings += findings
         return pl.concat(tables)
@@ -62,9 +59,9 @@ class IosLoggerFormat(AppFormat):
             data = read_bytes(folder / "Frames.txt")
         except OSError as error:
             raise SessionError(f"{folder / 'Frames.txt'}: the camera's lens is not known without it") from error
-        frames = delimited(data, "Frames.txt", _FRAMES, _COMMAS).rows.sort("time_s")
-        poses = delimited(read_bytes(folder / "ARposes.txt"), "ARposes.txt", _POSES, _COMMAS).rows
-        of_pose = poses.select("time_s", _TIME_NS).sort("time_s")
+        frames = delimited(data, "Frames.txt", _FRAMES).rows.sort("time_s")
+        poses = delimited(read_bytes(folder / "ARposes.txt"), "ARposes.txt", _POSES).rows
+        of_pose = poses.select("time_s", ns_of_seconds("time_s")).sort("time_s")
         both = frames.join_asof(of_pose, on="time_s", strategy="nearest", tolerance=SAME_FRAME_S).drop_nulls("time_ns")
         lens = both.select("fx", "fy", "cx", "cy").to_numpy()
         return Pictures(both["time_ns"].to_numpy(), np.asarray(lens), video, both["number"].to_numpy())

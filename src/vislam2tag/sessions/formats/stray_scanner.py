@@ -16,16 +16,16 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps.axes import other_camera, pose_rows
 from vislam2tag.sessions.apps.format import AppFormat
 from vislam2tag.sessions.apps.pictures import Pictures
-from vislam2tag.sessions.apps.text import TextLayout, delimited, header_of
+from vislam2tag.sessions.apps.text import delimited, header_of
 from vislam2tag.sessions.apps.units import inertial_rows
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.tables.raw_table import RawTable, ns_of_seconds
 from vislam2tag.survey.site_table import is_file
 
 POSES = ("timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw")
 LENS = ("fx", "fy", "cx", "cy")
 READINGS = ("timestamp", "a_x", "a_y", "a_z", "alpha_x", "alpha_y", "alpha_z")
-_COMMAS = TextLayout("comma", has_header=True)
 
 
 class StrayScannerFormat(AppFormat):
@@ -37,7 +37,7 @@ class StrayScannerFormat(AppFormat):
     def poses(self, reading: SessionFiles) -> pl.DataFrame:
         """Poses of all frames."""
         file, data = reading.load("poses")
-        rows = reading.account("poses", data, delimited(data, file, _schema(data), _COMMAS)).with_columns(_TIME_NS)
+        rows = reading.account("poses", data, _poses(data, file)).with_columns(ns_of_seconds("timestamp"))
         values = rows.select(POSES[2:]).to_numpy()
         return pose_rows(rows, np.column_stack((values[:, :3], other_camera(values[:, 3:]))))
 
@@ -46,8 +46,8 @@ class StrayScannerFormat(AppFormat):
         if not reading.has("sensors"):
             return super().sensors(reading)
         file, data = reading.load("sensors")
-        rows = reading.account("sensors", data, delimited(data, file, dict.fromkeys(READINGS, pl.Float64), _COMMAS))
-        values = rows.with_columns(_TIME_NS)
+        rows = reading.account("sensors", data, delimited(data, file, dict.fromkeys(READINGS, pl.Float64), header=True))
+        values = rows.with_columns(ns_of_seconds("timestamp"))
         table, findings = inertial_rows(values, READINGS[1:4], READINGS[4:], file)
         reading.findings += findings
         return table
@@ -57,21 +57,16 @@ class StrayScannerFormat(AppFormat):
         video = folder / "rgb.mp4"
         if not is_file(video):
             return None
-        data = read_bytes(folder / "odometry.csv")
-        rows = delimited(data, "odometry.csv", _schema(data), _COMMAS).rows.with_columns(_TIME_NS)
+        rows = _poses(read_bytes(folder / "odometry.csv"), "odometry.csv").rows.with_columns(ns_of_seconds("timestamp"))
         own = set(LENS) <= set(rows.columns)
         lens = rows.select(LENS).to_numpy() if own else np.tile(_lens(folder / "camera_matrix.csv"), (rows.height, 1))
         return Pictures(rows["time_ns"].to_numpy(), lens, video, rows["frame"].to_numpy())
 
 
-_TIME_NS = (pl.col("timestamp") * 1e9).round().cast(pl.Int64).alias("time_ns")
-
-
-def _schema(data: bytes) -> dict[str, type[pl.DataType]]:
-    """Columns that the file has: newer versions of the app add the lens, and what may follow it."""
-    names = header_of(data)
+def _poses(data: bytes, file: str) -> RawTable:
+    """The columns that the file has: newer versions of the app add the lens, and what may follow it."""
     kinds: dict[str, type[pl.DataType]] = dict.fromkeys(POSES, pl.Float64) | {"frame": pl.Int64}
-    return kinds | dict.fromkeys(names[len(POSES) :], pl.Float64)
+    return delimited(data, file, kinds | dict.fromkeys(header_of(data)[len(POSES) :], pl.Float64), header=True)
 
 
 def _lens(path: Path) -> FloatArray:

@@ -18,14 +18,14 @@ from vislam2tag.common.plain_files import toml_values
 from vislam2tag.common.records import Record
 from vislam2tag.sessions.apps.axes import from_z_up, other_camera, pose_rows
 from vislam2tag.sessions.apps.format import AppFormat
-from vislam2tag.sessions.apps.text import TextLayout, delimited
+from vislam2tag.sessions.apps.text import delimited
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.camera import POSE_COLUMNS
+from vislam2tag.sessions.tables.raw_table import ns_of_seconds
 
 _TUM = {"time_s": pl.Float64, **POSE_COLUMNS}
 _EUROC = {"time_ns": pl.Int64, **dict.fromkeys(("tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)}
-_TIME_NS = (pl.col("time_s") * 1e9).round().cast(pl.Int64).alias("time_ns")
 
 
 class PoseAxes(Record):
@@ -46,9 +46,8 @@ class TumFormat(AppFormat):
         axes = _axes(reading)
         file, data = reading.load("poses")
         tum = file.endswith(".tum")
-        schema, layout = (_TUM, TextLayout("either")) if tum else (_EUROC, TextLayout("comma"))
-        rows = reading.account("poses", data, delimited(data, file, schema, layout))
-        rows = rows.with_columns(_TIME_NS) if tum else rows
+        rows = reading.account("poses", data, delimited(data, file, _TUM if tum else _EUROC, blanks=tum))
+        rows = rows.with_columns(ns_of_seconds("time_s")) if tum else rows
         values = rows.select(list(POSE_COLUMNS)).to_numpy()
         position, orientation = values[:, :3], values[:, 3:]
         if axes.camera == "y-down":

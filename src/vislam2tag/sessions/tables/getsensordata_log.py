@@ -25,6 +25,7 @@ from vislam2tag.sessions.tables.getsensordata_lines import (
     rows_of_kind,
 )
 from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
+from vislam2tag.sessions.tables.raw_table import ns_of_seconds
 
 OLDEST_S = 600.0
 """Phones cache results for a minute or so; a Wi-Fi time this much older is on another clock."""
@@ -128,7 +129,7 @@ def _readings(table: pl.DataFrame) -> pl.DataFrame:
     measured = pl.col("rssi_dbm").is_between(LEAST_DBM, GREATEST_DBM)
     return table.select(
         "row",
-        _time_ns(),
+        ns_of_seconds("time"),
         pl.col("scan").cast(pl.Int32),
         pl.col("bssid").str.strip_chars(),
         "ssid",
@@ -146,13 +147,9 @@ def _sensors(rows: Mapping[str, pl.DataFrame], offset_s: float) -> pl.DataFrame:
         own_s = (table["seen"] - table["app"]).median() if table.height else offset_s
         shift_s = 0.0 if abs(float(own_s) - offset_s) < _NEWEST_S else offset_s - float(own_s)  # type: ignore[arg-type]
         times = table.with_columns(time=pl.col("seen") + shift_s)
-        parts.append(times.select("row", _time_ns(), pl.lit(name).alias("sensor"), "v1", "v2", "v3", *rest))
+        parts.append(times.select("row", ns_of_seconds("time"), pl.lit(name).alias("sensor"), "v1", "v2", "v3", *rest))
     whole = pl.concat(parts).sort("row")
     return whole.with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
-
-
-def _time_ns() -> pl.Expr:
-    return (pl.col("time") * 1e9).round().cast(pl.Int64).alias("time_ns")
 
 
 def _ns(seconds: FloatArray) -> IntArray:

@@ -32,6 +32,11 @@ class RawTable:
     findings: tuple[Finding, ...]
 
 
+def ns_of_seconds(column: str) -> pl.Expr:
+    """Times in seconds as ``time_ns``, nanoseconds."""
+    return (pl.col(column) * 1e9).round().cast(pl.Int64).alias("time_ns")
+
+
 def parse_table(data: bytes, file: str, schema: Mapping[str, pl.DataType | type[pl.DataType]]) -> RawTable:
     """Parse a ``;`` separated table without header whose fields may be led by blanks.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from vislam2tag.survey.plans.drawing import Bounds, PlanDrawing
 
@@ -57,6 +56,8 @@ def building_on_sheet(drawing: PlanDrawing) -> tuple[Bounds | None, bool]:
 
 def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], bool]:
     """Remove frames, with the title blocks that hang on them, as long as a drawing remains."""
+    from scipy import ndimage  # a fifth of a second, which plans without a frame do without
+
     kept, framed = ink, False
     labels, count = ndimage.label(ink, np.ones((3, 3)))
     for index, box in enumerate(ndimage.find_objects(labels, count), start=1):
@@ -79,6 +80,8 @@ def _is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[
 
 def _largest(ink: npt.NDArray[np.bool_]) -> tuple[int, int, int, int] | None:
     """Left, right, upper and lower edge of what covers most of the sheet, in pixels; None where nothing is large."""
+    from scipy import ndimage
+
     gap = max(1, round(_GAP * max(ink.shape)))
     joined = np.asarray(ndimage.maximum_filter(ink, size=gap))
     labels, count = ndimage.label(joined, np.ones((3, 3)))
