@@ -53,7 +53,7 @@ from vislam2tag.simulation.settings import BuildingSettings, stream
 from vislam2tag.simulation.survey import STALE_SHARE, walk_and_track
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections import UNITS_M, session_start
+from vislam2tag.survey.corrections.file import UNITS_M, session_start
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.plans.model import FloorPlan
 from vislam2tag.walkable.space import walkable_space

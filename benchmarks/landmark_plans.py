@@ -42,7 +42,7 @@ from vislam2tag.survey.plans.load import floor_plan
 from vislam2tag.survey.plans.source import Extent, PlanSource
 from vislam2tag.walkable.graph import corridor_graph
 from vislam2tag.walkable.space import WalkableSpace, walkable_space
-from vislam2tag.walkable.walking_distances import WalkingDistances
+from vislam2tag.walkable.walked.walking_distances import WalkingDistances
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 NEAR_M = 0.5

@@ -16,7 +16,7 @@ from urllib.request import Request, urlopen
 
 import pytest
 
-from vislam2tag.common.store import Store
+from vislam2tag.common.files.store import Store
 from vislam2tag.pipeline.run.output_store import LOGS
 
 HOST = "127.0.0.1"

@@ -17,9 +17,9 @@ from tests.receiving.zips import session_zip
 from tests.survey.plans import drawn_floor
 
 from fuzzing.invocation import cli
-from vislam2tag.common.toml_file import toml_value
+from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
-from vislam2tag.survey import correction_lines
+from vislam2tag.survey.corrections import lines as correction_lines
 from vislam2tag.survey.settings import SETTINGS_FILE
 
 CORPUS = Path(__file__).resolve().parents[2] / "tests" / "corpus"

@@ -18,7 +18,7 @@ from fuzzing.runs import HANG_S
 from fuzzing.targets import Run
 from vislam2tag.cli import main
 from vislam2tag.cli.app import app
-from vislam2tag.common.toml_file import toml_value
+from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
 
 _ODD_SHARE = 0.15

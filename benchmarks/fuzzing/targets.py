@@ -22,7 +22,7 @@ from vislam2tag.positioning.scans.track_file import Tracks
 from vislam2tag.receiving.session_zip import unpack
 from vislam2tag.registration.settings import RegistrationSettings
 from vislam2tag.registration.tape_file import read_distances, read_targets
-from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.discover import read_site
 
 

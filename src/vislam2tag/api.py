@@ -94,11 +94,11 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex as RadioMapIndex
     from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as _write_radio_maps
     from vislam2tag.pipeline.demo import run_demo as _run_demo
-    from vislam2tag.pipeline.labels.check import check as check
+    from vislam2tag.pipeline.labels.checking.check import check as check
     from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
     from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession as DiagnosedSession
     from vislam2tag.pipeline.labels.diagnose_session import MappedShare as MappedShare
-    from vislam2tag.pipeline.labels.evaluate import evaluate as evaluate
+    from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label
     from vislam2tag.pipeline.labels.landmark_survey import JointSurvey as JointSurvey
@@ -246,10 +246,10 @@ _NAMES = {
     "pipeline.datasets.join": "join",
     "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
     "pipeline.demo": "demo=run_demo",
-    "pipeline.labels.check": "check",
+    "pipeline.labels.checking.check": "check",
     "pipeline.labels.diagnose": "diagnose",
     "pipeline.labels.diagnose_session": "DiagnosedSession MappedShare",
-    "pipeline.labels.evaluate": "evaluate",
+    "pipeline.labels.evaluating.evaluate": "evaluate",
     "pipeline.labels.label_table": "TableLabels label",
     "pipeline.labels.landmark_survey": "JointSurvey ReducedSession survey_landmarks",
     "pipeline.labels.process": "process",

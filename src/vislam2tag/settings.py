@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.plain_files import read_toml_values
+from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings

@@ -12,8 +12,8 @@ import os
 import sys
 from pathlib import Path
 
-from vislam2tag.common import whole_folder as module
-from vislam2tag.common.whole_folder import restore, whole_folder
+from vislam2tag.common.files import whole_folder as module
+from vislam2tag.common.files.whole_folder import restore, whole_folder
 
 FILES = 3
 

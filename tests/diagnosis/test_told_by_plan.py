@@ -10,7 +10,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
-from vislam2tag.survey.corrections import TurnLandmarks
+from vislam2tag.survey.corrections.file import TurnLandmarks
 
 WIDTH_M, HEIGHT_M = 45.0, 30.0
 

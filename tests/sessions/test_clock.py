@@ -17,7 +17,7 @@ from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import POSE_LAGS_S, regular_survey
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.smoother.settings import SmootherSettings
-from vislam2tag.survey.corrections import Corrections, ShiftClock
+from vislam2tag.survey.corrections.file import Corrections, ShiftClock
 from vislam2tag.survey.model import Survey
 
 

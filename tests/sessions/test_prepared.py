@@ -18,7 +18,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, press_findings
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.model import ControlPoints, Floor, Site
 
 

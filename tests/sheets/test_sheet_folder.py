@@ -15,8 +15,8 @@ from PIL import Image
 
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import silent
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.dead_leaves import dead_leaves_picture
 from vislam2tag.sheets.images import LandmarkImage, generated_image
 from vislam2tag.sheets.sheet_folder import (

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.run.selection import Selection
     from vislam2tag.self_check.record import BadLandmark, FloorCheck, SessionCheck, SurveyCheck
     from vislam2tag.settings import Settings
-    from vislam2tag.walkable.walked_record import WalkedFloor
+    from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 HELP = """
 Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
@@ -76,7 +76,7 @@ def _check(
     config: ConfigFile = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.check import PAGE_FILE
+    from vislam2tag.pipeline.labels.checking.check import PAGE_FILE
 
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m}, survey)
     selection = selection_of(floor, device)
@@ -99,7 +99,7 @@ def _with_progress(
     survey: Path, settings: Settings, out: Path | None, landmarks: Path | None, selection: Selection, jobs: int
 ) -> SurveyCheck:
     """Check behind a progress bar; a line on standard error for each session that fails."""
-    from vislam2tag.pipeline.labels.check import check
+    from vislam2tag.pipeline.labels.checking.check import check
 
     with session_bar("sessions") as bar:
         return check(

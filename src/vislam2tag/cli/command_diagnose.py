@@ -52,8 +52,8 @@ def _diagnose(
     config: ConfigFile = None,
 ) -> None:
     from vislam2tag.common.errors import UsageError
-    from vislam2tag.survey.correction_lines import add_entries, remove_added
-    from vislam2tag.survey.corrections import CORRECTIONS_FILE
+    from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
+    from vislam2tag.survey.corrections.lines import add_entries, remove_added
 
     if apply and revert:
         raise UsageError("--apply and --revert: give one of them")

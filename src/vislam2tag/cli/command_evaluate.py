@@ -83,7 +83,7 @@ def _evaluate(
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.evaluate import PAGE_FILE, evaluate
+    from vislam2tag.pipeline.labels.evaluating.evaluate import PAGE_FILE, evaluate
 
     settings = settings_of(config, {"labels.max_sigma_m": max_sigma_m, "mapping.max_step_m": max_step_m}, survey)
     try:

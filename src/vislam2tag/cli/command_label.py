@@ -110,8 +110,8 @@ def _label(
 
 
 def _write(table: pl.DataFrame, path: Path) -> None:
-    from vislam2tag.common.table_files import write_csv, write_parquet
-    from vislam2tag.common.whole_file import whole_file
+    from vislam2tag.common.files.table_files import write_csv, write_parquet
+    from vislam2tag.common.files.whole_file import whole_file
 
     with whole_file(path) as partial:
         if path.suffix.lower() == ".parquet":

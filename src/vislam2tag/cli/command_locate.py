@@ -105,7 +105,7 @@ def _locate(
 @contextmanager
 def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
     """Yield what takes text: standard output, or a file that is there when it is whole."""
-    from vislam2tag.common.whole_file import whole_file
+    from vislam2tag.common.files.whole_file import whole_file
 
     if out is None:
         write = sys.stdout.write

@@ -25,8 +25,8 @@ from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import say, say_json
+from vislam2tag.common.files.store import shown
 from vislam2tag.common.plugins import STRATEGIES
-from vislam2tag.common.store import shown
 from vislam2tag.labeling.settings import LabelRule
 from vislam2tag.settings import Settings
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vislam2tag.cli.terminal import say
-from vislam2tag.common.store import shown
+from vislam2tag.common.files.store import shown
 
 STEPS: Mapping[str, str] = {
     "site init": "vislam2tag plan {site} --out plan --write",

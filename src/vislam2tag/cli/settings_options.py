@@ -16,8 +16,8 @@ from pydantic.fields import FieldInfo
 
 from vislam2tag.cli.terminal import say
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.common.toml_file import toml_value
 from vislam2tag.settings import (
     Settings,
     extreme_setting,

@@ -18,9 +18,9 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
-from vislam2tag.common.plain_files import plain, read_bytes, read_json
-from vislam2tag.common.table_files import read_parquet, scan_parquet, write_parquet
-from vislam2tag.common.whole_folder import restore, whole_folder
+from vislam2tag.common.files.plain_files import plain, read_bytes, read_json
+from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
+from vislam2tag.common.files.whole_folder import restore, whole_folder
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE

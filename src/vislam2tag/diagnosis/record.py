@@ -5,8 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any
 
+from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
-from vislam2tag.common.toml_file import toml_value
 
 
 class FaultKind(StrEnum):

@@ -9,8 +9,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError, first_line
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, has_position

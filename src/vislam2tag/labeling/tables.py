@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.table_files import write_parquet
+from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import STATUS_LABELS, has_position
 from vislam2tag.core.tracks import Trajectory

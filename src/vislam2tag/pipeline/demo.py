@@ -10,9 +10,9 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.plain_files import read_bytes, read_json
-from vislam2tag.common.table_files import read_parquet, write_csv
-from vislam2tag.common.whole_folder import whole_folder, work_folder_of
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.table_files import read_parquet, write_csv
+from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
+from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.dataset.folder import is_dataset
@@ -17,8 +17,8 @@ from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
-from vislam2tag.pipeline.labels.check import CHECK_FILE, check
-from vislam2tag.pipeline.labels.check import PAGE_FILE as CHECK_PAGE
+from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, check
+from vislam2tag.pipeline.labels.checking.check import PAGE_FILE as CHECK_PAGE
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of

@@ -13,7 +13,7 @@ from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.planning.prediction import ExpectedLabels
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.walking_distances import WalkingDistances
+from vislam2tag.walkable.walked.walking_distances import WalkingDistances
 
 CELL_M = 0.25
 """Side of a cell of the map."""

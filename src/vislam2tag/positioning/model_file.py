@@ -20,8 +20,8 @@ from safetensors.numpy import save as packed
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError, UsageError, first_line
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.records import Record
-from vislam2tag.common.whole_file import whole_file
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import Positioner, model_named, model_names

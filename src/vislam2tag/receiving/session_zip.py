@@ -14,9 +14,9 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from vislam2tag.common.bounded_file import BoundedFile
 from vislam2tag.common.errors import SessionError, first_line
-from vislam2tag.common.plain_files import plain
+from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.plain_files import plain
 from vislam2tag.sessions.formats.phone import FILE_NAMES
 from vislam2tag.sessions.phone.record import RECORD_FILE, SESSION_NAME, PhoneRecord, parse_record
 

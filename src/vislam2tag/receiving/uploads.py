@@ -14,8 +14,8 @@ from typing import BinaryIO
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.lock import only_one
-from vislam2tag.common.plain_files import plain, read_bytes
+from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, is_filed
 from vislam2tag.receiving.session_zip import RefusedZipError

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.survey.site_table import NOT_UTF8, XLSX, decoded, sheet_lines
 
 SEPARATORS = (";", "\t", ",", " ")

@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from vislam2tag.common.whole_file import whole_file
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.report.wording import FILTERS
 
 

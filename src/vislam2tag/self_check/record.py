@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from vislam2tag.common.records import Record
-from vislam2tag.walkable.walked_record import WalkedFloor
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 
 class LeftOutMark(Record):

@@ -6,7 +6,7 @@ import hashlib
 import json
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.survey.model import Floor
 from vislam2tag.survey.plans.formats.raster import IMAGES

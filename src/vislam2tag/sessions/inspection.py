@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.store import shown
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.store import shown
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.wifi_table import median_scan_interval_s
-from vislam2tag.survey.corrections import Corrections, read_corrections
+from vislam2tag.survey.corrections.file import Corrections, read_corrections
 from vislam2tag.survey.model import SessionRef, Survey
 from vislam2tag.survey.stored_survey import survey_at_hand
 

@@ -16,8 +16,8 @@ from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.smoother.observations import FEWEST_FRAMES
-from vislam2tag.survey.corrected_landmarks import corrected_landmarks
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.survey.corrections.landmarks import corrected_landmarks
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
 from vislam2tag.survey.settings import SurveySettings

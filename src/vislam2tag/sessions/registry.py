@@ -15,13 +15,13 @@ import polars as pl
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import SessionError, SurveyError
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.survey.corrected_landmarks import with_control_points_corrected
-from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
+from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
 from vislam2tag.survey.names import session_slugs

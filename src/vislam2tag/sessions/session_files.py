@@ -9,9 +9,9 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.tables.raw_table import RawTable
 from vislam2tag.survey.site_table import is_file

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, counted, silent
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
 from vislam2tag.sheets.settings import SheetSettings
 from vislam2tag.sheets.sheet_folder import (

@@ -14,12 +14,12 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.table_files import read_csv
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.sheets.images import LandmarkImage, Lookalike, confused, lookalikes
 from vislam2tag.sheets.page import SheetPage, printable, write_pdf

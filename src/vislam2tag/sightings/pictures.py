@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.plain_files import plain, read_bytes
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.sheets.features import GreyImage

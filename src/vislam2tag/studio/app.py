@@ -25,7 +25,7 @@ from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, NoQuery, Studio
 from vislam2tag.studio.guard import MOST_BODY, OwnHeaders
 from vislam2tag.studio.work_messages import EnterRequest, Problem
-from vislam2tag.survey.correction_lines import ChangedMeanwhileError
+from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 
 PAGE = Path(__file__).parent / "page"
 BODY_S = 30.0

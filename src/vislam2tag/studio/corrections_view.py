@@ -16,9 +16,9 @@ from vislam2tag.studio.work_messages import (
     PreviewRequest,
 )
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.correction_edits import changed_text, corrections_of, difference, entries_of
-from vislam2tag.survey.correction_lines import corrections_text, save_text
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.edits import changed_text, corrections_of, difference, entries_of
+from vislam2tag.survey.corrections.file import Corrections
+from vislam2tag.survey.corrections.lines import corrections_text, save_text
 from vislam2tag.survey.model import Survey
 
 

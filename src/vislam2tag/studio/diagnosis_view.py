@@ -12,7 +12,7 @@ from vislam2tag.studio.messages import Point
 from vislam2tag.studio.outputs import LABELS
 from vislam2tag.studio.work_messages import DiagnosisView, FaultPlace, FaultView
 from vislam2tag.studio.workspace import Snapshot, Workspace
-from vislam2tag.survey.correction_edits import AddEntry
+from vislam2tag.survey.corrections.edits import AddEntry
 
 
 class Diagnoses:

@@ -30,7 +30,7 @@ from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
 from vislam2tag.studio.work_messages import Job, JobRequest
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.model import Survey
 
 KEPT = 50

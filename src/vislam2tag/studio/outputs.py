@@ -13,7 +13,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.plain_files import read_json
+from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY

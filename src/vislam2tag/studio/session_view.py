@@ -23,7 +23,7 @@ from vislam2tag.studio.messages import (
     VisitView,
 )
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrections import session_start
+from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.survey.model import SessionKey
 
 DRAWN_M = 5.0

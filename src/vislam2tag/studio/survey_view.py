@@ -25,7 +25,7 @@ from vislam2tag.studio.messages import (
 )
 from vislam2tag.studio.outputs import BEFORE, Output
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.survey.corrected_landmarks import corrected_landmarks
+from vislam2tag.survey.corrections.landmarks import corrected_landmarks
 from vislam2tag.survey.model import Floor, SessionKey
 from vislam2tag.survey.plans.load import plan_picture
 

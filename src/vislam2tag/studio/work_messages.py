@@ -10,7 +10,7 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
-from vislam2tag.survey.correction_edits import Change
+from vislam2tag.survey.corrections.edits import Change
 
 MOST_CHANGES = 100
 MOST_SESSIONS = 10_000

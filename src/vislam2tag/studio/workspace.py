@@ -21,9 +21,9 @@ from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import Versions
 from vislam2tag.studio.outputs import BEFORE, LABELS, Output
 from vislam2tag.studio.tracks import Track
-from vislam2tag.survey.correction_edits import corrections_of
-from vislam2tag.survey.correction_lines import corrections_text
-from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections
+from vislam2tag.survey.corrections.edits import corrections_of
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections
+from vislam2tag.survey.corrections.lines import corrections_text
 from vislam2tag.survey.discover import session_folders, site_files
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.names import session_slugs

@@ -8,10 +8,10 @@ from pathlib import Path
 from zipfile import is_zipfile
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.whole_folder import restore
-from vislam2tag.survey.corrections import CORRECTIONS_FILE
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.ilc20_site import SITE_FILES as ILC20_FILES
 from vislam2tag.survey.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site

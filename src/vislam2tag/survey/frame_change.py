@@ -13,8 +13,8 @@ import numpy as np
 from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.records import Record
-from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.files.plain_files import plain, read_json
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import plain, read_json
 from vislam2tag.survey.model import ControlPoints, Floor, SessionKey
 from vislam2tag.survey.names import floor_number
 from vislam2tag.survey.plans.source import Extent, PlanSource

@@ -7,8 +7,8 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from vislam2tag.common.files.store import Listed, Store
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.store import Listed, Store
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.similarity import Similarity2

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.model import Floor, SessionKey, Site
 
 BESIDE_M = 5.0

@@ -11,8 +11,8 @@ from typing import Annotated, Self
 from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.records import Record
-from vislam2tag.common.toml_file import read_toml, toml_value
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.survey.georeference import Georeference, georeference_in_grid
 from vislam2tag.survey.plans.source import GREATEST_M, PlanSource

@@ -15,9 +15,9 @@ from typing import TypeAlias
 
 from vislam2tag.common.errors import first_line
 from vislam2tag.common.extras import MissingExtraError, import_extra
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.survey.table_columns import TableColumns, has_decimal_comma, number_text, understood
 
 XLSX = ".xlsx"

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.store import Listed, Store, is_safe_name, store_at
-from vislam2tag.common.stored_folder import place_for
+from vislam2tag.common.files.store import Listed, Store, is_safe_name, store_at
+from vislam2tag.common.files.stored_folder import place_for
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.model import StoredFolder
 from vislam2tag.survey.settings import SETTINGS_FILE

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vislam2tag.survey.corrections import UNITS_M
+from vislam2tag.survey.corrections.file import UNITS_M
 
 _UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}
 _UNIT = re.compile(rf"^(.+?)(?:[\s_]*[\[(]\s*|[\s_]+)({'|'.join(_UNITS_M)})s?\s*[\])]?$")

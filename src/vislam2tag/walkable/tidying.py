@@ -12,7 +12,7 @@ from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.path_length import arc_lengths, line_length
 from vislam2tag.walkable.network import Branch, Network
 from vislam2tag.walkable.space import WalkableSpace
-from vislam2tag.walkable.walking_distances import WalkingDistances
+from vislam2tag.walkable.walked.walking_distances import WalkingDistances
 
 _RING_M = 6.0
 """A ring shorter than this goes round next to nothing."""

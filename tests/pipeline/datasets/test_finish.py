@@ -14,7 +14,7 @@ import pytest
 from tests.dataset.factory import small_dataset
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.common.whole_folder import exclusive_writer
+from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, open_dataset, write_dataset
 from vislam2tag.dataset.model import Split
 from vislam2tag.dataset.settings import SplitKind, SplitSettings

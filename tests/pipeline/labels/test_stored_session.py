@@ -13,7 +13,7 @@ from tests.cli.command import vislam2tag
 from tests.stores import Bucket, Fault
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, SurveyError
-from vislam2tag.common.store import Store
+from vislam2tag.common.files.store import Store
 from vislam2tag.labeling.results import RUN_FILE
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome

@@ -21,12 +21,12 @@ from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.pipeline.labels.check import check
+from vislam2tag.pipeline.labels.checking.check import check
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
-from vislam2tag.survey.corrections import Corrections
+from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.plans.model import Use
 from vislam2tag.survey.plans.placing import placed
 from vislam2tag.survey.plans.registry import read_drawing

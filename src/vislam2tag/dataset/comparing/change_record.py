@@ -7,11 +7,11 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.spreadsheet_text import escaped
-from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.comparing.changes import (
     APPEARED,
     CHANGED,

@@ -10,8 +10,8 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.plain_files import read_json
-from vislam2tag.common.table_files import scan_parquet
+from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.dataset.by_session import one_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.formats.gia.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated

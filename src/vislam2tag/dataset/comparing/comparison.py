@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.stored_folder import folder_at_hand
 from vislam2tag.dataset.comparing.comparable import ComparedFolder, comparable
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
 

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.dataset.coverage.floor_coverage import FloorCoverage
-from vislam2tag.walkable.short_walk import WALKING_M_S, covering_stops, short_order
+from vislam2tag.walkable.walked.short_walk import WALKING_M_S, covering_stops, short_order
 
 _EPSILON = 1e-9
 

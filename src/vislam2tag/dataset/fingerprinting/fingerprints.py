@@ -18,7 +18,7 @@ from vislam2tag.dataset.fingerprinting.radio_tables import mean_position
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, SCHEMAS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
-from vislam2tag.survey.corrections import session_start
+from vislam2tag.survey.corrections.file import session_start
 
 
 @dataclass(frozen=True)

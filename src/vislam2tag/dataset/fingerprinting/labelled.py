@@ -13,10 +13,10 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
-from vislam2tag.common.plain_files import read_bytes, read_json
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.records import Record
-from vislam2tag.common.table_files import scan_parquet
-from vislam2tag.common.whole_folder import restore
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 

@@ -14,8 +14,8 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo

@@ -16,9 +16,9 @@ from functools import cache, partial
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
-from vislam2tag.common.bounded_file import BoundedFile
 from vislam2tag.common.errors import DatasetError, first_line
-from vislam2tag.common.plain_files import plain
+from vislam2tag.common.files.bounded_file import BoundedFile
+from vislam2tag.common.files.plain_files import plain
 
 _TAR_NAMES = (".tar", ".tar.gz", ".tgz", ".tar.xz", ".tar.bz2")
 _DECOMPRESSORS: dict[bytes, Callable[[IO[bytes]], Any]] = {

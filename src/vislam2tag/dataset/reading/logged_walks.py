@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding
-from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of

@@ -10,10 +10,10 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.plain_files import plain
+from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
-from vislam2tag.common.plain_files import plain
-from vislam2tag.common.table_files import scan_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM
 

@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError, first_line
-from vislam2tag.common.table_files import read_csv
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 TRACK_FILE = "tachy.csv"

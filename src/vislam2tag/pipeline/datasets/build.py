@@ -11,8 +11,8 @@ from typing import NamedTuple
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset

@@ -11,12 +11,12 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.common.table_files import scan_parquet
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named

@@ -14,8 +14,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.common.whole_folder import exclusive_writer
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split

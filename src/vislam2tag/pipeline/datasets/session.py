@@ -8,9 +8,9 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity, pooled
-from vislam2tag.common.table_files import write_parquet
 from vislam2tag.core.status import Status
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionFingerprints, SessionWalk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
@@ -21,7 +21,7 @@ from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READI
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
-from vislam2tag.survey.corrections import session_start
+from vislam2tag.survey.corrections.file import session_start
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""

@@ -6,8 +6,8 @@ import hashlib
 from pathlib import Path
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.tracks import Trajectory

@@ -23,8 +23,8 @@ from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
-from vislam2tag.survey.correction_lines import with_entries
-from vislam2tag.survey.corrections import Corrections, read_corrections
+from vislam2tag.survey.corrections.file import Corrections, read_corrections
+from vislam2tag.survey.corrections.lines import with_entries
 from vislam2tag.survey.discover import session_folders
 from vislam2tag.survey.model import SessionKey, SessionRef, Survey
 from vislam2tag.survey.plans.load import floor_plan

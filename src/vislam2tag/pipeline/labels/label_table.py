@@ -10,8 +10,8 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError, first_line
-from vislam2tag.common.plain_files import read_bytes, read_json
-from vislam2tag.common.table_files import read_csv, read_parquet
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -24,7 +24,7 @@ from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.labels.table_motion import table_aligners
 from vislam2tag.sessions.phone.record import RECORD_FILE
-from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.discover import session_folders
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.site_table import decoded

@@ -10,10 +10,10 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.common.whole_file import whole_file
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M

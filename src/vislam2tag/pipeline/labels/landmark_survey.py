@@ -29,7 +29,7 @@ from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
-from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.model import SessionKey, Site, Survey
 
 

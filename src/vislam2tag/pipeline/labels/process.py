@@ -17,10 +17,10 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.store import shown, store_at
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes, read_json
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.store import shown, store_at
 from vislam2tag.diagnosis.record import Fault
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
@@ -38,7 +38,7 @@ from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
-from vislam2tag.survey.corrections import CORRECTIONS_FILE, Corrections, read_corrections
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
 from vislam2tag.survey.discover import site_files
 from vislam2tag.survey.frame_change import CHANGE_FILE
 from vislam2tag.survey.model import SessionRef, Site, Survey

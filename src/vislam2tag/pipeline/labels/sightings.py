@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.whole_file import whole_file
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, open_survey
 from vislam2tag.survey.model import SessionRef

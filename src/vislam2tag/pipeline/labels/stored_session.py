@@ -19,8 +19,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
-from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.common.store import Version
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.store import Version
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.table_files import scan_parquet
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, LabelledSurvey, open_labelled
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo
@@ -23,7 +23,7 @@ from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, build_sessio
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.paper.data import PaperData
 from vislam2tag.pipeline.run.selection import Selection
-from vislam2tag.survey.corrections import read_corrections
+from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.model import SessionKey, Survey
 
 STRATEGY = "local-corrected"

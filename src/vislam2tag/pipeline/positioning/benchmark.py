@@ -15,9 +15,9 @@ from pydantic import ValidationError
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.progress import Progress, Stage, silent
-from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format

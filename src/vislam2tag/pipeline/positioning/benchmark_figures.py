@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 from matplotlib.figure import Figure
 
-from vislam2tag.common.table_files import read_parquet
+from vislam2tag.common.files.table_files import read_parquet
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.figures.positioning_figures import (

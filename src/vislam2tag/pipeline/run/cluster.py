@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError
 
 from vislam2tag.common.errors import OutputError, UsageError, first_line
 from vislam2tag.common.extras import import_extra
-from vislam2tag.common.plain_files import read_toml_values
+from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.records import FiniteRecord
 
 _CONFIG = {

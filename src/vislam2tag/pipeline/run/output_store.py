@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
-from vislam2tag.common.store import Store, Version
+from vislam2tag.common.files.store import Store, Version
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to

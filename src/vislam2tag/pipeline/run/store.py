@@ -16,8 +16,8 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError
-from vislam2tag.common.lock import only_one
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.lock import only_one
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import OPTIONAL

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.common.plain_files import read_json
-from vislam2tag.common.whole_file import whole_file
+from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.pipeline.site.plan_scale import no_scale
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor

@@ -10,11 +10,11 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.common.whole_file import whole_file
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.figures.planning_figures import landmark_plan, sigma_figure

@@ -9,10 +9,10 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
-from vislam2tag.common.plain_files import read_bytes, read_json
-from vislam2tag.common.table_files import scan_parquet
-from vislam2tag.common.whole_file import whole_file
-from vislam2tag.common.whole_folder import whole_folder
+from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult

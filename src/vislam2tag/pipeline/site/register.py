@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.whole_file import whole_file
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered

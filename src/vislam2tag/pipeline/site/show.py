@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.whole_file import whole_file
 from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.page import data_uri, write_page

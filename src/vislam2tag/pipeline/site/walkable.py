@@ -12,8 +12,8 @@ import numpy as np
 from PIL import Image
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.discover import read_site

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.common.text_tables import csv_rows
-from vislam2tag.common.whole_folder import whole_folder
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.survey.changed_files import changed_landmarks_text, changed_points_text
 from vislam2tag.survey.discover import read_site

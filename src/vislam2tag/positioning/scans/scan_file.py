@@ -18,9 +18,9 @@ from typing import Any, TextIO
 import numpy as np
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import ROWS_NAMED, Finding
-from vislam2tag.common.plain_files import plain
 from vislam2tag.positioning.scans.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")

@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.table_files import read_csv, scan_parquet
+from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.plain_files import json_values, read_bytes
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import json_values, read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps.axes import pose_rows, poses_of_matrices
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.plain_files import plain, read_bytes
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.sessions.fixes import GeographicFixes
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.registry import register

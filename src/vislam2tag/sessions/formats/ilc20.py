@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.sessions.fixes import too_few_fixes
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.registry import register

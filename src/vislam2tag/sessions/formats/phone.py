@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.plain_files import plain
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.plain_files import plain
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import AnchorLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog

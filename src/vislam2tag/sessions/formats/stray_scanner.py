@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.sessions.apps.axes import other_camera, pose_rows
 from vislam2tag.sessions.apps.format import AppFormat

@@ -14,7 +14,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.plain_files import toml_values
+from vislam2tag.common.files.plain_files import toml_values
 from vislam2tag.common.records import Record
 from vislam2tag.sessions.apps.axes import from_z_up, other_camera, pose_rows
 from vislam2tag.sessions.apps.format import AppFormat

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.table_files import read_csv
 from vislam2tag.sessions.tables.raw_table import RawTable, separate
 
 _END, _SURPLUS = "_end", "_surplus"

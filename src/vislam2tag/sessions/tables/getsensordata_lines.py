@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.table_files import read_csv
 
 RESET_S = 1.0
 """Times of the app's clock that go back by more mean that it was set anew; rows are some milliseconds out of order."""

@@ -11,8 +11,8 @@ from itertools import accumulate
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity
-from vislam2tag.common.table_files import read_csv
 from vislam2tag.core.context import FixLog
 from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
 

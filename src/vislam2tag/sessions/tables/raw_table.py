@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import polars as pl
 
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.table_files import read_csv
 
 SEPARATOR = ";"
 

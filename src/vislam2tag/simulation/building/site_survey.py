@@ -9,13 +9,13 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.common.plain_files import read_bytes
-from vislam2tag.common.table_files import read_csv
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.simulation.building.site_building import SiteFloor, SiteLandmarks
 from vislam2tag.simulation.model import SimulatedBuilding
-from vislam2tag.survey.corrections import CORRECTIONS_FILE
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
 from vislam2tag.survey.discover import read_site, site_files
 from vislam2tag.survey.floor_file import FLOOR_FILE
 from vislam2tag.survey.model import Floor, Site

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.survey.plans.model import PlanPolygon, PlanText
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.survey.model import SessionKey
 

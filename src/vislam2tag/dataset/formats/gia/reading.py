@@ -10,8 +10,8 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import Finding, pooled
-from vislam2tag.common.table_files import scan_parquet, write_parquet
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
 from vislam2tag.dataset.fingerprinting.magnetic import magnetic_windows
 from vislam2tag.dataset.fingerprinting.motion import PhoneMotion
@@ -25,7 +25,7 @@ from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table
 from vislam2tag.labeling.schemas import SCHEMAS as LABELLED
 from vislam2tag.labeling.schemas import TRAJECTORY
-from vislam2tag.survey.corrections import session_start
+from vislam2tag.survey.corrections.file import session_start
 from vislam2tag.survey.discover import read_site, session_folders
 from vislam2tag.survey.model import SessionKey
 from vislam2tag.survey.names import session_slugs

@@ -10,8 +10,8 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.plain_files import read_bytes
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.dataset.fingerprinting.radio_tables import radio_rows
 from vislam2tag.dataset.folder import sha256_of

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
-from vislam2tag.common.plain_files import read_json
 from vislam2tag.dataset.model import FloorInfo, Storey
 from vislam2tag.survey.names import floor_number, unique_slugs
 from vislam2tag.survey.plans.source import GREATEST_M

@@ -10,9 +10,9 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.spreadsheet_text import unescaped
-from vislam2tag.common.table_files import read_csv
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping

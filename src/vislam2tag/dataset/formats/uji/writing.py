@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from vislam2tag.common.files.table_files import write_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.spreadsheet_text import escaped
-from vislam2tag.common.table_files import write_csv
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat
 from vislam2tag.dataset.formats.uji.reading import (
     ACCESS_POINTS_FILE,

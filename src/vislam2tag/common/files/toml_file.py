@@ -1,0 +1,86 @@
+"""TOML files that people write: read into records with one clear message for what is wrong, and written."""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.plain_files import read_toml_values
+
+Made = TypeVar("Made", bound=BaseModel)
+
+_WORDING = {
+    "extra_forbidden": "not known, look for a typing error",
+    "missing": "missing",
+    "tuple_type": "each entry starts with its name in double brackets",
+}
+"""Our words for the mistakes that the validator describes in a programmer's."""
+
+
+def read_toml(path: Path, record: type[Made]) -> Made:
+    """Read a TOML file into a record.
+
+    Raises FileNotFoundError where there is none, SurveyError, naming file and entry, where it cannot be read or says
+    what it cannot.
+    """
+    try:
+        return record.model_validate(read_toml_values(path))
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValidationError as error:
+        raise SurveyError(f"{path}: {first_problem(error)}") from error
+    except ValueError as error:
+        raise SurveyError(f"{path}: not a TOML file: {error}; correct or remove it") from error
+
+
+def first_problem(error: ValidationError) -> str:
+    """Say which entry of a TOML file is wrong first, and why."""
+    problem = error.errors()[0]
+    wrong = _WORDING.get(problem["type"], problem["msg"].removeprefix("Value error, "))
+    place = _place(problem["loc"], isinstance(problem["input"], list) or problem["type"] == "tuple_type")
+    return f"{place}{': ' if place else ''}{wrong}; correct or remove it"
+
+
+def _place(loc: Sequence[int | str], is_list: bool) -> str:
+    """Name an entry as the file spells it: ``[[floors]] number 2, plan, points 1``; ``is_list``: it holds several."""
+    if not loc:
+        return ""
+    head, rest = loc[0], loc[1:]
+    if rest and isinstance(rest[0], int):
+        parts, rest = [f"[[{head}]] number {rest[0] + 1}"], rest[1:]
+    elif rest:
+        parts = [f"[{head}]"]
+    else:
+        parts = [f"[[{head}]]" if is_list else str(head)]
+    for part in rest:
+        if isinstance(part, int):
+            parts[-1] += f" {part + 1}"
+        else:
+            parts.append(part)
+    return ", ".join(parts)
+
+
+def toml_value(value: object) -> str:
+    """Write a value as TOML on one line; a mapping becomes an inline table without what is None."""
+    if isinstance(value, Mapping):
+        parts = (f"{_key(str(key))} = {toml_value(part)}" for key, part in value.items() if part is not None)
+        return "{ " + ", ".join(parts) + " }"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    if isinstance(value, dt.date):
+        return value.isoformat()
+    # Strings are JSON's, but for U+007F.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_value(name)

@@ -1,0 +1,125 @@
+"""The check without ground truth: a survey folder goes in; accuracies, bad landmarks and best places come out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from vislam2tag import __version__
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.labels.checking.check_session import CheckedSession, check_session
+from vislam2tag.pipeline.labels.checking.walked_floors import FloorWalked, WalkPlaces, walked_floors
+from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
+from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.report.pages.check_page import write_check_page
+from vislam2tag.self_check.bad_landmarks import bad_landmarks
+from vislam2tag.self_check.gain_map import GainMap
+from vislam2tag.self_check.record import FloorCheck, SessionCheck, SurveyCheck
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.walkable.settings import WalkableSettings
+
+CHECK_FILE, PAGE_FILE = "check.json", "check.html"
+
+
+@dataclass
+class _Collected:
+    """Takes sessions as they end and adds them up in the survey's order, so that sums do not depend on the workers."""
+
+    order: Sequence[str]
+    gains: GainMap = field(default_factory=GainMap)
+    sessions: list[SessionCheck] = field(default_factory=list)
+    places: list[WalkPlaces] = field(default_factory=list)
+    _early: dict[str, CheckedSession] = field(default_factory=dict)
+
+    def take(self, checked: CheckedSession) -> None:
+        """Take the next session that ended."""
+        self._early[checked.record.slug] = checked
+        while len(self.sessions) < len(self.order) and self.order[len(self.sessions)] in self._early:
+            following = self._early.pop(self.order[len(self.sessions)])
+            self.sessions.append(following.record)
+            if following.gains is not None:
+                self.gains.add(following.gains)
+            if following.places is not None:
+                self.places.append(following.places)
+
+
+def check(
+    survey_root: Path,
+    settings: ProcessSettings | None = None,
+    *,
+    out: Path | None = None,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+    jobs: int = 1,
+    walkable: WalkableSettings | None = None,
+    progress: Progress[SessionCheck] = silent,
+) -> SurveyCheck:
+    """Check a survey against itself: leave out each landmark or fix in turn, session by session.
+
+    docs/explanation/self-check.md tells more.
+
+    With ``out`` the findings are written there as ``check.json`` and ``check.html``, with what was walked of the space
+    that can be walked on the plans, found by ``walkable``. ``landmarks`` is a file with the
+    landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
+    it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
+    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
+    cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
+    """
+    settings = settings or ProcessSettings()
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    corrections = read_corrections(survey_root)
+    refs = selected(survey, corrections, selection or Selection())
+    if out is not None:
+        refuse_among_sessions(survey, out)
+        _make_folder(out)
+    collected = _Collected([ref.slug for ref in refs])
+
+    def report(checked: CheckedSession) -> None:
+        collected.take(checked)
+        progress(checked.record, len(refs))
+
+    todo = [session_task(ref, survey, corrections, settings) for ref in refs]
+    process_all(partial(check_session, settings), todo, jobs, report)
+    walked = {} if out is None else walked_floors(survey.root, survey.site, collected.places, walkable)
+    found = SurveyCheck(
+        version=__version__,
+        max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
+        sessions=collected.sessions,
+        floors=[_with_rooms(floor, walked) for floor in collected.gains.floors(survey.site.landmarks)],
+        bad_landmarks=bad_landmarks([session for session in collected.sessions if not session.fixes]),
+        walked=[floor.record for floor in walked.values()],
+    )
+    if out is not None:
+        with whole_file(out / CHECK_FILE) as file:
+            file.write_text(json.dumps(found.model_dump(mode="json"), indent=1) + "\n", encoding="utf-8")
+        spaces = {number: floor.space for number, floor in walked.items()}
+        write_check_page(out / PAGE_FILE, survey, found, collected.gains, spaces)
+    return found
+
+
+def _with_rooms(floor: FloorCheck, walked: Mapping[int, FloorWalked]) -> FloorCheck:
+    """Say of each proposed place in which room it is, where the plan tells."""
+    space = walked[floor.number].space if floor.number in walked else None
+    if space is None:
+        return floor
+    rooms = [space.areas.of_place((place.x_m, place.y_m)) for place in floor.places]
+    places = [
+        place.model_copy(update={"near": ", ".join(filter(None, (room and f"in {room}", place.near)))})
+        for place, room in zip(floor.places, rooms, strict=True)
+    ]
+    return floor.model_copy(update={"places": places})
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = "a file, not a folder" if out.is_file() else error.strerror
+        raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error

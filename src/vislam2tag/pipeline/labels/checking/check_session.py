@@ -1,0 +1,143 @@
+"""One session checked against itself; runs in a worker process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vislam2tag.common.errors import SessionError
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.core.tracks import Landmarks
+from vislam2tag.heights.estimate import estimate_heights
+from vislam2tag.heights.settings import HeightSettings
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.mapping.strategies.smoother import Smoother
+from vislam2tag.pipeline.labels.checking.check_fixes import checked_by_fixes
+from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
+from vislam2tag.pipeline.run.failures import unexpected
+from vislam2tag.self_check.accuracy import error_factor, estimate_accuracy, expected_error_m
+from vislam2tag.self_check.gain_map import SessionGains, session_gains
+from vislam2tag.self_check.landmark_gain import gains, positions_each_metre
+from vislam2tag.self_check.left_out import LeftOut, leave_out
+from vislam2tag.self_check.record import LeftOutMark, SessionCheck
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.smoother.odometry import Odometry
+from vislam2tag.smoother.settings import SmootherSettings
+from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
+
+
+@dataclass(frozen=True)
+class CheckedSession:
+    """What the worker tells the main process; ``gains`` and ``places`` are None where it could not be mapped."""
+
+    record: SessionCheck
+    gains: SessionGains | None = None
+    places: WalkPlaces | None = None
+
+
+def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
+    """Read, map and check one session; one that cannot be read or mapped becomes a record with an error."""
+    try:
+        return _check(settings, task)
+    except SessionError as error:
+        return CheckedSession(_record(task, error=str(error)))
+    except Exception as error:  # one bad session must not end the batch; its record names the fault
+        return CheckedSession(_record(task, error=unexpected(task.ref.key, error)))
+
+
+def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
+    whole = prepared_session(task)
+    if whole.session.camera.inertial is not None:
+        return CheckedSession(_record(task, **checked_by_fixes(whole, settings)))
+    prepared = whole.longest_section()
+    smoothed = _smoothed(prepared, settings.mapping.smoother)
+    left_out = leave_out(smoothed)
+    path, covariance, _ = mapped_path(smoothed)
+    odometry = smoothed.model.observations.odometry
+    floor = _floors(prepared, settings.mapping.heights, odometry)[odometry.frame]
+    positions = positions_each_metre(smoothed)
+    found = session_gains(
+        gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
+    )
+    record = _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m))
+    return CheckedSession(record, found, _places(prepared, odometry, path, floor))
+
+
+def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
+    """Where a session was about each metre, and where it was when its Wi-Fi was read; ``path`` (n, 2), ``floor`` (n,)
+    of the frames that the smoother used.
+    """
+    time_ns = prepared.session.camera.time_ns[odometry.frame]
+    _, each = np.unique(np.floor(arc_lengths(path)), return_index=True)
+    heard_ns = np.unique(prepared.session.tables["wifi"]["time_ns"].to_numpy())
+    heard_ns = heard_ns[(heard_ns >= time_ns[0]) & (heard_ns <= time_ns[-1])]
+    frame = np.searchsorted(time_ns, heard_ns)
+    return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
+
+
+def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
+    session, range_m = prepared.session, settings.sighting_range_m
+    observations = WalkObservations.of(session.camera, session.landmarks, range_m)
+    smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
+    if smoothed is None:
+        needs = Smoother(range_m).needs
+        raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
+    return smoothed
+
+
+def _floors(prepared: PreparedSession, settings: HeightSettings, odometry: Odometry) -> IntArray:
+    """Floor (n,) of each camera frame."""
+    session = prepared.session
+    floor = estimate_heights(session.camera, session.landmarks, prepared.landmarks, settings, odometry).floor
+    return floor if len(floor) else np.full(len(session.camera.time_ns), session.key.floor)
+
+
+def _accuracy(
+    prepared: PreparedSession,
+    smoothed: Smoothed,
+    covariance: FloatArray,
+    left_out: tuple[LeftOut, ...],
+    max_sigma_m: float,
+) -> dict[str, Any]:
+    """The session's numbers under their names in its record; ``covariance`` (n, 2, 2) of its frames, m^2."""
+    observations, priors = smoothed.model.observations, smoothed.priors
+    sigma_m = np.sqrt(np.trace(covariance, axis1=1, axis2=2) / 2)
+    labelled = sigma_m <= max_sigma_m
+    estimate = estimate_accuracy(covariance[labelled], left_out)
+    details: dict[str, Any] = {
+        "landmarks": int(priors.surveyed[np.unique(observations.passes.landmark)].sum()),
+        "left_out": [_mark(error, prepared.landmarks) for error in left_out],
+        "frames": len(sigma_m),
+        "labelled": int(labelled.sum()),
+    }
+    return details if estimate is None else details | estimate.rounded()
+
+
+def _mark(error: LeftOut, landmarks: Landmarks) -> LeftOutMark:
+    row = landmarks.index[error.landmark]
+    x, y = landmarks.position_bcs[row].tolist()
+    return LeftOutMark(
+        floor=int(landmarks.floor[row]),
+        landmark=error.landmark,
+        passes=error.passes,
+        surveyed_m=(round(x, 4), round(y, 4)),
+        offset_m=(round(float(error.offset_m[0]), 4), round(float(error.offset_m[1]), 4)),
+        covariance_m2=_entries(error.covariance_m2),
+        survey_covariance_m2=_entries(landmarks.covariance_bcs[row]),
+    )
+
+
+def _entries(covariance: FloatArray) -> tuple[float, float, float]:
+    """xx, xy and yy of a covariance (2, 2)."""
+    return float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+
+
+def _record(task: SessionTask, **details: Any) -> SessionCheck:
+    """Fill in who the session is."""
+    key = task.ref.key
+    return SessionCheck(slug=task.ref.slug, floor=key.floor, device=key.device, session=key.session, **details)

@@ -1,0 +1,86 @@
+"""What of each floor's plan was walked: from where sessions were to the areas of the walkable space."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.extras import missing_extra
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.survey.model import Floor, Site
+from vislam2tag.survey.room_names import RoomName, names_on_plan, read_room_names
+from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.space import walkable_space
+from vislam2tag.walkable.walked.areas import Areas, areas_of
+from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
+from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
+
+
+@dataclass(frozen=True)
+class WalkPlaces:
+    """Where a session was: ``position`` (w, 2) about a metre apart on ``floor`` (w,), and its labelled Wi-Fi scans,
+    ``scan`` (s, 2) on ``scan_floor`` (s,); BCS metres.
+    """
+
+    position: FloatArray
+    floor: IntArray
+    scan: FloatArray
+    scan_floor: IntArray
+
+
+@dataclass(frozen=True)
+class FloorWalked:
+    """One floor: its record, and the space to draw; None where the record's note says why there is none."""
+
+    record: WalkedFloor
+    space: WalkedSpace | None = None
+
+
+def walked_floors(
+    root: Path, site: Site, walks: Iterable[WalkPlaces], settings: WalkableSettings | None = None
+) -> Mapping[int, FloorWalked]:
+    """Tell for each floor on which somebody walked what of its walkable space was walked.
+
+    A floor without a plan, or with one on which nothing can be walked, has a note instead.
+    """
+    all_walks = list(walks)
+    numbers = sorted({int(number) for walk in all_walks for number in np.unique(walk.floor)})
+    known = {floor.number for floor in site.floors}
+    return {
+        number: _floor_walked(root, site.floor(number), all_walks, settings) for number in numbers if number in known
+    }
+
+
+def _floor_walked(root: Path, floor: Floor, walks: list[WalkPlaces], settings: WalkableSettings | None) -> FloorWalked:
+    names, findings = read_room_names(root, floor.number)
+    try:
+        areas = floor_areas(floor, names, settings)
+    except SurveyError as error:
+        return FloorWalked(WalkedFloor(number=floor.number, note=f"not measured against the plan: {error}"))
+    except ModuleNotFoundError as error:
+        lacks = missing_extra(error)
+        if lacks is None:
+            raise
+        return FloorWalked(WalkedFloor(number=floor.number, note=f"not measured against the plan: this {lacks}"))
+    walked = np.vstack([np.empty((0, 2)), *(walk.position[walk.floor == floor.number] for walk in walks)])
+    scanned = np.vstack([np.empty((0, 2)), *(walk.scan[walk.scan_floor == floor.number] for walk in walks)])
+    space = walked_space(areas, walked, scanned)
+    record = walked_floor(floor.number, space, filling_walk(space))
+    return FloorWalked(record.model_copy(update={"findings": findings}), space)
+
+
+def floor_areas(floor: Floor, names: Sequence[RoomName], settings: WalkableSettings | None = None) -> Areas:
+    """Rooms and corridors of a floor's plan, called by these names, else as the plan calls them.
+
+    Raises SurveyError where there is no plan that can be walked, ModuleNotFoundError where an extra lacks.
+    """
+    from vislam2tag.survey.plans.load import floor_plan  # packages of extras
+    from vislam2tag.walkable.graph import corridor_graph
+
+    plan, settings = floor_plan(floor), settings or WalkableSettings()
+    space = walkable_space(plan, settings)
+    return areas_of(space, corridor_graph(space, settings.graph)).with_names([*names, *names_on_plan(plan)])

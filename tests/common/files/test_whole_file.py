@@ -1,0 +1,43 @@
+"""Files appear whole, and leave nothing where they cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files.whole_file import whole_file
+
+
+def test_a_file_appears_when_the_block_ends(tmp_path: Path) -> None:
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+    with whole_file(target) as place:
+        place.write_text("new")
+        assert target.read_text() == "old"
+    assert target.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_block_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+
+    def interrupted() -> None:
+        with whole_file(target) as place:
+            place.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_places_that_cannot_be_written_are_told(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    for target in (tmp_path / "absent" / "a.txt", tmp_path / "folder"):
+        with pytest.raises(OutputError, match="cannot be written"), whole_file(target) as place:
+            place.write_text("new")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder"]

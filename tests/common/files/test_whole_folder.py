@@ -1,0 +1,131 @@
+"""A folder is there whole whenever its writer is killed; of two writers the second is refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vislam2tag.common.errors import OutputError
+from vislam2tag.common.files import whole_folder as module
+from vislam2tag.common.files.whole_folder import restore, whole_folder, work_folder_of
+
+
+def ours(folder: Path) -> bool:
+    return (folder / "a.txt").is_file()
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def write(target: Path, text: str = "new") -> None:
+    with whole_folder(target, ours) as folder:
+        (folder / "a.txt").write_text(text)
+
+
+@pytest.mark.parametrize("how", ["exchange", "rename"])
+def test_killed_at_any_step_the_folder_is_whole_and_the_next_command_tidies(tmp_path: Path, how: str) -> None:
+    command = [sys.executable, "-m", "tests.common.killed_writer", str(tmp_path / "out"), how]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    steps, gone = map(int, done.stdout.split())
+    assert steps > 20
+    assert gone == (how == "rename"), "kills that left nothing in its place until the next command"
+
+
+def test_it_appears_whole_and_replaces_only_its_own(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    write(out, "first")
+    with whole_folder(out, ours) as folder:
+        (folder / "a.txt").write_text("second")
+        (folder / "b.txt").write_text("second")
+        (folder.parent / "scratch").mkdir()
+        assert (out / "a.txt").read_text() == "first"
+    assert names(out) == {"a.txt", "b.txt"}
+    assert names(out.parent) == {"out"}
+    with pytest.raises(OutputError, match="not made by this command"), whole_folder(out, lambda _: False):
+        pass
+    assert names(out) == {"a.txt", "b.txt"}
+    assert names(out.parent) == {"out"}
+
+
+def test_a_failure_leaves_what_was_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "out", "old")
+    with pytest.raises(ZeroDivisionError), whole_folder(tmp_path / "out", ours):
+        raise ZeroDivisionError
+    full = pytest.raises(OutputError, match=r"out: cannot be written \(No space left on device\)")
+    with full, whole_folder(tmp_path / "out", ours):
+        raise OSError(28, "No space left on device")
+
+    def refuse(path: Path, target: Path) -> Path:
+        if path.name == "new":
+            raise PermissionError(13, "Permission denied")
+        path.replace(target)
+        return target
+
+    monkeypatch.setattr(module, "_EXCHANGES", {})
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(OutputError, match=r"out: cannot be written \(Permission denied\)"):
+        write(tmp_path / "out")
+    assert (tmp_path / "out" / "a.txt").read_text() == "old"
+    assert names(tmp_path) == {"out"}
+
+
+def test_a_second_command_is_refused_and_disturbs_nothing(tmp_path: Path) -> None:
+    with whole_folder(tmp_path / "out", ours) as folder:
+        (folder / "a.txt").write_text("first")
+        with pytest.raises(OutputError, match="out: another command is writing there"):
+            write(tmp_path / "out", "second")
+        restore(tmp_path / "out")
+        write(tmp_path / "other", "third")
+    assert (tmp_path / "out" / "a.txt").read_text() == "first"
+    assert names(tmp_path) == {"out", "other"}
+
+
+def test_what_another_command_put_there_meanwhile_stays(tmp_path: Path) -> None:
+    refused = pytest.raises(OutputError, match="not made by this command")
+    with refused, whole_folder(tmp_path / "out", ours):
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out" / "thesis.txt").write_text("theirs")
+    assert names(tmp_path / "out") == {"thesis.txt"}
+
+
+@pytest.mark.parametrize("how", ["exchange", "rename"])
+def test_half_of_an_old_folder_is_never_restored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str) -> None:
+    if how == "rename":
+        monkeypatch.setattr(module, "_EXCHANGES", {})
+    work = work_folder_of(tmp_path / "out")
+    for name in ("old", "new", "replaced"):
+        (work / name).mkdir(parents=True)
+        (work / name / "a.txt").write_text(name)
+    restore(tmp_path / "out")
+    assert (tmp_path / "out" / "a.txt").read_text() == "old"
+    assert names(tmp_path) == {"out"}
+    (work / "old").mkdir(parents=True)
+    write(tmp_path / "out")
+    assert (tmp_path / "out" / "a.txt").read_text() == "new"
+    assert names(tmp_path) == {"out"}
+
+
+def test_a_link_stays_a_link_and_the_own_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "disk" / "out")
+    (tmp_path / "link").symlink_to(tmp_path / "disk" / "out")
+    write(tmp_path / "link", "through the link")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "disk" / "out" / "a.txt").read_text() == "through the link"
+    assert names(tmp_path) == {"disk", "link"}
+    monkeypatch.chdir(tmp_path / "disk" / "out")
+    with pytest.raises(OutputError, match="is the folder you are in"):
+        write(Path())
+
+
+def test_a_file_in_its_place_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(OutputError, match="is a file"):
+        write(tmp_path / "out")
+    with pytest.raises(OutputError, match="cannot be made"):
+        write(tmp_path / "out" / "below")
+    assert names(tmp_path) == {"out"}
