@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
+from vislam2tag.cli.native_output import native_output_last
 from vislam2tag.cli.terminal import hide_progress, say
 from vislam2tag.common.errors import Vislam2tagError, first_line
 from vislam2tag.common.extras import missing_extra
@@ -166,6 +167,11 @@ _DAMAGED_TABLE = "a table that this reads is damaged; make it again, or copy it 
 
 def main() -> None:
     """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
+    with native_output_last():
+        _run()
+
+
+def _run() -> None:
     try:
         if threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGTERM, signal.default_int_handler)  # it ends as by Ctrl-C, with nothing left over

@@ -15,7 +15,7 @@ from typing import Any
 
 import polars as pl
 
-from vislam2tag.common.files.parquet_footer import check_footer
+from vislam2tag.common.files.parquet_layout import check_parquet
 
 
 def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
@@ -28,8 +28,11 @@ def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
 
 
 def read_parquet(path: Path) -> pl.DataFrame:
-    """Read a Parquet file; raises OSError as :func:`scan_parquet`, PolarsError where it is damaged."""
-    return pl.read_parquet(_parquet_to_read(path), glob=False, hive_partitioning=False)
+    """Read a Parquet file; raises OSError as :func:`scan_parquet`, PolarsError or OSError where it is damaged."""
+    try:
+        return pl.read_parquet(_parquet_to_read(path), glob=False, hive_partitioning=False)
+    except pl.exceptions.PanicException as error:  # over damage that its own checks miss
+        raise OSError(errno.EBADMSG, "it is damaged", str(path)) from error
 
 
 def parquet_metadata(path: Path) -> dict[str, str]:
@@ -88,7 +91,7 @@ def _to_read(path: Path) -> Path:
 
 def _parquet_to_read(path: Path) -> Path:
     file = _to_read(path)
-    check_footer(file)
+    check_parquet(file)
     return file
 
 
