@@ -19,6 +19,7 @@ import argparse
 import gc
 import importlib
 import json
+import os
 import pkgutil
 import resource
 import shutil
@@ -57,6 +58,7 @@ READERS_MORE = 20
 def main() -> int:
     """Run the campaign; returns 1 where anything failed."""
     options = _options()
+    options.out = options.out.absolute()
     options.out.mkdir(parents=True, exist_ok=True)
     _import_everything()
     make_bases(options.out / "bases", for_commands=not options.ci)
@@ -123,10 +125,11 @@ def _rng(target: Target, number: int) -> np.random.Generator:
 def _damage_and_work(target: Target, number: int, bases: Path, scratch: Path) -> None:
     """In the child: Polars must not be used before it is forked."""
     rng = _rng(target, number)
-    out, temporary = scratch / "out", scratch / "temporary"
-    for folder in (out, temporary):
+    out, temporary, elsewhere = (scratch / name for name in ("out", "temporary", "elsewhere"))
+    for folder in (out, temporary, elsewhere):
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
+    os.chdir(elsewhere)  # where an odd option that names a file may write it
     tempfile.tempdir = str(temporary)
     folder, what = _damaged(target, rng, bases, scratch)
     print(what, flush=True)
