@@ -52,7 +52,7 @@ class CameraTrack:
     anchors: AnchorLog | None = None
     """Points that the tracker held fixed in its map; None where none were logged."""
     inertial: InertialLog | None = None
-    """Inertial readings, where there is no tracker: then no frame has a pose, and they stand for the walk's moments."""
+    """Inertial readings on the same clock; None where none were logged."""
     fixes: FixLog | None = None
     """Where the walker is known to have been; None where nobody said."""
     area: WalkableArea | None = None
@@ -63,6 +63,11 @@ class CameraTrack:
         """Mask (n,) of the frames that mapping may use."""
         mask: BoolArray = self.status == 0
         return mask
+
+    @property
+    def without_poses(self) -> bool:
+        """Whether there was no tracker: no frame has a pose, and they stand for moments of the inertial readings."""
+        return self.inertial is not None and not np.isfinite(self.position_acs).any()
 
     @property
     def duration_s(self) -> float:

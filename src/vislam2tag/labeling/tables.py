@@ -39,7 +39,7 @@ class LabelledWalk:
     @classmethod
     def of(cls, session: Session, mapped: Trajectory, settings: LabelSettings) -> LabelledWalk:
         """Label the readings of a session by its trajectory."""
-        settings = settings.for_session(without_poses=session.camera.inertial is not None)
+        settings = settings.for_session(without_poses=session.camera.without_poses)
         # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
         readings = {
             name: _keyed(session.key, name, label_readings(table, mapped, settings, session.excluded_ns))

@@ -15,6 +15,7 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks
@@ -104,7 +105,7 @@ class PreparedSession:
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
     session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
-    session = _on_its_floor(session, task.floor)
+    session = _with_readings(_on_its_floor(session, task.floor))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
     return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))
@@ -112,13 +113,20 @@ def prepared_session(task: SessionTask) -> PreparedSession:
 
 def _on_its_floor(session: Session, floor: Floor) -> Session:
     """Give a session without poses what the site knows of its floor: where its fixes and walls are."""
-    if session.camera.inertial is None:
+    if not session.camera.without_poses:
         return session
     fixes, findings = session.camera.fixes, list[Finding]()
     if session.geographic_fixes is not None:
         fixes, findings = session.geographic_fixes.on(floor)
     camera = replace(session.camera, fixes=fixes, area=drawn_area(floor))
     return replace(session, camera=camera, findings=(*session.findings, *findings))
+
+
+def _with_readings(session: Session) -> Session:
+    """Give a session with poses its inertial readings, by which its losses are bridged."""
+    if "sensors" not in session.tables or not session.camera.usable.any() or session.camera.inertial is not None:
+        return session
+    return replace(session, camera=replace(session.camera, inertial=inertial_log(session.tables["sensors"])))
 
 
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:

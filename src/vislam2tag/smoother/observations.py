@@ -32,9 +32,14 @@ class WalkObservations:
     passes: Passes
 
     @classmethod
-    def of(cls, camera: CameraTrack, log: LandmarkLog, range_m: float) -> WalkObservations:
-        """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres)."""
-        odometry = continuous_odometry(camera, log)
+    def of(
+        cls, camera: CameraTrack, log: LandmarkLog, range_m: float, odometry: Odometry | None = None
+    ) -> WalkObservations:
+        """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres).
+
+        The odometry is the tracker's where none is given.
+        """
+        odometry = continuous_odometry(camera, log) if odometry is None else odometry
         return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m))
 
     @cached_property

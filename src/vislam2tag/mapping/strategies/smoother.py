@@ -9,6 +9,7 @@ import numpy as np
 from vislam2tag.core.orientation import camera_to_bcs
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
+from vislam2tag.dead_reckoning.bridging import bridged_observations
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.mapping.registry import register
@@ -38,13 +39,13 @@ class Smoother:
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
-        if camera.inertial is not None:
+        if camera.without_poses:
             return self.without_tracker.map(camera, log, landmarks)
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
         nothing = builder.finish(camera, (), ())
         if camera.usable.sum() < FEWEST_FRAMES:
             return nothing
-        observations = WalkObservations.of(camera, log, self.sighting_range_m)
+        observations = bridged_observations(camera, log, self.sighting_range_m)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
         smoothed = smooth(observations, LandmarkPriors.of(log.ids, landmarks))
         if smoothed is None:

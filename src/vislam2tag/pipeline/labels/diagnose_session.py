@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.dead_reckoning.bridging import bridged_observations
 from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
@@ -22,7 +23,6 @@ from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 from vislam2tag.survey.model import SessionKey
@@ -70,7 +70,7 @@ def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSe
 
 def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     whole = prepared_session(task)
-    if whole.session.camera.inertial is not None:
+    if whole.session.camera.without_poses:
         walk = reckoned(whole, settings)
         doubtful = doubtful_fixes(walk, LeftOut.of(walk))
         return DiagnosedSession(
@@ -80,7 +80,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         )
     prepared = whole.longest_section()
     session, landmarks = prepared.session, prepared.landmarks
-    observations = WalkObservations.of(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
+    observations = bridged_observations(session.camera, session.landmarks, settings.mapping.smoother.sighting_range_m)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, landmarks))
     share = MappedShare(frames=int(session.camera.usable.sum()))
     if smoothed is not None:

@@ -51,7 +51,7 @@ def session_result(
         events=event_marks(trajectory, own),
         contradictions=contradiction_marks(trajectory, prepared.landmarks),
         sigma=statistics.sigma_statistics(trajectory),
-        max_sigma_m=settings.labels.max_sigma_without_poses_m if session.camera.inertial is not None else None,
+        max_sigma_m=settings.labels.max_sigma_without_poses_m if session.camera.without_poses else None,
         errors=errors,
         drawing=drawings.pop(own),
         elsewhere=drawings,

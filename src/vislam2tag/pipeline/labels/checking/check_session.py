@@ -11,6 +11,7 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.dead_reckoning.bridging import bridged_observations
 from vislam2tag.heights.estimate import estimate_heights
 from vislam2tag.heights.settings import HeightSettings
 from vislam2tag.labeling.settings import ProcessSettings
@@ -25,7 +26,6 @@ from vislam2tag.self_check.left_out import LeftOut, leave_out
 from vislam2tag.self_check.record import LeftOutMark, SessionCheck
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
-from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.settings import SmootherSettings
 from vislam2tag.smoother.smoothing import Smoothed, mapped_path, smooth
@@ -52,7 +52,7 @@ def check_session(settings: ProcessSettings, task: SessionTask) -> CheckedSessio
 
 def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     whole = prepared_session(task)
-    if whole.session.camera.inertial is not None:
+    if whole.session.camera.without_poses:
         return CheckedSession(_record(task, **checked_by_fixes(whole, settings)))
     prepared = whole.longest_section()
     smoothed = _smoothed(prepared, settings.mapping.smoother)
@@ -82,7 +82,7 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
 
 def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> Smoothed:
     session, range_m = prepared.session, settings.sighting_range_m
-    observations = WalkObservations.of(session.camera, session.landmarks, range_m)
+    observations = bridged_observations(session.camera, session.landmarks, range_m)
     smoothed = smooth(observations, LandmarkPriors.of(observations.ids, prepared.landmarks))
     if smoothed is None:
         needs = Smoother(range_m).needs

@@ -1,0 +1,202 @@
+"""Losses and breaks bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md, "Bridges").
+
+Inertial sensors tell steps and turns, but for a heading and a scale, which the tracker's steps on both sides tell. How
+far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog
+from vislam2tag.dead_reckoning.signals import RATE_HZ
+from vislam2tag.dead_reckoning.speed import speed_model
+from vislam2tag.dead_reckoning.walk import SensedWalk
+from vislam2tag.smoother.observations import WalkObservations
+from vislam2tag.smoother.odometry import Odometry, continuous_odometry
+
+CHUNK_S, CHUNKS = 1.0, 5
+"""So long, and so many times so long, a tracker's path is compared with the inertial one on each side of a bridge."""
+LEAST_WAY_M = 1.5
+"""Who walked less there told no heading."""
+FEWEST_TRIALS = 8
+"""A bridge is not believed before it was tried so often on the same walk."""
+MOST_TRIALS, LEAST_APART_S = 200, 0.5
+FOUND_M, FOUND_TAIL = 0.5, 2.0
+"""How far per axis a tracker is usually off that finds itself again after a loss; with the degrees of freedom of
+Student's t, since it may be in another map."""
+
+
+@dataclass(frozen=True)
+class WalkerMotion:
+    """Inertial sensors at ``n`` frames: ``path`` (n,) complex metres, of unknown scale, in a frame that the gyroscope
+    holds still; ``known`` (n - 1,) mask of the steps with readings.
+    """
+
+    path: ComplexArray
+    known: BoolArray
+
+    @classmethod
+    def of(cls, walk: SensedWalk, time_ns: IntArray) -> WalkerMotion:
+        """Take it out of what a walk's sensors say, at times (n,) that increase."""
+        signals = walk.signals
+        at_s = (time_ns - signals.start_ns) * 1e-9
+        velocity = speed_model().speed_m_s(walk.features, signals.time_s) * np.exp(1j * walk.headings.turned_rad)
+        path = np.concatenate(([0.0], np.cumsum(velocity[:-1]))) / RATE_HZ
+        unknown = np.interp(at_s, signals.time_s, np.cumsum(~signals.known))
+        within = (at_s >= 0) & (at_s <= signals.time_s[-1])
+        known = (np.diff(unknown) == 0) & within[1:] & within[:-1]
+        return cls(np.interp(at_s, signals.time_s, path), known)
+
+
+def bridged_observations(camera: CameraTrack, log: LandmarkLog, range_m: float) -> WalkObservations:
+    """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged."""
+    odometry = continuous_odometry(camera, log)
+    untold = (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
+    walk = None if camera.inertial is None or not untold else SensedWalk.of(camera.inertial)
+    if walk is not None:
+        exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
+        odometry = bridged(odometry, WalkerMotion.of(walk, exposed_ns))
+    return WalkObservations.of(camera, log, range_m, odometry)
+
+
+def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
+    """Lay the inertial path into the stretches of n frames' odometry that the tracker does not tell.
+
+    Tracker and bridge are combined by their variances; odometry without such stretches stays as it is.
+    """
+    walk = _Walk(odometry, motion)
+    step, turn = np.diff(odometry.path), np.ones(len(odometry.path) - 1, dtype=np.complex128)
+    jump_m2, jump_rad2 = odometry.jump_m2.copy(), odometry.jump_rad2.copy()
+    for start, stop in runs_of(walk.untold):
+        sides, errors = walk.sides(start, stop), walk.errors(float(odometry.time_s[stop] - odometry.time_s[start]))
+        if sides is None or errors is None:
+            continue
+        free = float(jump_rad2[start:stop].sum())
+        gain = _gain(free, errors.turn_rad2)
+        turned = gain * sides.turned_rad
+        turn[stop:] *= np.exp(-1j * turned)
+        jump_rad2[start:stop] *= 1 - gain
+        walked = walk.walked(start, stop, sides, turned)
+        told, freedom = complex(step[start:stop].sum()), float(jump_m2[start:stop].sum())
+        if odometry.blind[start:stop].any():
+            apart_m2 = abs(told - walked.sum()) ** 2
+            freedom = min(freedom, (apart_m2 + FOUND_TAIL * FOUND_M**2) / (FOUND_TAIL + 2))
+        gain = _gain(freedom, errors.place_m2)
+        share = walk.share(start, stop)
+        step[start:stop] = walked + (told - walked.sum()) * (1 - gain) * share
+        jump_m2[start:stop] = gain * errors.place_m2 * share
+    return replace(
+        odometry,
+        path=odometry.path[0] + np.concatenate(([0.0], np.cumsum(step * turn))),
+        turn=odometry.turn * np.concatenate(([1.0], turn)),
+        step_length_m=np.abs(step),
+        jump_m2=jump_m2,
+        jump_rad2=jump_rad2,
+        doubt=odometry.doubt * turn,
+    )
+
+
+def _gain(unknown: float, error: float) -> float:
+    """How much of what is unknown (variance) something with an error (variance) tells."""
+    return unknown / (unknown + error) if unknown > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """By which complex factors the inertial path becomes the tracker's: before and after a stretch; of which one that
+    tells nothing is the other's.
+    """
+
+    before: complex
+    after: complex
+
+    @property
+    def turned_rad(self) -> float:
+        """How far the tracker's frame turned over the stretch."""
+        return float(np.angle(self.after * self.before.conjugate()))
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn."""
+
+    place_m2: float
+    turn_rad2: float
+
+
+class _Walk:
+    """A tracker's path and the inertial one, both of n frames."""
+
+    def __init__(self, odometry: Odometry, motion: WalkerMotion) -> None:
+        self._time_s, self._told, self._felt = odometry.time_s, odometry.path, motion.path
+        self.untold: BoolArray = (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0)
+        """(n - 1,) steps that the tracker does not tell."""
+        self._told_until = np.concatenate(([0], np.cumsum(self.untold)))
+        self._felt_until = np.concatenate(([0], np.cumsum(~motion.known)))
+        self._errors: dict[int, _Errors | None] = {}
+
+    def share(self, start: int, stop: int) -> FloatArray:
+        """Parts (k,) of the time that the steps of a stretch take."""
+        dt = np.diff(self._time_s[start : stop + 1])
+        return np.asarray(dt / dt.sum())
+
+    def sides(self, start: int, stop: int) -> _Sides | None:
+        """What is told about the steps ``start`` to ``stop`` (excluded); None where neither side tells anything."""
+        if self._felt_until[stop] > self._felt_until[start]:
+            return None
+        before, after = self._factor(start, -1), self._factor(stop, 1)
+        if before is None and after is None:
+            return None
+        return _Sides(before or after or 1, after or before or 1)
+
+    def walked(self, start: int, stop: int, sides: _Sides, turned_rad: float) -> ComplexArray:
+        """Steps (k,) of a stretch by the inertial sensors, complex metres in the tracker's frame before it, which was
+        turned by ``turned_rad`` in it.
+        """
+        factor = (sides.before + sides.after * np.exp(-1j * turned_rad)) / 2
+        return np.asarray(np.diff(self._felt[start : stop + 1]) * factor)
+
+    def errors(self, duration_s: float) -> _Errors | None:
+        """How such bridges fare where the tracker saw the way; None where that cannot be told at all.
+
+        Where too few can be tried, those of half the duration tell: a heading that drifts leads astray by the time's
+        power of 3 / 2, and drifts by its root.
+        """
+        tenths = max(round(10 * duration_s), 1)
+        if tenths not in self._errors:
+            tried = self._tried(tenths / 10)
+            if tried is None and tenths > 1:
+                shorter = self.errors(tenths / 20)
+                tried = None if shorter is None else _Errors(8 * shorter.place_m2, 2 * shorter.turn_rad2)
+            self._errors[tenths] = tried
+        return self._errors[tenths]
+
+    def _tried(self, duration_s: float) -> _Errors | None:
+        end_s = float(self._time_s[-1]) - duration_s
+        apart_s = max(LEAST_APART_S, end_s / MOST_TRIALS)
+        starts = np.unique(np.searchsorted(self._time_s, np.arange(0, end_s, apart_s)))
+        stops = np.searchsorted(self._time_s, self._time_s[starts] + duration_s)
+        places, turns = list[float](), list[float]()
+        for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
+            sides = None if self._told_until[stop] > self._told_until[start] else self.sides(start, stop)
+            if sides is not None:
+                walked = self.walked(start, stop, sides, 0.0).sum()
+                places.append(abs(walked - (self._told[stop] - self._told[start])) ** 2 / 2)
+                turns.append(sides.turned_rad**2)
+        return _Errors(float(np.mean(places)), float(np.mean(turns))) if len(places) >= FEWEST_TRIALS else None
+
+    def _factor(self, frame: int, side: int) -> complex | None:
+        """By what the inertial path becomes the tracker's on one side (-1, 1) of a frame; None where nothing tells."""
+        edges_s = self._time_s[frame] + side * CHUNK_S * np.arange(CHUNKS + 1)
+        edges_s = edges_s[(edges_s >= 0) & (edges_s <= self._time_s[-1])]
+        edges = np.searchsorted(self._time_s, edges_s)
+        for until in (self._told_until, self._felt_until):
+            edges = edges[until[edges] == until[frame]]
+        felt, told = np.diff(self._felt[edges]), np.diff(self._told[edges])
+        if np.abs(felt).sum() < LEAST_WAY_M or np.abs(told).sum() < LEAST_WAY_M:
+            return None
+        return complex((felt.conj() @ told) / (felt.conj() @ felt).real)
