@@ -21,6 +21,7 @@ from vislam2tag.pipeline.run.output_store import LOGS
 
 HOST = "127.0.0.1"
 ROOT = Path(__file__).parents[1]
+SECRET = "a-secret-that-no-log-may-hold"
 _LONGEST_START_S = 120.0
 
 
@@ -89,7 +90,7 @@ def bucket(host: str = HOST) -> Iterator[Bucket]:
         for name in [name for name in os.environ if name.startswith("AWS_")]:
             patch.delenv(name)
         patch.setenv("AWS_ACCESS_KEY_ID", "someone")
-        patch.setenv("AWS_SECRET_ACCESS_KEY", "a-secret-that-no-log-may-hold")
+        patch.setenv("AWS_SECRET_ACCESS_KEY", SECRET)
         patch.setenv("AWS_REGION", "us-east-1")
         patch.setenv("AWS_ENDPOINT_URL", made.endpoint)
         try:

@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
+from vislam2tag.cli.addresses import take_addresses
 from vislam2tag.cli.native_output import native_output_last
 from vislam2tag.cli.terminal import hide_progress, say
 from vislam2tag.common.errors import Vislam2tagError, first_line
@@ -80,7 +81,7 @@ class _Commands(TyperGroup):
         single = typer.Typer(rich_markup_mode=None)
         single.callback()(lambda: None)  # a group, so that the command keeps its name
         importlib.import_module(f"vislam2tag.cli.command_{cmd_name.replace('-', '_')}").register(single)
-        return _with_switches(typer.main.get_group(single).commands[cmd_name])
+        return take_addresses(_with_switches(typer.main.get_group(single).commands[cmd_name]), cmd_name)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         del ctx

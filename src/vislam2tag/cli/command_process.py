@@ -91,8 +91,6 @@ def _process(
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
-    from vislam2tag.survey.stored_survey import survey_at_hand
-
     given = {
         "strategy": strategy,
         "labels.rule": label_rule,
@@ -102,11 +100,10 @@ def _process(
         "mapping.max_step_m": max_step_m,
         "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
     }
-    with survey_at_hand(survey) as folder:
-        settings = settings_of(config, given, folder)
-        options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
-        with executor_of(executor, scheduler, cluster, jobs) as run_all:
-            summary = _process_with_progress(folder, out, settings, executor=run_all, **options)
+    settings = settings_of(config, given, survey)
+    options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
+    with executor_of(executor, scheduler, cluster, jobs) as run_all:
+        summary = _process_with_progress(survey, out, settings, executor=run_all, **options)
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)

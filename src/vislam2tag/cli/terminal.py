@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.visible_text import visible
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def hide_progress() -> None:
 
 def say(text: str, *, err: bool = False) -> None:
     """Print a line on standard output, or on standard error."""
-    typer.echo(visible(text), err=err)
+    typer.echo(visible(with_addresses(text)), err=err)
 
 
 def say_json(result: object) -> None:
@@ -81,7 +82,7 @@ def visible_console(**options: Any) -> Console:
     class Visible(Console):
         def render(self, *arguments: Any, **options: Any) -> Iterable[Segment]:
             for segment in super().render(*arguments, **options):
-                yield segment if segment.control else segment._replace(text=visible(segment.text))
+                yield segment if segment.control else segment._replace(text=visible(with_addresses(segment.text)))
 
         def print(self, *objects: Any, **options: Any) -> None:
             for each in objects:

@@ -1,41 +1,207 @@
-"""Whole folders in an object store, as folders of this machine for as long as a command needs them.
+"""Folders in an object store, as folders of this machine for as long as a command needs them.
 
-For what is read or made as a whole (data sets, pages); sessions are fetched one at a time, by ``sessions/``.
+What is read as a whole is fetched (:func:`folder_at_hand`), what is made as a whole is put back when it is done
+(:func:`folder_to_fill`); of what is read one session at a time only the names are there (:func:`outline_at_hand`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from vislam2tag.common.errors import UsageError
-from vislam2tag.common.files.store import Store, is_safe_name, store_at
+from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.store import Listed, Store, Version, is_safe_name, store_at
+
+MARK = ".vislam2tag.json"
+"""In a folder that was put into a store as a whole: the SHA-256 of each of its files, once all of them stand there."""
+_BEING_WRITTEN = json.dumps({"files": None}).encode()
+_STOOD_FOR: dict[str, str] = {}
+"""By folder of this machine, the address that it stood for since this process began."""
+
+
+def with_addresses(text: str) -> str:
+    """Text for people: in place of folders that stand for others by address, those addresses."""
+    for here, address in _STOOD_FOR.items():
+        text = text.replace(here, address)
+    return text
 
 
 @contextmanager
 def folder_at_hand(folder: Path) -> Iterator[Path]:
     """Yield a folder for one by address, fetched whole, which lasts as long as the block; one of this machine as it is.
 
-    Raises UsageError where nothing is stored there, StoreError where the store cannot be read.
+    Raises UsageError where nothing is stored there, StoreError where the store cannot be read, and where a folder that
+    was put there as a whole is not whole.
     """
     store = store_at(folder)
     if store is None:
         yield folder
         return
     with place_for(store) as here:
-        for file in store.list():
-            if is_safe_name(file.name):
-                (here / file.name).parent.mkdir(parents=True, exist_ok=True)
-                store.fetch(file.name, here / file.name)
+        sums = _fetch(store, here)
         if not here.exists():
             raise UsageError(f"{store.address}: nothing is stored there")
+        mark = store.get(MARK)
+        if mark is not None and not _holds(mark.data, sums):
+            raise StoreError(
+                f"{store.address}: is not whole: it is being written, writing was cut short, or a file was changed "
+                "since; run the command that makes it again"
+            )
         yield here
 
 
 @contextmanager
+def folder_to_fill(folder: Path) -> Iterator[Path]:
+    """Yield a folder for one by address, with what is stored there; what the block makes of it is stored when it ends.
+
+    After an exception nothing is. A folder of this machine is yielded as it is. One that another program was still
+    writing, or died over, is yielded empty. Raises StoreError where the store cannot be read or written or has no
+    conditional writes, StoreConflictError where another program writes there at the same time.
+    """
+    store = store_at(folder)
+    if store is None:
+        yield folder
+        return
+    store.refuse_without_conditional_writes()
+    mark = store.get(MARK)
+    with place_for(store) as here:
+        before = {} if mark is not None and mark.data == _BEING_WRITTEN else _fetch(store, here)
+        yield here
+        after = {path.relative_to(here).as_posix(): _sha256(path) for path in here.rglob("*") if path.is_file()}
+        if after != before:
+            _put_whole(store, here, before, after, None if mark is None else mark.version)
+
+
+@contextmanager
+def folder_to_add_to(folder: Path) -> Iterator[Path]:
+    """Yield an empty folder for one by address; the files that the block makes in it are stored when it ends.
+
+    After an exception none is. What else is stored there stays. Raises StoreError where it cannot be written.
+    """
+    store = store_at(folder)
+    if store is None:
+        yield folder
+        return
+    with place_for(store) as here:
+        yield here
+        for path in sorted(path for path in here.rglob("*") if path.is_file()):
+            store.put(path.relative_to(here).as_posix(), path)
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is stored in a folder, by name."""
+
+    store: Store
+    files: Mapping[str, list[Listed]]
+    """By path of a folder, all that is listed below it or, for a file's own path, itself."""
+
+
+_OUTLINES: dict[Path, Outline] = {}
+"""By folder of this machine, what it stands for with its names alone."""
+
+
+def outline_of(root: Path) -> Outline | None:
+    """What a folder that :func:`outline_at_hand` made stands for; None for any other."""
+    return _OUTLINES.get(root)
+
+
+@contextmanager
+def outline_at_hand(store: Store, fetched: Callable[[Path], Iterable[Path]]) -> Iterator[Path]:
+    """Yield a folder with the names of all that is stored, empty files, as long as the block lasts.
+
+    Of the files that ``fetched`` names, given the folder, the content is there, too; of those before, when it names
+    the next. Without any file there is no folder. Raises StoreError where the store cannot be read.
+    """
+    with place_for(store) as root:
+        listed = _without_folders(sorted(file for file in store.list() if is_safe_name(file.name)))
+        made: set[Path] = set()
+        for file in listed:
+            path = root / file.name
+            if path.parent not in made:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                made.add(path.parent)
+            path.touch()
+        for path in fetched(root):
+            store.fetch(path.relative_to(root).as_posix(), path)
+        _OUTLINES[root] = Outline(store, _by_folder(listed))
+        try:
+            yield root
+        finally:
+            del _OUTLINES[root]
+
+
+@contextmanager
 def place_for(store: Store) -> Iterator[Path]:
-    """Yield where a folder of this machine can stand for one in a store, by its name; it goes with the block."""
+    """Yield where a folder of this machine can stand for one in a store, by its name; it goes with the block.
+
+    Errors of ours that the block raises name the address.
+    """
     with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        yield Path(scratch).resolve() / PurePosixPath(store.address).name
+        here = Path(scratch).resolve() / PurePosixPath(store.address).name
+        _STOOD_FOR[str(here)] = store.address
+        try:
+            yield here
+        except Vislam2tagError as error:
+            error.args = tuple(with_addresses(each) if isinstance(each, str) else each for each in error.args)
+            raise
+
+
+def _fetch(store: Store, here: Path) -> dict[str, str]:
+    """Fetch a folder whole; return the SHA-256 of each file."""
+    sums = {}
+    for file in _without_folders([file for file in store.list() if is_safe_name(file.name)]):
+        path = here / file.name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if store.fetch(file.name, path) is not None:
+            sums[file.name] = _sha256(path)
+    return sums
+
+
+def _put_whole(
+    store: Store, here: Path, before: Mapping[str, str], after: Mapping[str, str], mark: Version | None
+) -> None:
+    """Let what is stored become what is here: whoever reads it meanwhile, or after a crash, sees that it is not yet."""
+    try:
+        begun = store.put_over(MARK, _BEING_WRITTEN, mark)
+        for name in sorted(name for name, sha256 in after.items() if before.get(name) != sha256):
+            store.put(name, here / name)
+        store.delete(file.name for file in store.list() if is_safe_name(file.name) and file.name not in after)
+        store.put_over(MARK, json.dumps({"files": after}, sort_keys=True).encode(), begun)
+    except StoreConflictError as error:
+        raise StoreConflictError(
+            f"{store.address}: another program writes there, too; run the same command again when it has ended"
+        ) from error
+
+
+def _holds(mark: bytes, sums: Mapping[str, str]) -> bool:
+    """Whether the files that a mark speaks of are those that were fetched; further ones do not matter."""
+    try:
+        return bool(json.loads(mark)["files"].items() <= sums.items())
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return False
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(read_bytes(path)).hexdigest()
+
+
+def _without_folders(files: list[Listed]) -> list[Listed]:
+    """Leave out objects that only stand for a folder."""
+    folders = {parent.as_posix() for file in files for parent in PurePosixPath(file.name).parents}
+    return [file for file in files if file.name not in folders]
+
+
+def _by_folder(files: list[Listed]) -> dict[str, list[Listed]]:
+    by_folder: dict[str, list[Listed]] = {}
+    for file in files:
+        path = PurePosixPath(file.name)
+        for place in (path, *path.parents[:-1]):
+            by_folder.setdefault(place.as_posix(), []).append(file)
+    return by_folder

@@ -5,7 +5,8 @@ docs/reference/output.md tells more.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.plain_files import read_bytes, read_json
+from vislam2tag.common.files.store import Store, store_at
+from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of, place_for
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.records import Record
@@ -40,6 +43,21 @@ class LabelledSession:
 
     root: Path
     slug: str
+    store: Store | None = None
+    """Where the files lie; ``root`` then holds their names alone."""
+
+    @contextmanager
+    def at_hand(self) -> Iterator[LabelledSession]:
+        """Yield the session with its files on this machine while the block lasts; raises StoreError."""
+        if self.store is None:
+            yield self
+            return
+        with place_for(self.store) as root:
+            tables = [self._path(table).relative_to(self.root) for table in SCHEMAS if self.has(table)]
+            for name in (Path(RESULTS, f"{self.slug}.json"), *tables):
+                (root / name).parent.mkdir(parents=True)
+                self.store.fetch(name.as_posix(), root / name)
+            yield LabelledSession(root, self.slug)
 
     def result(self) -> SessionResult:
         """Read what is kept of the session besides its tables; raises DatasetError where it cannot be read."""
@@ -104,6 +122,21 @@ class LabelledSurvey:
         return float(labels["max_sigma_m"]) if isinstance(labels, dict) and "max_sigma_m" in labels else float("inf")
 
 
+@contextmanager
+def labels_at_hand(labels: Path) -> Iterator[Path]:
+    """Yield a folder for labels by address, which lasts as long as the block; one of this machine as it is.
+
+    Sessions' files are there by name alone (:meth:`LabelledSession.at_hand`). Raises StoreError where the store cannot
+    be read.
+    """
+    store = store_at(labels)
+    if store is None:
+        yield labels
+        return
+    with outline_at_hand(store, lambda root: filter(Path.exists, (root / RUN_FILE, root / SUMMARY_FILE))) as root:
+        yield root
+
+
 def is_labelled(folder: Path) -> bool:
     """Whether the folder is an output folder of ``process``, finished or not."""
     restore(folder)
@@ -119,7 +152,9 @@ def open_labelled(root: Path) -> LabelledSurvey:
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
         raise DatasetError(f"{root}: the run of `vislam2tag process` into it has not ended; run it again, it goes on")
-    sessions = tuple(LabelledSession(root, path.stem) for path in sorted((root / RESULTS).glob("*.json")))
+    stored = outline_of(root)
+    store = None if stored is None else stored.store
+    sessions = tuple(LabelledSession(root, path.stem, store) for path in sorted((root / RESULTS).glob("*.json")))
     if not sessions:
         raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
     return LabelledSurvey(

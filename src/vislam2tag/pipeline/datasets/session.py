@@ -62,6 +62,11 @@ class SessionOutcome:
 
 def build_session(job: SessionJob) -> SessionOutcome:
     """Build one session's rows of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
+    with job.labelled.at_hand() as labelled:
+        return _build_at_hand(replace(job, labelled=labelled))
+
+
+def _build_at_hand(job: SessionJob) -> SessionOutcome:
     result = job.labelled.result()
     if job.own_limit and result.max_sigma_m is not None:
         job = replace(job, max_sigma_m=result.max_sigma_m)

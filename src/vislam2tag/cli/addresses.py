@@ -1,0 +1,106 @@
+"""Which folders of each command may be addresses in object storage, and what stands for them while it runs.
+
+Commands see folders of this machine alone, but for the few that write to a store piece by piece; what they say of them
+names the addresses (:mod:`vislam2tag.cli.terminal`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from functools import wraps
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import typer
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.store import address_of, store_at
+from vislam2tag.common.files.stored_folder import folder_at_hand, folder_to_add_to, folder_to_fill
+
+_Opener: TypeAlias = Callable[[Path], AbstractContextManager[Path]]
+
+
+def _survey(folder: Path) -> AbstractContextManager[Path]:
+    from vislam2tag.survey.stored_survey import survey_at_hand
+
+    return survey_at_hand(folder)
+
+
+def _survey_to_correct(folder: Path) -> AbstractContextManager[Path]:
+    from vislam2tag.survey.stored_survey import survey_to_correct
+
+    return survey_to_correct(folder)
+
+
+def _labels_or_survey(folder: Path) -> AbstractContextManager[Path]:
+    from vislam2tag.dataset.fingerprinting.labelled import labels_at_hand
+    from vislam2tag.labeling.results import RUN_FILE
+
+    store = store_at(folder)
+    return _survey(folder) if store is None or store.version(RUN_FILE) is None else labels_at_hand(folder)
+
+
+_as_it_is: _Opener = nullcontext
+_whole, _filled, _added_to = folder_at_hand, folder_to_fill, folder_to_add_to
+
+_FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
+    "inspect": {"survey": _survey},
+    "process": {"survey": _survey, "out": _as_it_is},
+    "diagnose": {"survey": _survey_to_correct},
+    "check": {"survey": _survey, "out": _added_to},
+    "dataset": {"sources": _labels_or_survey, "survey": _survey, "out": _filled},
+    "split": {"dataset": _filled},
+    "export": {"source": _whole, "out": _filled},
+    "join": {"base": _whole, "later": _whole, "out": _filled},
+    "verify": {"a": _whole, "b": _whole},
+    "figures": {"dataset": _whole, "out": _filled},
+    "radio-maps": {"dataset": _whole, "out": _filled},
+    "train": {"dataset": _whole},
+    "benchmark": {"folder": _whole},
+    **{
+        f"fleet {name}": {"store": _as_it_is, "surveys": _as_it_is}
+        for name in ("add", "list", "process", "status", "report")
+    },
+}
+"""By command and parameter; every other path must be of this machine."""
+
+
+def take_addresses(command: Any, name: str) -> Any:
+    """Let a command take addresses where it may; raises UsageError, when it is called, where it may not."""
+    for sub_name, each in getattr(command, "commands", {}).items():
+        take_addresses(each, f"{name} {sub_name}")
+    if command.callback is None:
+        return command
+    openers, work = _FOLDERS.get(name, {}), command.callback
+
+    @wraps(work)
+    def with_folders(**values: Any) -> Any:
+        ended: typer.Exit | None = None
+        with ExitStack() as stack:
+            here = {key: _opened(stack, openers.get(key), name, value) for key, value in values.items()}
+            try:
+                work(**here)
+            except typer.Exit as end:
+                if end.exit_code not in (0, 1):
+                    raise
+                ended = end  # what was made is whole, whatever was odd
+        if ended is not None:
+            raise ended
+
+    command.callback = with_folders
+    return command
+
+
+def _opened(stack: ExitStack, opener: _Opener | None, command: str, value: Any) -> Any:
+    """A parameter's value, with folders of this machine in the place of addresses."""
+    if isinstance(value, (list, tuple)):
+        return type(value)(_opened(stack, opener, command, each) for each in value)
+    address = address_of(value) if isinstance(value, Path) else None
+    if address is None:
+        return value
+    if opener is None:
+        raise UsageError(
+            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine (docs/how-to/fleets.md)"
+        )
+    return stack.enter_context(opener(value))

@@ -1,0 +1,138 @@
+"""Commands whose folders are addresses in object storage: the same as on this machine, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.stores import Bucket
+from tests.surveys import bytes_of, make_survey
+from tests.undrawn import undrawn
+from vislam2tag.common.files.stored_folder import MARK
+from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
+from vislam2tag.survey.corrections.lines import add_entries
+
+BUCKET = "s3://bucket/cli"
+
+
+class Folders(NamedTuple):
+    """A survey, its labels and a data set of them, as lie on disk; the first two are in the bucket, too."""
+
+    s3: Bucket
+    survey: Path
+    labels: Path
+    dataset: Path
+
+
+@pytest.fixture(scope="module")
+def folders(s3: Bucket, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Folders]:
+    root = tmp_path_factory.mktemp("addresses")
+    survey = make_survey(root / "survey")
+    with undrawn():
+        assert vislam2tag("process", survey, "--out", root / "labels", "--jobs", "1").returncode == 0
+        made = vislam2tag("dataset", root / "labels", "--survey", survey, "--out", root / "set", "--jobs", "1")
+        assert made.returncode == 0, made.stderr
+        s3.upload(survey, "cli/survey")
+        s3.upload(root / "labels", "cli/labels")
+        yield Folders(s3, survey, root / "labels", root / "set")
+
+
+def stored(folders: Folders, name: str, folder: Path) -> dict[str, str]:
+    """What is stored below a name, by path."""
+    found = bytes_of(folders.s3.download(f"cli/{name}", folder))
+    found.pop(MARK, None)
+    return found
+
+
+def test_a_data_set_of_labels_in_a_bucket(folders: Folders, tmp_path: Path) -> None:
+    folders.s3.seen()
+    options = ("--survey", f"{BUCKET}/survey", "--jobs", "1")
+    done = vislam2tag("dataset", f"{BUCKET}/labels", *options, "--out", f"{BUCKET}/set")
+    assert done.returncode == 0, done.stderr
+    assert f"page: {BUCKET}/set/" in done.stdout
+    assert str(tmp_path.parent) not in done.stdout + done.stderr
+    raw = [request for request in folders.s3.seen() if "poses" in request or "/sensors.csv" in request]
+    assert not raw, "of the survey only the site is read"
+    assert stored(folders, "set", tmp_path) == bytes_of(folders.dataset)
+
+
+def test_a_data_set_of_a_survey_in_a_bucket(folders: Folders, tmp_path: Path) -> None:
+    done = vislam2tag("dataset", f"{BUCKET}/survey", "--out", tmp_path / "set", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    same = vislam2tag("verify", tmp_path / "set", folders.dataset)
+    assert same.returncode == 0, same.stdout
+
+
+def test_check_and_diagnose(folders: Folders, tmp_path: Path) -> None:
+    options = ("--device", "LG", "--jobs", "1")
+    there = vislam2tag("check", f"{BUCKET}/survey", "--out", f"{BUCKET}/checked", *options)
+    assert there.returncode == 0, there.stderr
+    assert f"page: {BUCKET}/checked/check.html\nnext: vislam2tag dataset {BUCKET}/survey " in there.stdout
+    vislam2tag("check", folders.survey, "--out", tmp_path / "checked", *options)
+    assert stored(folders, "checked", tmp_path / "there") == bytes_of(tmp_path / "checked")
+    told = [vislam2tag("diagnose", survey, "--json", "--jobs", "1") for survey in (f"{BUCKET}/survey", folders.survey)]
+    assert (told[0].returncode, told[0].stdout) == (told[1].returncode, told[1].stdout)
+
+
+def test_corrections_change_in_the_bucket(folders: Folders, tmp_path: Path) -> None:
+    store = folders.s3.store("cli/survey")
+    mine = b"# mine\n"
+    (tmp_path / CORRECTIONS_FILE).write_bytes(mine)
+    add_entries(tmp_path, '[[exclude_session]]\nsession = "none"\nreason = "x"')
+    store.put(CORRECTIONS_FILE, (tmp_path / CORRECTIONS_FILE).read_bytes())
+    done = vislam2tag("diagnose", f"{BUCKET}/survey", "--revert")
+    assert f"{BUCKET}/survey/{CORRECTIONS_FILE}: as before" in done.stdout, done.stderr
+    found = store.get(CORRECTIONS_FILE)
+    store.delete([CORRECTIONS_FILE])
+    assert found is not None
+    assert found.data == mine
+
+
+def test_what_reads_a_data_set_and_what_changes_it(folders: Folders, tmp_path: Path) -> None:
+    folders.s3.upload(folders.dataset, "cli/read")
+    at = f"{BUCKET}/read"
+    done = [
+        vislam2tag(*command)
+        for command in (
+            ("train", at, "--model", "knn", "--out", tmp_path / "model.v2t"),
+            ("benchmark", at, "--model", "knn", "--seeds", "1", "--out", tmp_path / "benchmark"),
+            ("radio-maps", at, "--out", f"{BUCKET}/maps", "--most", "1"),
+            ("export", at, "--format", "uji", "--out", f"{BUCKET}/export"),
+            ("split", at, "--by", "random", "--name", "second"),
+            ("verify", folders.dataset, at),
+        )
+    ]
+    assert [each.returncode for each in done] == [0, 0, 0, 0, 0, 1], [each.stderr for each in done]
+    assert vislam2tag("radio-maps", folders.dataset, "--out", tmp_path / "maps", "--most", "1").returncode == 0
+    assert stored(folders, "maps", tmp_path / "there") == bytes_of(tmp_path / "maps")
+    vislam2tag("split", folders.dataset, "--by", "random", "--name", "second")
+    assert stored(folders, "read", tmp_path / "read") == bytes_of(folders.dataset)
+
+
+def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None:
+    folders.s3.store("cli/mine").put("notes.txt", b"mine")
+    done = vislam2tag("dataset", f"{BUCKET}/labels", "--out", f"{BUCKET}/mine", "--jobs", "1")
+    assert f"{BUCKET}/mine: is not empty and was not made by this command" in the_error(done)
+    assert [file.name for file in folders.s3.store("cli/mine").list()] == ["notes.txt"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("evaluate", f"{BUCKET}/survey", "--out", "out"), "`vislam2tag evaluate` takes no address there; copy it to"),
+        (("site", "show", f"{BUCKET}/survey"), "`vislam2tag site show` takes no address there"),
+        (
+            ("dataset", f"{BUCKET}/labels", "--out", "out", "--labels", f"{BUCKET}/x"),
+            f"{BUCKET}/x: `vislam2tag dataset",
+        ),
+        (("dataset", f"{BUCKET}/nothing", "--out", "out"), f"{BUCKET}/nothing: nothing is stored there"),
+        (("train", f"{BUCKET}/nothing", "--model", "knn", "--out", "x"), f"{BUCKET}/nothing: nothing is stored there"),
+        (("train", f"{BUCKET}/labels", "--model", "knn", "--out", "x"), f"{BUCKET}/labels: is no data set"),
+    ],
+)
+def test_addresses_that_cannot_be_used_are_told(folders: Folders, arguments: tuple[str, ...], said: str) -> None:
+    assert said in the_error(vislam2tag(*arguments))
