@@ -5,12 +5,14 @@ from __future__ import annotations
 import tarfile
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from second_generator import MadeWalk, Severity, iphone, make_walk, surveyed_in_two_frames
+from second_generator.habits import Habits
+from second_generator.styles import draw_style
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -25,7 +27,8 @@ from vislam2tag.evaluation.truth import (
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import BuildingSettings
-from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.survey import simulate, simulated_floor, walk_and_track
+from vislam2tag.simulation.walking.sampling import position_at
 from vislam2tag.survey.model import Survey
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -94,6 +97,73 @@ def generated(
             root = Path(folder) / "survey"
             simulate(regular_survey(seed, severity, sessions=sessions, building=building), root)
             yield from walks_of(root, truth_at_frames=True)
+
+
+TRACKER_NOISE = (
+    "pose_noise_m",
+    "sighting_bias_m",
+    "sighting_noise_m",
+    "sighting_heading_sigma_rad",
+    "heading_drift_rad",
+    "turning_drift",
+    "scale_sigma",
+    "position_drift_m",
+)
+"""Of the simulator's tracker, what is noise rather than fault."""
+
+
+def with_tracker(seeds: Iterable[int], times: float, severity: str = "default", landmarks: int = 12) -> Iterator[Walk]:
+    """Walks of 3 minutes, 2 a seed, whose tracker is so many ``times`` as noisy as usual; its faults stay."""
+    for seed in seeds:
+        building = BuildingSettings(landmarks=landmarks)
+        scenario = regular_survey(seed, severity, (0,), ("LG", "OnePlus"), 1, building=building)
+        floor = simulated_floor(scenario, 0)
+        survey_sigma_m, unknown = 0.02, np.full(landmarks, np.nan)
+        off_m = np.random.default_rng(seed).normal(0, survey_sigma_m, (landmarks, 2))
+        surveyed = Landmarks(
+            ids=floor.landmark_ids,
+            floor=np.zeros(landmarks, dtype=np.int64),
+            position_bcs=floor.landmark_position[:, :2] + off_m,
+            covariance_bcs=np.tile(np.eye(2) * survey_sigma_m**2, (landmarks, 1, 1)),
+            z_m=unknown,
+            heading_rad=unknown,
+            heading_sigma_rad=unknown,
+        )
+        for planned in scenario.sessions:
+            noise = {name: times * getattr(planned.tracker, name) for name in TRACKER_NOISE}
+            tracker = planned.tracker.model_copy(update={**noise, "frame_rate_hz": 20.0})
+            walk, log = walk_and_track(scenario, replace(planned, tracker=tracker))
+            camera = CameraTrack(
+                log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8)
+            )
+            truth = Truth(log.time_ns, position_at(walk, log.time_ns)[:, :2])
+            yield Walk(f"{seed} {planned.key.device}", camera, log.landmarks, surveyed, truth)
+
+
+def second_with_tracker(seeds: Iterable[int], times: float) -> Iterator[Walk]:
+    """Walks of the second generator whose tracker drifts, and errs in sightings, so many ``times`` as usual."""
+
+    def style(rng: np.random.Generator) -> Habits:
+        habits = draw_style(rng)(rng)
+        errors = replace(
+            habits.errors,
+            pass_bias_m=times * habits.errors.pass_bias_m,
+            frame_noise_m=times * habits.errors.frame_noise_m,
+            heading_noise_rad=times * habits.errors.heading_noise_rad,
+        )
+        return replace(habits, drift=habits.drift.times(times), errors=errors)
+
+    for seed in seeds:
+        yield _as_walk(make_walk(seed, "default", style))
+
+
+def every_kth(walks: Iterable[Walk], k: int) -> Iterator[Walk]:
+    """Each walk k times, with every k-th landmark, starting with each of the first k; the others are not logged."""
+    for walk in walks:
+        for first in range(k):
+            kept = walk.landmarks.select(list(range(first, len(walk.landmarks.ids), k)))
+            logged = [i for i, name in enumerate(walk.log.ids) if name in kept.index]
+            yield replace(walk, name=f"{walk.name} {first}", landmarks=kept, log=walk.log.select(logged))
 
 
 def second_generator(seeds: Iterable[int], severity: Severity = "default") -> Iterator[Walk]:

@@ -9,6 +9,7 @@ import pytest
 
 from tests.drifting import Drifting, loops
 from tests.smoother.dense import as_matrix, whitened_rows
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.smoother.chain import solve
 from vislam2tag.smoother.equations import (
     Weights,
@@ -158,3 +159,37 @@ def test_what_the_reference_has_taken_over_stays_drift() -> None:
         spread.append(solution.covariance)
     np.testing.assert_allclose(solved[0], solved[1], atol=5e-3)
     np.testing.assert_allclose(spread[0], spread[1], rtol=0.2, atol=1e-4)
+
+
+def survey_of(marks: int) -> tuple[LandmarkPriors, FloatArray]:
+    """Landmarks that are all surveyed, and the same as a joint covariance of errors that they do not share."""
+    walk = loops(1, USUAL, marks=marks, laps=1.4)
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks(list(range(marks)), headed=list(range(marks))))
+    joint = np.zeros((3 * marks, 3 * marks))
+    x = 2 * np.arange(marks)
+    for i in (0, 1):
+        for j in (0, 1):
+            joint[x + i, x + j] = priors.covariance[:, i, j]
+    heading = np.arange(2 * marks, 3 * marks)
+    joint[heading, heading] = priors.heading_sigma_rad**2
+    return priors, joint
+
+
+def test_landmarks_that_share_no_errors_are_as_those_that_err_apart() -> None:
+    model = bent(linearised(loops(1, USUAL, marks=5, laps=1.4)))
+    priors, joint = survey_of(5)
+    weights = uneven(model, 5, seed=2)
+    one = normal_equations(model, priors, weights, pinned=False)
+    other = normal_equations(model, replace(priors, joint=joint), weights, pinned=False)
+    np.testing.assert_allclose(other.corner, one.corner, rtol=1e-9, atol=1e-9)
+
+
+def test_an_error_that_all_landmarks_share_is_the_walks_too() -> None:
+    model = linearised(loops(1, USUAL, marks=5, laps=1.4))
+    priors, joint = survey_of(5)
+    x = 2 * np.arange(5)
+    joint[np.ix_(x, x)] += 1.0
+    weights = Weights.even(USUAL, len(model.observations.passes.at), 5)
+    solution = solve(normal_equations(model, replace(priors, joint=joint), weights, pinned=False))
+    assert solution.covariance[:, 0, 0].min() > 0.9
+    assert solution.covariance[1:-1, 1, 1].max() < 0.3

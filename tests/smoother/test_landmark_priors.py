@@ -52,3 +52,14 @@ def test_forgetting_one_landmark_leaves_the_others() -> None:
 def test_nothing_known() -> None:
     assert not LandmarkPriors.nothing(3).surveyed.any()
     assert len(LandmarkPriors.of((), SURVEY).position) == 0
+
+
+def test_errors_that_landmarks_share_come_in_the_order_of_the_log() -> None:
+    joint = np.diag(np.arange(1.0, 10.0))
+    joint[0, 4] = joint[4, 0] = 0.5  # x of a and x of c
+    priors = LandmarkPriors.of(("c", "x", "a"), replace(SURVEY, joint_covariance=joint))
+    assert priors.joint is not None
+    known = [0, 1, 4, 5, 6, 8]
+    expected = np.diag([5.0, 6, 1, 2, 9, 7])
+    expected[0, 2] = expected[2, 0] = 0.5
+    np.testing.assert_array_equal(priors.joint[np.ix_(known, known)], expected)

@@ -53,6 +53,7 @@ Examples:
       --strategy local
   vislam2tag process survey --out labels --max-sigma-m 0.3 \\
       --landmarks completed.csv
+  vislam2tag process survey --out labels --together
   vislam2tag process survey --out paper --label-rule next-frame \\
       --max-step-m 2
   vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
@@ -89,6 +90,7 @@ def _process(
     visit_radius_m: Annotated[float | None, setting("mapping.visit_radius_m")] = None,
     max_sigma_m: Annotated[float | None, setting("labels.max_sigma_m")] = None,
     max_step_m: Annotated[float | None, setting("mapping.max_step_m")] = None,
+    together: Annotated[bool | None, setting("together")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
     given = {
@@ -98,6 +100,7 @@ def _process(
         "mapping.visit_radius_m": visit_radius_m,
         "labels.max_sigma_m": max_sigma_m,
         "mapping.max_step_m": max_step_m,
+        "together": together,
         "mapping.smoother.allow_for_pose_lag": allow_for_pose_lag,
     }
     settings = settings_of(config, given, survey)
@@ -118,19 +121,28 @@ def _process(
 def _process_with_progress(survey: Path, out: Path, settings: Settings, **options: Any) -> Summary:
     from vislam2tag.pipeline.labels.process import process
 
+    rounds, compared = 2 if settings.together else 1, 0
+
+    def compare(_: object, total: int) -> None:
+        nonlocal compared
+        compared += 1
+        bar.advance(rounds * total, None)
+
     try:
         with session_bar("sessions") as bar:
             return process(
                 survey,
                 out,
                 settings,
-                progress=lambda outcome, total: bar.advance(total, outcome.error, outcome.rows),
+                progress=lambda outcome, total: bar.advance(rounds * total, outcome.error, outcome.rows),
+                comparing=compare,
                 tell=print_warnings,
                 **options,
             )
     except KeyboardInterrupt:
         say(
-            f"interrupted: {bar.done} sessions are done and kept in {shown(out)}; run the same command again to go on",
+            f"interrupted: {bar.done - compared} sessions are done and kept in {shown(out)}; run the same command "
+            "again to go on",
             err=True,
         )
         raise typer.Exit(INTERRUPTED) from None

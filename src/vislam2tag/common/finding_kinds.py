@@ -120,6 +120,7 @@ FindingKind = Literal[
     "unplaced_taps",
     "unprintable_id",
     "unreadable_dates",
+    "told_by_others",
     "unreadable_file",
     "unreadable_folder",
     "unreadable_plan",

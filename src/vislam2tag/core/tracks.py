@@ -169,6 +169,9 @@ class Landmarks(Summarised):
     """(m) file and 1-based line of each, ``floor_1/marker_dict.csv:3``; empty where they come from no file."""
     storeys: Storeys | None = None
     """The building's floors as the session sees them; None where nobody asks for heights."""
+    joint_covariance: FloatArray | None = None
+    """(3m, 3m) of x, y of each, then of all headings (m^2, m rad, rad^2), where landmarks share errors; rows of what is
+    unknown mean nothing. None where they err apart, by ``covariance_bcs`` and ``heading_sigma_rad`` alone."""
 
     def _facts(self) -> dict[str, object]:
         floors = ", ".join(map(str, np.unique(self.floor).tolist()))
@@ -197,6 +200,7 @@ class Landmarks(Summarised):
             heading_sigma_rad=self.heading_sigma_rad[rows],
             source=tuple(self.source[i] for i in wanted) if self.source else (),
             storeys=self.storeys,
+            joint_covariance=None if self.joint_covariance is None else of_landmarks(self.joint_covariance, rows),
         )
 
     def on_floor(self, number: int) -> Landmarks:
@@ -209,6 +213,17 @@ class Landmarks(Summarised):
         numbers = np.column_stack((self.position_bcs, self.covariance_bcs[:, (0, 1), (0, 1)]))
         mask: BoolArray = np.all(np.isfinite(numbers), axis=1)
         return mask
+
+
+def joint_columns(rows: IntArray, count: int) -> IntArray:
+    """(3k,) where x, y of some landmarks (k,), then their headings, stand among those of all ``count``."""
+    return np.concatenate(((2 * rows[:, None] + (0, 1)).ravel(), 2 * count + rows)).astype(np.int64)
+
+
+def of_landmarks(joint: FloatArray, rows: IntArray) -> FloatArray:
+    """Of a covariance (3m, 3m) of x, y of each landmark, then of all headings, the part (3k, 3k) of some (k,)."""
+    column = joint_columns(rows, len(joint) // 3)
+    return np.asarray(joint[np.ix_(column, column)])
 
 
 @dataclass(frozen=True)

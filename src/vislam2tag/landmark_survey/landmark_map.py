@@ -143,7 +143,7 @@ def initial_map(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkM
     )
 
 
-def _linear(joined: LandmarkMap, number: int) -> LinearMap:
+def linear_map(joined: LandmarkMap, number: int) -> LinearMap:
     """Linearise one map's observations about the present solution."""
     doubts = joined.doubts
     return joined.maps[number].linearised(
@@ -158,12 +158,12 @@ def _linear(joined: LandmarkMap, number: int) -> LinearMap:
 def solved(joined: LandmarkMap) -> LandmarkMap:
     """Take one step of Gauss and Newton with the doubts as they are."""
     marks = len(joined.position)
-    information, right = _survey_equations(joined)
-    linear = {number: _linear(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
+    information, right = survey_equations(joined)
+    linear = {number: linear_map(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
     for one in linear.values():
-        worth = one.design.T @ one.without_frame()[0]
-        information[np.ix_(one.column, one.column)] += worth @ one.design
-        right[one.column] += worth @ one.residual
+        of_map, of_right = one.equations()
+        information[np.ix_(one.column, one.column)] += of_map
+        right[one.column] += of_right
     covariance: FloatArray = np.asarray(np.linalg.inv((information + information.T) / 2), dtype=np.float64)
     step = covariance @ right
     origin, turn_rad = joined.origin.copy(), joined.turn_rad.copy()
@@ -181,7 +181,7 @@ def solved(joined: LandmarkMap) -> LandmarkMap:
     )
 
 
-def _survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
+def survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
     """Information (3m, 3m) and right side (3m,) of the survey; next to nothing where there is none."""
     priors, marks = joined.priors, len(joined.position)
     precision = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
@@ -239,7 +239,7 @@ class _Missed:
 
 
 def _missed(joined: LandmarkMap, number: int) -> _Missed:
-    one = _linear(joined, number)
+    one = linear_map(joined, number)
     _, frame_covariance, gain = one.without_frame()
     design = one.design - one.frame @ (gain @ one.design)
     spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T

@@ -37,6 +37,11 @@ class LinearMap:
         gain = covariance @ pull
         return worth - pull.T @ gain, covariance, gain
 
+    def equations(self) -> tuple[FloatArray, FloatArray]:
+        """Information (3k, 3k) on the landmarks' unknowns once the frame has adapted itself, and right side (3k,)."""
+        worth = self.design.T @ self.without_frame()[0]
+        return worth @ self.design, worth @ self.residual
+
 
 @dataclass(frozen=True)
 class LocalMap:

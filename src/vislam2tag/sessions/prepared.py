@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
@@ -15,6 +17,7 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections
@@ -34,6 +37,8 @@ class SessionTask:
     landmark_sigma_m: float = SurveySettings().landmark_sigma_m
     """Per axis, of landmarks whose file gives none, metres."""
     finding_settings: FindingSettings = field(default_factory=FindingSettings)
+    told: ToldLandmarks | None = None
+    """What the survey and all other sessions tell of its landmarks; None where it is mapped alone."""
 
     @property
     def floor(self) -> Floor:
@@ -83,6 +88,7 @@ class PreparedSession:
             *session.findings,
             *press_findings(session, task.floor),
             *landmarks_without_position(session.landmarks, self.landmarks, self.unused),
+            *told_by_others(task.told),
             *ambiguous_floor(task.landmarks_of_all_floors(), session.key, session.camera, session.landmarks),
         ]
 
@@ -108,7 +114,8 @@ def prepared_session(task: SessionTask) -> PreparedSession:
     session = _with_readings(_on_its_floor(session, task.floor))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
-    return PreparedSession(task, session, mine.landmarks, mine.unused, (*landmark_uses, *session_uses))
+    landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
+    return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses))
 
 
 def _on_its_floor(session: Session, floor: Floor) -> Session:
@@ -150,6 +157,18 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
         )
         findings.append(Finding(kind="landmark_of_other_floor", file="", count=len(unused), message=message))
     return findings
+
+
+def told_by_others(told: ToldLandmarks | None) -> list[Finding]:
+    """Report what other sessions told a session that is mapped together with them."""
+    if told is None:
+        return []
+    sigma_m = np.sqrt(np.diag(told.joint_covariance)[: 2 * len(told.ids)].reshape(-1, 2).mean(axis=1))
+    message = (
+        f"mapped together with {told.sessions} other sessions, which place the {len(told.ids)} landmarks that it "
+        f"passed to {np.median(sigma_m):.2f} m (one standard deviation, median)"
+    )
+    return [_finding("told_by_others", "", len(told.ids), message)] if told.ids else []
 
 
 def press_findings(session: Session, floor: Floor) -> list[Finding]:

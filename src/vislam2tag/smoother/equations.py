@@ -149,6 +149,9 @@ def normal_equations(model: Model, priors: LandmarkPriors, weights: Weights, *, 
 def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) -> None:
     """Add to the corner (3m, 3m) what the survey says of places and headings."""
     marks = len(priors.position)
+    if priors.joint is not None:
+        corner += _joint_precision(priors.joint, priors, weights)
+        return
     x = 2 * np.arange(marks)
     precision = landmark_precision(priors, weights)
     for i in (0, 1):
@@ -157,3 +160,17 @@ def _add_survey(corner: FloatArray, priors: LandmarkPriors, weights: Weights) ->
     sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
     heading = 2 * marks + np.arange(marks)
     corner[heading, heading] += sigma**-2
+
+
+def _joint_precision(joint: FloatArray, priors: LandmarkPriors, weights: Weights) -> FloatArray:
+    """(3m, 3m) of a survey whose landmarks share errors (their covariance ``joint`` (3m, 3m)); nearly 0 elsewhere.
+
+    A landmark that is doubted is so with all that it shares.
+    """
+    marks = len(priors.position)
+    known = np.concatenate((np.repeat(priors.surveyed, 2), np.isfinite(priors.heading_rad)))
+    doubt = np.sqrt(np.concatenate((np.repeat(weights.landmark, 2), np.ones(marks))))[known]
+    precision = np.diag(np.concatenate((np.full(2 * marks, FREE_M), np.full(marks, FREE_RAD))) ** -2.0)
+    rows = np.flatnonzero(known)
+    precision[np.ix_(rows, rows)] = np.linalg.inv(joint[np.ix_(rows, rows)] * np.outer(doubt, doubt))
+    return precision

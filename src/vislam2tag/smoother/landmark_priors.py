@@ -8,19 +8,21 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.core.tracks import Landmarks
+from vislam2tag.core.tracks import Landmarks, joint_columns, of_landmarks
 
 
 @dataclass(frozen=True)
 class LandmarkPriors:
     """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN where not surveyed; ``covariance`` (m, 2, 2);
-    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed.
+    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed. ``joint`` (3m, 3m), of x, y of each and then
+    of all headings, where landmarks share errors: those that are surveyed by it, the other numbers mean nothing.
     """
 
     position: ComplexArray
     covariance: FloatArray
     heading_rad: FloatArray
     heading_sigma_rad: FloatArray
+    joint: FloatArray | None = None
 
     @classmethod
     def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:
@@ -33,7 +35,12 @@ class LandmarkPriors:
         headed = np.isfinite(landmarks.heading_rad[rows]) & np.isfinite(landmarks.heading_sigma_rad[rows])
         priors.heading_rad[here] = np.where(headed, landmarks.heading_rad[rows], np.nan)
         priors.heading_sigma_rad[here] = np.where(headed, landmarks.heading_sigma_rad[rows], np.nan)
-        return priors
+        if landmarks.joint_covariance is None:
+            return priors
+        known = joint_columns(np.array(here, dtype=np.int64), len(ids))
+        joint = np.full((3 * len(ids), 3 * len(ids)), np.nan)
+        joint[np.ix_(known, known)] = of_landmarks(landmarks.joint_covariance, np.array(rows, dtype=np.int64))
+        return replace(priors, joint=joint)
 
     @classmethod
     def nothing(cls, count: int) -> LandmarkPriors:

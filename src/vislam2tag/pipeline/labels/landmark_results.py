@@ -15,12 +15,10 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
+from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 
-GREATEST_SIGMA_M = 5.0
-"""A landmark that is not known better than this has no position."""
-GREATEST_HEADING_SIGMA_RAD = 0.5
 SAME_PLACE_M = 0.5
 """A new id that was read once, and so near another landmark, may be that one's, misread."""
 

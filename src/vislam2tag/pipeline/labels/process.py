@@ -27,9 +27,11 @@ from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRe
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
+from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
 from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.output_store import claim_store
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.store import claim
@@ -56,6 +58,7 @@ def process(
     executor: Executor | None = None,
     replace: bool = False,
     progress: Progress[Outcome] = silent,
+    comparing: Progress[ReducedSession] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
@@ -64,14 +67,17 @@ def process(
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
     ``replace`` allows ``out`` to hold labels of another strategy,
-    labels that were rebased, or what another command wrote, which is removed. ``tell`` is called with what is odd about
-    the site's own files before sessions are mapped. Raises SurveyError where ``survey_root`` is no survey or
+    labels that were rebased, or what another command wrote, which is removed. With ``settings.together`` all sessions
+    are first reduced to maps of their landmarks, of which ``comparing`` hears. ``tell`` is called with what is odd
+    about the site's own files before sessions are mapped. Raises SurveyError where ``survey_root`` is no survey or
     ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
     cannot be written or is not ours, StoreError where a store cannot be read or written; a bad session is only counted
     in ``Summary.failed``.
     """
     settings = settings or ProcessSettings()
     strategy_named(settings.strategy, settings.mapping)  # an unknown one is told before anything is fetched
+    if settings.together:
+        refuse_together(settings.strategy)
     run_all = executor or partial(process_all, workers=jobs)
     with survey_at_hand(survey_root) as root:
         survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks)
@@ -79,7 +85,10 @@ def process(
             survey, read_corrections(root), out, settings, landmarks=landmarks, selection=selection, replace=replace
         ) as run:
             tell(run.survey.findings)
-            todo = jobs_of(run.tasks, settings, run.folder)
+            tasks = run.tasks
+            if settings.together:
+                tasks = told_tasks(run.survey, tasks, settings, run_all, comparing)
+            todo = jobs_of(tasks, settings, run.folder)
             run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
             return run.reduced()
 

@@ -32,6 +32,8 @@ from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 
+_JOINING = f"{__package__}.together"
+
 
 @dataclass(frozen=True)
 class Job:
@@ -61,8 +63,14 @@ class Outcome:
 
 
 def code_of(format_name: str, settings: ProcessSettings) -> str:
-    """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import."""
-    return code_key(__name__, format_module(format_name), *strategy_modules(settings.strategy, settings.mapping))
+    """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import.
+
+    Where walks tell one another of landmarks, also the module that joins them.
+    """
+    joining = (_JOINING,) if settings.together else ()
+    return code_key(
+        __name__, format_module(format_name), *strategy_modules(settings.strategy, settings.mapping), *joining
+    )
 
 
 def process_session(job: Job) -> Outcome:
@@ -168,7 +176,12 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         "truth": truth_mark(task.ref.folder),
         "frames": [change.model_dump(mode="json") for change in task.frames.values()],
     }
+    if task.told is not None:
+        parts["told"] = [task.told.ids, task.told.floor.tolist()]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
         digest.update(np.ascontiguousarray(array).tobytes())
+    if task.told is not None:
+        for array in (task.told.position_bcs, task.told.heading_rad, task.told.joint_covariance):
+            digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -25,6 +25,7 @@ from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
+from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.session import (
     Job,
     Outcome,
@@ -34,6 +35,7 @@ from vislam2tag.pipeline.labels.session import (
     process_session,
     still_holds,
 )
+from vislam2tag.pipeline.labels.together import ReduceJob
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.failures import LOG, recorded
 from vislam2tag.pipeline.run.keys import key_of
@@ -60,6 +62,7 @@ class StoredJob:
 
 
 AnyJob: TypeAlias = Job | StoredJob
+"""What processes a session; the executors also run :class:`.ReduceJob` (``process --together``)."""
 Output: TypeAlias = OutputFolder | OutputStore
 
 
@@ -77,13 +80,18 @@ def run_session(job: AnyJob) -> Outcome:
     return _into_store(job, process_session) if isinstance(job, StoredJob) else process_session(job)
 
 
-def give_up(job: AnyJob, error: str) -> Outcome:
-    """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
+def give_up(job: AnyJob | ReduceJob, error: str) -> Outcome | ReducedSession:
+    """Write the result of a session that could not be processed, for a cause that is not its own to tell.
+
+    One that could not be reduced is only told of: it is mapped alone.
+    """
+    if isinstance(job, ReduceJob):
+        return ReducedSession(job.task.ref.key, error=error)
     work = partial(fail_session, error=error)
     return _into_store(job, work) if isinstance(job, StoredJob) else work(job)
 
 
-def code_here(job: AnyJob) -> str:
+def code_here(job: AnyJob | ReduceJob) -> str:
     """Key of the source that would process a job in this process."""
     return _code_of(job.task.ref.format, json.dumps(job.settings.of_labels()))
 

@@ -1,0 +1,106 @@
+"""Do the smoother's stated regions hold what they say? Generated walks of all kinds, real ones, completed landmarks.
+
+Errors of all points of a row are pooled; "least" and "most" are the fifths of them with the smallest and the largest
+stated sigma. Wanted: 60 to 76 % inside 68 %, 90 to 98.5 % inside 95 %, 50 to 86 % inside 68 % in either fifth.
+
+    python benchmarks/calibration.py                        walks of 12 seeds a row
+    python benchmarks/calibration.py --seeds 200 --count 40
+    python benchmarks/calibration.py --rows mild "twice better"
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+from data_sets import (
+    Walk,
+    every_kth,
+    like_the_real_ones,
+    real_walks,
+    second_generator,
+    second_with_tracker,
+    with_tracker,
+)
+
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.tracks import Trajectory
+from vislam2tag.evaluation.reliability import region_probability
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.settings import Settings
+
+LANDMARKS = 12
+
+Rows = dict[str, Callable[[range], Iterable[Walk]]]
+
+
+def main() -> None:
+    """Print one row for each kind of walk."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=300, help="the first")
+    parser.add_argument(
+        "--count", type=int, default=12, help="how many; two simulated walks, one of the second's, each"
+    )
+    parser.add_argument("--rows", nargs="+", default=[""], help="only rows whose names hold one of these")
+    options = parser.parse_args()
+    seeds = range(options.seeds, options.seeds + options.count)
+    print("| walks | number | mean | inside 68 % | inside 95 % | least | most |")
+    print("| --- " * 7 + "|")
+    for name, walks in ROWS.items():
+        if any(part in name for part in options.rows):
+            print(f"| {name} | {row(walks(seeds))} |", flush=True)
+
+
+def simulated(times: float, severity: str) -> Callable[[range], Iterator[Walk]]:
+    """Simulated walks at a severity with a tracker so many times as noisy."""
+    return lambda seeds: with_tracker(seeds, times, severity, LANDMARKS)
+
+
+ROWS: Rows = {
+    "simulator, mild": simulated(1.0, "mild"),
+    "simulator, default": simulated(1.0, "default"),
+    "simulator, severe": simulated(1.0, "severe"),
+    "simulator, tracker twice better": simulated(0.5, "default"),
+    "simulator, tracker twice worse": simulated(2.0, "default"),
+    "second generator, mild": lambda seeds: second_generator(seeds, "mild"),
+    "second generator, default": lambda seeds: second_generator(seeds, "default"),
+    "second generator, severe": lambda seeds: second_generator(seeds, "severe"),
+    "second generator, tracker twice better": lambda seeds: second_with_tracker(seeds, 0.5),
+    "second generator, tracker twice worse": lambda seeds: second_with_tracker(seeds, 2.0),
+    "surveyed in two frames": lambda seeds: like_the_real_ones(seeds, two_frames=True),
+    "real": lambda _: real_walks(),
+    "real, every 3rd landmark": lambda _: every_kth(real_walks(), 3),
+    "real, every 5th landmark": lambda _: every_kth(real_walks(), 5),
+}
+
+
+def row(walks: Iterable[Walk]) -> str:
+    """Map the walks and describe their errors and regions."""
+    strategy = strategy_named("smoother", Settings().mapping)
+    found = [points(walk, strategy.map(walk.camera, walk.log, walk.landmarks)) for walk in walks]
+    return cells(np.concatenate(found), sum(len(one) > 0 for one in found)) if found else "- | - | - | - | - | -"
+
+
+def points(walk: Walk, trajectory: Trajectory) -> FloatArray:
+    """Of each labelled point (n, 3): error and sigma, metres, and the probability of the region that just holds it."""
+    residuals = walk.residuals(trajectory)
+    error = np.linalg.norm(residuals.error_m, axis=1)
+    sigma = np.sqrt(np.trace(residuals.covariance_m2, axis1=1, axis2=2) / 2)
+    inside = region_probability(residuals.error_m, residuals.covariance_m2 + residuals.truth_covariance_m2)
+    every = np.column_stack((error, sigma, inside))
+    return np.asarray(every[np.isfinite(every).all(axis=1)])
+
+
+def cells(found: FloatArray, walks: int) -> str:
+    """Figures of points (n, 3) as :func:`points` gives them."""
+    error, sigma, inside = found.T
+    order = np.argsort(sigma, kind="stable")
+    fifth = len(order) // 5
+    least, most = (np.mean(inside[part] < 0.68) for part in (order[:fifth], order[-fifth:]))
+    shares = f"{np.mean(inside < 0.68):.1%} | {np.mean(inside < 0.95):.1%} | {least:.0%} | {most:.0%}"
+    return f"{walks} | {error.mean():.3f} m | {shares}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""``process --together``: walks tell one another where the landmarks hang that they pass.
+
+Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
+survey and all *other* sessions say of the landmarks that it passed (:mod:`vislam2tag.landmark_survey.other_walks`). It
+is a part of what the session's result follows from, rounded, so that one more session repeats others only where it
+tells them something new.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.progress import Progress
+from vislam2tag.core.similarity import as_points
+from vislam2tag.core.tracks import of_landmarks
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
+from vislam2tag.pipeline.labels.session import code_of
+from vislam2tag.pipeline.run.workers import Executor
+from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import at_hand
+from vislam2tag.sessions.told_landmarks import ToldLandmarks
+from vislam2tag.survey.model import SessionKey, Survey
+
+STRATEGY = "smoother"
+"""The others map with surveyed landmarks alone, as published."""
+ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
+"""Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
+ROUNDED_VARIANCE = 100.0
+"""... and their variances to so many squares of it (1 cm^2)."""
+
+
+def refuse_together(strategy: str) -> None:
+    """Raise UsageError for a strategy that does not map walks together."""
+    if strategy != STRATEGY:
+        raise UsageError(
+            f"--together maps walks by the strategy {STRATEGY} only: {strategy} maps by surveyed landmarks as "
+            "published; leave --together or --strategy out"
+        )
+
+
+@dataclass(frozen=True)
+class ReduceJob:
+    """All that a worker needs to reduce one session to a map of its landmarks."""
+
+    task: SessionTask
+    settings: ProcessSettings
+    code: str
+
+    @property
+    def slug(self) -> str:
+        """File-name stem of the session's outputs."""
+        return self.task.ref.slug
+
+
+def reduced(job: ReduceJob) -> ReducedSession:
+    """Reduce a session, wherever its files lie; what ends it stands in its error."""
+    with at_hand(job.task.ref) as ref:
+        return reduce_session(job.settings.mapping, replace(job.task, ref=ref))
+
+
+def told_tasks(
+    survey: Survey,
+    tasks: list[SessionTask],
+    settings: ProcessSettings,
+    run_all: Executor,
+    progress: Progress[ReducedSession],
+) -> list[SessionTask]:
+    """Tasks with what all other sessions of the run tell each."""
+    code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
+    todo = [ReduceJob(task, settings, code[task.ref.format]) for task in tasks]
+    sessions: list[ReducedSession] = []
+
+    def keep(session: ReducedSession) -> None:
+        sessions.append(session)
+        progress(session, len(todo))
+
+    run_all(reduced, todo, report=keep)
+    told = _told(join_sessions(survey, sessions, settings.survey.landmark_sigma_m))
+    return [replace(task, told=told.get(task.ref.key)) for task in tasks]
+
+
+def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:
+    """What each session that passed landmarks is told of them."""
+    others, tied = OtherWalks(joint.joined), joint.joined.tied
+    return {
+        session.key: _of_session(joint, others.told(number), number, int(tied.sum() - tied[number]))
+        for number, session in enumerate(joint.mapped)
+    }
+
+
+def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: int) -> ToldLandmarks:
+    """Of what is told, the landmarks that the session itself passed, rounded."""
+    own = np.flatnonzero(np.isin(places.landmark, joint.joined.maps[number].landmark))
+    passed = [joint.places[index] for index in places.landmark[own].tolist()]
+    k = len(own)
+    unit = np.concatenate((np.full(2 * k, ROUNDED_M), np.full(k, ROUNDED_RAD)))
+    unit_squared = ROUNDED_VARIANCE * np.outer(unit, unit)
+    return ToldLandmarks(
+        ids=tuple(place.landmark for place in passed),
+        floor=np.array([place.floor for place in passed], dtype=np.int64),
+        position_bcs=ROUNDED_M * np.round(as_points(places.position[own]) / ROUNDED_M),
+        heading_rad=ROUNDED_RAD * np.round(places.heading_rad[own] / ROUNDED_RAD),
+        joint_covariance=unit_squared * np.round(of_landmarks(places.covariance, own) / unit_squared),
+        sessions=sessions,
+    )
