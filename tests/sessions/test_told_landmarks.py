@@ -20,7 +20,12 @@ def shared(count: int) -> FloatArray:
 def told(*ids: str) -> ToldLandmarks:
     k = len(ids)
     return ToldLandmarks(
-        ids, np.zeros(k, dtype=np.int64), np.arange(2.0 * k).reshape(k, 2), np.linspace(0.0, 0.1 * (k - 1), k), shared(k), sessions=3
+        ids,
+        np.zeros(k, dtype=np.int64),
+        np.arange(2.0 * k).reshape(k, 2),
+        np.linspace(0.0, 0.1 * (k - 1), k),
+        shared(k),
+        sessions=3,
     )
 
 
