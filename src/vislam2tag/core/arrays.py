@@ -19,3 +19,14 @@ def runs_of(mask: BoolArray) -> list[tuple[int, int]]:
     """Start (included) and stop (excluded) of each run of true values in a mask (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8)))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+
+
+def joint_columns(rows: IntArray, count: int) -> IntArray:
+    """(3k,) where x, y of some landmarks (k,), then their headings, stand among those of all ``count``."""
+    return np.concatenate(((2 * rows[:, None] + (0, 1)).ravel(), 2 * count + rows)).astype(np.int64)
+
+
+def of_landmarks(joint: FloatArray, rows: IntArray) -> FloatArray:
+    """Of a covariance (3m, 3m) of x, y of each landmark, then of all headings, the part (3k, 3k) of some (k,)."""
+    column = joint_columns(rows, len(joint) // 3)
+    return np.asarray(joint[np.ix_(column, column)])

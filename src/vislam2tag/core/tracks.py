@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, of_landmarks
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState
 from vislam2tag.core.faults import Contradiction, TrackerEvent
@@ -213,17 +213,6 @@ class Landmarks(Summarised):
         numbers = np.column_stack((self.position_bcs, self.covariance_bcs[:, (0, 1), (0, 1)]))
         mask: BoolArray = np.all(np.isfinite(numbers), axis=1)
         return mask
-
-
-def joint_columns(rows: IntArray, count: int) -> IntArray:
-    """(3k,) where x, y of some landmarks (k,), then their headings, stand among those of all ``count``."""
-    return np.concatenate(((2 * rows[:, None] + (0, 1)).ravel(), 2 * count + rows)).astype(np.int64)
-
-
-def of_landmarks(joint: FloatArray, rows: IntArray) -> FloatArray:
-    """Of a covariance (3m, 3m) of x, y of each landmark, then of all headings, the part (3k, 3k) of some (k,)."""
-    column = joint_columns(rows, len(joint) // 3)
-    return np.asarray(joint[np.ix_(column, column)])
 
 
 @dataclass(frozen=True)

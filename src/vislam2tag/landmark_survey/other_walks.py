@@ -12,8 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.tracks import joint_columns
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns
 from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, linear_map, survey_equations
 
 GREATEST_SIGMA_M = 5.0

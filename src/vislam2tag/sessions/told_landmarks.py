@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.tracks import Landmarks, joint_columns
+from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
+from vislam2tag.core.tracks import Landmarks
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, joint_columns, of_landmarks
 from vislam2tag.core.similarity import as_complex
-from vislam2tag.core.tracks import Landmarks, joint_columns, of_landmarks
+from vislam2tag.core.tracks import Landmarks
 
 
 @dataclass(frozen=True)

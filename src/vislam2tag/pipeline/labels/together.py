@@ -14,8 +14,8 @@ import numpy as np
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress
+from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.similarity import as_points
-from vislam2tag.core.tracks import of_landmarks
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
