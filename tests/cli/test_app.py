@@ -79,7 +79,7 @@ def boom(*_: object, **__: object) -> None:
 
 def test_what_nobody_expected_is_one_line_that_names_its_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     survey = make_survey(tmp_path / "survey", devices=("LG",), seconds=5.0)
-    monkeypatch.setattr("vislam2tag.pipeline.run.workers.process_all", boom)
+    monkeypatch.setattr("vislam2tag.pipeline.labels.process.jobs_of", boom)
     done = vislam2tag("process", survey, "--out", tmp_path / "out")
     log = tmp_path / "out" / "log.txt"
     assert the_error(done, 1) == f"error: unexpected ZeroDivisionError: by nothing; please report this with {log}"
