@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE :=
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test test-all campaign lint types examples benchmark studio android docs docs-pages docs-serve lock clean
+.PHONY: demo test test-all azurite campaign lint types examples benchmark studio android docs docs-pages docs-serve lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
@@ -18,8 +18,12 @@ test: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # With the tests that take long on any machine.
-test-all: $(VENV)/.torch
+test-all: $(VENV)/.torch azurite
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not campaign"
+
+# Azure's server of blobs for tests of az://, an npm package, once a machine; without npm those tests are skipped.
+azurite:
+	$(PYTHON) -m tests.azurite
 
 # Hundreds of runs, outside CI: goes on where it was stopped. docs/results/campaign.md and docs/results/hostile_input.md hold results with date and commit.
 campaign: $(VENV)/.torch

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.campaign import pytest_addoption, pytest_collection_modifyitems, pytest_configure
-from tests.stores import Bucket, bucket
+from tests.stores import Bucket, azure_container, bucket
 from tests.undrawn import undrawn
 
 __all__ = ["pytest_addoption", "pytest_collection_modifyitems", "pytest_configure"]
@@ -54,6 +54,13 @@ def agreement(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def s3() -> Iterator[Bucket]:
     """An object store, empty but for what other tests put below names of their own."""
     with bucket() as made:
+        yield made
+
+
+@pytest.fixture(scope="session")
+def azure() -> Iterator[Bucket]:
+    """Azure's object store, as :func:`s3`."""
+    with azure_container() as made:
         yield made
 
 

@@ -1,7 +1,9 @@
-"""Object storage for tests: a bucket on a server of its own, which counts requests and fails where it is told to."""
+"""Object storage for tests: buckets on servers of their own; S3's counts requests and fails where it is told to."""
 
 from __future__ import annotations
 
+import base64
+import hmac
 import json
 import os
 import socket
@@ -11,17 +13,21 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from email.utils import formatdate
 from pathlib import Path
+from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
 import pytest
 
+from tests.azurite import SERVER
 from vislam2tag.common.files.store import Store
 from vislam2tag.pipeline.run.output_store import LOGS
 
 HOST = "127.0.0.1"
 ROOT = Path(__file__).parents[1]
 SECRET = "a-secret-that-no-log-may-hold"
+AZURE_SECRET = base64.b64encode(SECRET.encode()).decode()
 _LONGEST_START_S = 120.0
 
 
@@ -44,9 +50,10 @@ class Bucket:
 
     endpoint: str
     process: subprocess.Popen[bytes]
+    address: str = "s3://bucket"
 
     def store(self, name: str) -> Store:
-        return Store(f"s3://bucket/{name}")
+        return Store(f"{self.address}/{name}")
 
     def upload(self, folder: Path, name: str) -> Path:
         """Copy a folder into the bucket; return its address as a path."""
@@ -86,20 +93,71 @@ def bucket(host: str = HOST) -> Iterator[Bucket]:
     port = free_port(host)
     process = subprocess.Popen([sys.executable, "-m", "tests.store_server", str(port), host], cwd=ROOT)
     made = Bucket(f"http://{host}:{port}", process)
+    environment = {
+        "AWS_ACCESS_KEY_ID": "someone",
+        "AWS_SECRET_ACCESS_KEY": SECRET,
+        "AWS_REGION": "us-east-1",
+        "AWS_ENDPOINT_URL": made.endpoint,
+    }
+    with _running(process, host, port, "AWS_", environment):
+        made._request("PUT", "/bucket")
+        yield made
+
+
+@contextmanager
+def azure_container() -> Iterator[Bucket]:
+    """Start Azurite, point the environment at it, make the container; skips where it is not installed."""
+    if not SERVER.exists():
+        pytest.skip("Azurite is not installed: run make azurite (it needs npm)")
+    port = free_port()
+    options = (
+        "--blobPort",
+        str(port),
+        "--inMemoryPersistence",
+        "--silent",
+        "--disableTelemetry",
+        "--skipApiVersionCheck",
+    )
+    account = {"AZURITE_ACCOUNTS": f"someone:{AZURE_SECRET}"}
+    process = subprocess.Popen([SERVER, *options], env={**os.environ, **account}, stdout=subprocess.DEVNULL)
+    made = Bucket(f"http://{HOST}:{port}/someone", process, "az://container")
+    environment = {
+        "AZURE_STORAGE_ACCOUNT_NAME": "someone",
+        "AZURE_STORAGE_ACCOUNT_KEY": AZURE_SECRET,
+        "AZURE_STORAGE_ENDPOINT": made.endpoint,
+    }
+    with _running(process, HOST, port, "AZURE_", environment):
+        urlopen(_signed(f"{made.endpoint}/container?restype=container")).close()
+        yield made
+
+
+@contextmanager
+def _running(
+    process: subprocess.Popen[bytes], host: str, port: int, prefix: str, environment: dict[str, str]
+) -> Iterator[None]:
+    """Let a server's variables be the only ones of their prefix as long as it runs."""
     with pytest.MonkeyPatch.context() as patch:
-        for name in [name for name in os.environ if name.startswith("AWS_")]:
+        for name in [name for name in os.environ if name.startswith(prefix)]:
             patch.delenv(name)
-        patch.setenv("AWS_ACCESS_KEY_ID", "someone")
-        patch.setenv("AWS_SECRET_ACCESS_KEY", SECRET)
-        patch.setenv("AWS_REGION", "us-east-1")
-        patch.setenv("AWS_ENDPOINT_URL", made.endpoint)
+        for name, value in environment.items():
+            patch.setenv(name, value)
         try:
             wait_for(host, port, process)
-            made._request("PUT", "/bucket")
-            yield made
+            yield
         finally:
             process.kill()
             process.wait()
+
+
+def _signed(url: str) -> Request:
+    """The request that makes a container, which no client of ours does, with the signature of a shared key."""
+    headers = {"x-ms-date": formatdate(usegmt=True), "x-ms-version": "2021-08-06"}
+    parts = urlsplit(url)
+    own = "".join(f"{name}:{value}\n" for name, value in headers.items())
+    text = "PUT" + "\n" * 12 + f"{own}/someone{parts.path}\nrestype:container"
+    signature = hmac.digest(base64.b64decode(AZURE_SECRET), text.encode(), "sha256")
+    headers["Authorization"] = f"SharedKey someone:{base64.b64encode(signature).decode()}"
+    return Request(url, method="PUT", headers=headers)
 
 
 def free_port(host: str = HOST) -> int:

@@ -7,19 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from tests.stores import Bucket, Fault
+from tests.stores import AZURE_SECRET, SECRET, Bucket, Fault
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
 from vislam2tag.common.files import store as module
 from vislam2tag.common.files.store import Store, address_of, is_safe_name, shown
 from vislam2tag.common.files.stored_folder import folder_at_hand
-
-SECRET = "a-secret-that-no-log-may-hold"
 
 
 @pytest.fixture
 def folder(s3: Bucket, request: pytest.FixtureRequest) -> Iterator[Store]:
     yield s3.store(f"folder/{request.node.name}")
     s3.fail()
+
+
+@pytest.fixture(params=["s3", "azure"])
+def any_folder(request: pytest.FixtureRequest) -> Store:
+    bucket: Bucket = request.getfixturevalue(request.param)
+    return bucket.store(f"folder/{request.node.name}")
 
 
 def test_an_address_survives_being_a_path() -> None:
@@ -41,7 +45,8 @@ def test_names_that_would_leave_a_folder_are_not_safe() -> None:
     assert not any(map(is_safe_name, ("", "../x", "a/../b", ".hidden/x", "/etc/passwd")))
 
 
-def test_an_object_is_created_once_and_replaced_only_from_the_version_that_was_read(folder: Store) -> None:
+def test_an_object_is_created_once_and_replaced_only_from_the_version_that_was_read(any_folder: Store) -> None:
+    folder = any_folder
     first = folder.put_over("mark", b"1", None, {"tables": "x"})
     with pytest.raises(StoreConflictError):
         folder.put_over("mark", b"2", None)
@@ -54,7 +59,8 @@ def test_an_object_is_created_once_and_replaced_only_from_the_version_that_was_r
     assert "tables" not in found.notes
 
 
-def test_objects_are_listed_fetched_and_removed(folder: Store, tmp_path: Path) -> None:
+def test_objects_are_listed_fetched_and_removed(any_folder: Store, tmp_path: Path) -> None:
+    folder = any_folder
     folder.put("a/b", b"12", {"inputs": "x"})
     folder.put("c", b"3")
     assert [(file.name, file.size) for file in sorted(folder.list())] == [("a/b", 2), ("c", 1)]
@@ -115,9 +121,23 @@ def test_no_credentials_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
         Store("s3://bucket-without-credentials/a").get("there")
 
 
+def test_stores_with_conditional_writes_are_known(any_folder: Store) -> None:
+    any_folder.refuse_without_conditional_writes()
+    assert not list(any_folder.list())
+
+
+def test_what_azure_refuses_is_told(azure: Bucket, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(StoreError, match=r"^az://none/a/there: cannot be written: there is no such bucket"):
+        Store("az://none/a").put("there", b"1")
+    with pytest.raises(StoreError, match="there is no such bucket"):
+        Store("az://none/a").get("there")
+    monkeypatch.setenv("AZURE_STORAGE_ACCOUNT_KEY", AZURE_SECRET[::-1].strip("=") + "=")
+    with pytest.raises(StoreError, match="the credentials are wrong") as told:
+        azure.store("wrong-key").get("there")
+    assert "Signature" not in str(told.value)
+
+
 def test_a_store_without_conditional_writes_is_refused(folder: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder.refuse_without_conditional_writes()
-    assert not list(folder.list())
     monkeypatch.setattr(Store, "put_over", lambda self, name, content, before: self.put(name, content))
     with pytest.raises(StoreError, match="no conditional writes"):
         folder.refuse_without_conditional_writes()

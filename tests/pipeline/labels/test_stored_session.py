@@ -78,6 +78,13 @@ def test_from_bucket_to_bucket_is_as_from_disk_to_disk(survey: Both, tmp_path: P
     assert (log["session"], log["error"]) == (slug_of(survey), None)
 
 
+def test_in_azure_it_is_as_on_disk(survey: Both, azure: Bucket, tmp_path: Path) -> None:
+    both = survey._replace(s3=azure, stored=azure.upload(survey.local, "group/survey"))
+    assert list(both.process("first").values()) == [True, True]
+    assert bytes_of(azure.download("first", tmp_path / "there")) == bytes_of(survey.labels)
+    assert set(both.process("first").values()) == {False}
+
+
 def test_what_changed_is_repeated_and_what_is_touched_is_not(survey: Both, tmp_path: Path) -> None:
     store, out = survey.s3.store("changed-survey"), survey.s3.store("changed")
     survey.s3.upload(survey.local, "changed-survey")

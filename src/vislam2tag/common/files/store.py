@@ -20,6 +20,12 @@ from vislam2tag.common.extras import import_extra
 
 _SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}
 _ADDRESS = re.compile(rf"({'|'.join(_SCHEMES)}):(?:/+(.*))?")
+_ENDPOINTS = {
+    "s3": ("AWS_ENDPOINT_URL", "AWS_ENDPOINT"),
+    "gs": ("GOOGLE_BASE_URL",),
+    "az": ("AZURE_STORAGE_ENDPOINT", "AZURE_ENDPOINT"),
+}
+"""Variables that name a server of one's own."""
 _TIMEOUT_S = 60
 """Of one request; what is torn, refused for being too frequent (429, 503) or met a server's error is tried again."""
 _RETRIES = {
@@ -36,7 +42,10 @@ _CAUSES = (
         "the bucket lies in another region: set AWS_REGION to its own",
     ),
     ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
-    ("InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo", "the credentials are wrong: check them"),
+    (
+        "InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo|failed to authenticate",
+        "the credentials are wrong: check them",
+    ),
     ("SlowDown|TooManyRequests|429 |503 ", "the store is too busy, in all tries: run again later, with fewer workers"),
     (
         r"169\.254\.|/latest/|metadata\.google|credential",
@@ -261,8 +270,7 @@ def _connection(address: str) -> Any:
     if scheme == "memory":
         return stores.MemoryStore()
     options: dict[str, Any] = {"timeout": timedelta(seconds=_TIMEOUT_S)}
-    endpoint = os.environ.get("AWS_ENDPOINT_URL", os.environ.get("AWS_ENDPOINT", ""))
-    if scheme == "s3" and endpoint.startswith("http://"):
+    if any(os.environ.get(name, "").startswith("http://") for name in _ENDPOINTS[scheme]):
         options["allow_http"] = True  # whoever names such an endpoint wants it
     try:
         return stores.from_url(address, client_options=options, retry_config=_RETRIES)
