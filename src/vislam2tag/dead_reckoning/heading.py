@@ -20,8 +20,8 @@ FORWARD = np.array((0.0, 1.0, -1.0)) / np.sqrt(2)
 @dataclass(frozen=True)
 class Headings:
     """``up`` (n, 3) unit vectors in the device's axes; ``turned_rad`` (n,) rotation about them since the start,
-    anticlockwise; ``drift_rad`` (n,) the phone's own heading, from east, less ``turned_rad``, slow: NaN where it has
-    none.
+    anticlockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, less ``turned_rad``, slow: NaN
+    where it has none.
     """
 
     up: FloatArray

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vislam2tag.core.context import FixLog, InertialLog
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.dead_reckoning.equations import PathModel, Ties
 from vislam2tag.dead_reckoning.features import WindowFeatures
+from vislam2tag.dead_reckoning.gait import turned_by_gait
 from vislam2tag.dead_reckoning.heading import Headings
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
@@ -39,7 +40,9 @@ class SensedWalk:
         if signals is None:
             return None
         headings = Headings.of(signals, log)
-        return cls(signals, headings, WindowFeatures.of(signals, headings.up))
+        features = WindowFeatures.of(signals, headings.up)
+        turned_rad = turned_by_gait(signals, headings.up, features)
+        return cls(signals, replace(headings, drift_rad=headings.drift_rad + turned_rad), features)
 
     def usable(self, fixes: FixLog, settings: DeadReckoningSettings) -> BoolArray:
         """Mask (k,) of the fixes that lie within the walk."""
