@@ -8,15 +8,15 @@ import com.google.ar.core.Frame;
 import com.google.ar.core.Session;
 import com.google.ar.core.exceptions.CameraNotAvailableException;
 import com.google.ar.core.exceptions.UnavailableException;
-import java.io.Closeable;
 import org.vislam2tag.core.clock.ClockReading;
 import org.vislam2tag.core.clock.Clocks;
 import org.vislam2tag.core.session.Recorder;
 
 /** One ARCore session: one part of a recording, with a frame of reference of its own. */
-final class ArSession implements Closeable {
+final class ArSession implements Tracker {
   private final Session session;
   private final ArAnchors anchors;
+  private long lastNs;
 
   /** A session that looks for landmarks. Takes seconds for hundreds of them: not for the screen's threads. */
   static ArSession open(Context context, LandmarkImages landmarks) throws UnavailableException {
@@ -42,34 +42,30 @@ final class ArSession implements Closeable {
     session.configure(config);
   }
 
-  /** Starts the camera, whose image goes into the texture. */
-  void resume(int texture, int rotation, int width, int height) throws CameraNotAvailableException {
+  @Override public void resume(int texture, int rotation, int width, int height) throws CameraNotAvailableException {
     session.setCameraTextureName(texture);
     session.setDisplayGeometry(rotation, width, height);
     session.resume();
   }
 
-  /** The screen has another size or is turned. */
-  void resize(int rotation, int width, int height) {
+  @Override public void resize(int rotation, int width, int height) {
     session.setDisplayGeometry(rotation, width, height);
   }
 
-  /** The newest frame; it is recorded where {@code recorder} is not null. */
-  Frame update(Recorder recorder, Clocks clocks) throws CameraNotAvailableException {
+  @Override public Frame update(Recorder recorder, Clocks clocks) throws CameraNotAvailableException {
     Frame frame = session.update();
     ClockReading arrival = clocks.read(); // at once: the frame's delay is measured by it
-    if (recorder != null) {
+    if (recorder != null && frame.getTimestamp() != lastNs) { // the screen is often quicker than the camera
+      lastNs = frame.getTimestamp();
       recorder.frame(ArFrames.frame(frame, session.getAllTrackables(AugmentedImage.class), arrival), anchors);
     }
     return frame;
   }
 
-  /** Gives the camera back. */
-  void pause() {
+  @Override public void pause() {
     session.pause();
   }
 
-  /** The session is over. May take seconds too. */
   @Override public void close() {
     session.close();
   }

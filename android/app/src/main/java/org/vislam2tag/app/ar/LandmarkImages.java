@@ -6,8 +6,13 @@ import com.google.ar.core.AugmentedImageDatabase;
 import com.google.ar.core.Session;
 import java.io.ByteArrayInputStream;
 import java.io.ByteArrayOutputStream;
+import java.io.File;
 import java.io.IOException;
 import java.io.InputStream;
+import java.math.BigInteger;
+import java.nio.charset.StandardCharsets;
+import java.security.MessageDigest;
+import java.security.NoSuchAlgorithmException;
 import java.util.ArrayList;
 import java.util.Collections;
 import java.util.List;
@@ -24,32 +29,54 @@ import org.vislam2tag.core.landmarks.Refusal.Reason;
 public final class LandmarkImages {
   private final ImageFolder folder;
   private final LandmarkList list;
+  private final File cache;
+  private final String key;
   private final List<Refusal> byTracker = new CopyOnWriteArrayList<>(); // the screen looks while the database is made
-  private byte[] made;
+  private KeptImages made;
 
   /** Pixels of an image, about: more tell the tracker nothing. */
   private static final long MOST_PIXELS = 4_000_000;
   private static final int LEAST_SIDE = 600;
   private static final int MOST_BYTES = 64 << 20;
 
-  private LandmarkImages(ImageFolder folder, LandmarkList list) {
+  private LandmarkImages(ImageFolder folder, LandmarkList list, File cache, String key) {
     this.folder = folder;
     this.list = list;
+    this.cache = cache;
+    this.key = key;
   }
 
   /**
    * Loads and judges a folder. Takes seconds for hundreds of images: not for the main thread.
    *
    * @param widthM width of the prints where the folder has no manifest, m
+   * @param cache a folder where what ARCore makes of them is kept for the next time
    * @throws IOException if the folder or its manifest cannot be read
    */
-  public static LandmarkImages load(ImageFolder folder, float widthM) throws IOException {
-    return new LandmarkImages(folder, LandmarkLoader.load(folder, widthM, LandmarkImages::grey));
+  public static LandmarkImages load(ImageFolder folder, float widthM, File cache) throws IOException {
+    MessageDigest digest = sha256();
+    LandmarkList list = LandmarkLoader.load(folder, widthM, in -> {
+      byte[] bytes = all(in);
+      digest.update(bytes);
+      return grey(bytes);
+    });
+    for (Landmark landmark : list.landmarks) {
+      digest.update((landmark.id + "\n" + landmark.widthM + "\n").getBytes(StandardCharsets.UTF_8));
+    }
+    return new LandmarkImages(folder, list, cache, new BigInteger(1, digest.digest()).toString(16));
+  }
+
+  private static MessageDigest sha256() {
+    try {
+      return MessageDigest.getInstance("SHA-256");
+    } catch (NoSuchAlgorithmException e) {
+      throw new IllegalStateException("every Java has SHA-256", e);
+    }
   }
 
   /** No landmarks at all. */
   public static LandmarkImages none() {
-    return new LandmarkImages(null, LandmarkLoader.nothing());
+    return new LandmarkImages(null, LandmarkLoader.nothing(), null, "");
   }
 
   /** How many images are looked for. */
@@ -70,13 +97,16 @@ public final class LandmarkImages {
   }
 
   /**
-   * The database for one session; images that ARCore finds too plain become refusals. It takes long the first time, and is
-   * kept for the sessions to come.
+   * The database for one session; images that ARCore finds too plain become refusals. It takes minutes for a thousand the
+   * first time, and is kept for the sessions to come, as long as the images are the same.
    */
   synchronized AugmentedImageDatabase database(Session session) {
-    if (made != null) {
-      return kept(session);
-    }
+    AugmentedImageDatabase kept = list.landmarks.isEmpty() ? null : kept(session);
+    return kept == null ? made(session) : kept;
+  }
+
+  private AugmentedImageDatabase made(Session session) {
+    byTracker.clear();
     AugmentedImageDatabase images = new AugmentedImageDatabase(session);
     for (Landmark landmark : list.landmarks) {
       Refusal refusal = add(images, landmark);
@@ -84,7 +114,10 @@ public final class LandmarkImages {
         byTracker.add(refusal);
       }
     }
-    made = bytes(images);
+    made = new KeptImages(bytes(images), new ArrayList<>(byTracker));
+    if (!list.landmarks.isEmpty()) {
+      made.keep(cache, key);
+    }
     return images;
   }
 
@@ -98,17 +131,27 @@ public final class LandmarkImages {
     return bytes.toByteArray();
   }
 
+  /** The database made before; null where there is none, or it is of another version of ARCore that this one does not read. */
   private AugmentedImageDatabase kept(Session session) {
+    KeptImages found = made == null ? KeptImages.of(cache, key) : made;
+    if (found == null) {
+      return null;
+    }
     try {
-      return AugmentedImageDatabase.deserialize(session, new ByteArrayInputStream(made));
-    } catch (IOException e) {
-      throw new IllegalStateException("ARCore does not read what it wrote", e);
+      AugmentedImageDatabase images = AugmentedImageDatabase.deserialize(session, new ByteArrayInputStream(found.database));
+      if (made == null) {
+        byTracker.addAll(found.refused);
+        made = found;
+      }
+      return images;
+    } catch (IOException | RuntimeException e) {
+      return null;
     }
   }
 
   private Refusal add(AugmentedImageDatabase images, Landmark landmark) {
     try (InputStream in = folder.open(landmark.fileName)) {
-      Bitmap bitmap = bitmap(in);
+      Bitmap bitmap = bitmap(all(in));
       if (bitmap == null) {
         return new Refusal(landmark.id, Reason.UNREADABLE, landmark.fileName);
       }
@@ -123,8 +166,7 @@ public final class LandmarkImages {
   }
 
   /** An image of a size that a phone's memory takes, in the one kind of pixels that ARCore takes; null where it is none. */
-  private static Bitmap bitmap(InputStream in) throws IOException {
-    byte[] bytes = all(in);
+  private static Bitmap bitmap(byte[] bytes) {
     BitmapFactory.Options options = new BitmapFactory.Options();
     options.inJustDecodeBounds = true;
     BitmapFactory.decodeByteArray(bytes, 0, bytes.length, options);
@@ -157,7 +199,7 @@ public final class LandmarkImages {
     return bytes.toByteArray();
   }
 
-  private static GreyImage grey(InputStream bytes) throws IOException {
+  private static GreyImage grey(byte[] bytes) {
     Bitmap bitmap = bitmap(bytes);
     if (bitmap == null) {
       return null;

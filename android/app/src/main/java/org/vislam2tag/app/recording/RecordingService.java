@@ -31,6 +31,7 @@ import org.vislam2tag.app.R;
 import org.vislam2tag.app.record.RecordActivity;
 import org.vislam2tag.app.sensing.BleLog;
 import org.vislam2tag.app.sensing.Calls;
+import org.vislam2tag.app.sensing.Feed;
 import org.vislam2tag.app.sensing.SensorLog;
 import org.vislam2tag.app.sensing.Surroundings;
 import org.vislam2tag.app.sensing.WifiLog;
@@ -60,9 +61,9 @@ public final class RecordingService extends Service implements RecorderListener 
     }
 
     /**
-     * Starts one.
+     * Starts one; where one runs already, as after a second tap, that goes on.
      *
-     * @throws IOException if the session's files cannot be made
+     * @throws IOException if the session's files cannot be made, or Android does not let the service run
      */
     public void start(Plan plan) throws IOException {
       RecordingService.this.start(plan);
@@ -84,7 +85,8 @@ public final class RecordingService extends Service implements RecorderListener 
   private static File open;
 
   private final PhoneClocks clocks = new PhoneClocks();
-  private volatile Recording recording;
+  /** The one that runs. */
+  volatile Recording recording;
   private volatile SessionEnd lastEnd;
   private PowerManager.WakeLock awake;
   private boolean stopping;
@@ -136,20 +138,36 @@ public final class RecordingService extends Service implements RecorderListener 
   }
 
   private void start(Plan plan) throws IOException {
+    if (recording != null) {
+      return;
+    }
     SensorLog sensors = new SensorLog((SensorManager) getSystemService(SENSOR_SERVICE), plan.sensorRateHz);
     Recorder recorder = begin(description(plan, sensors));
     CrashGuard.guard(recorder);
-    goForeground();
+    try {
+      goForeground();
+    } catch (RuntimeException e) { // Android does not let it: nothing must go on that cannot be stopped
+      recorder.crashed(e);
+      synchronized (STORE) {
+        open = null;
+      }
+      stopped();
+      throw new IOException(e.toString(), e);
+    }
+    for (String event : plan.eventsAtStart) {
+      recorder.event(event, "");
+    }
+    recording = new Recording(recorder, plan.landmarks, feeds(sensors));
+  }
+
+  private List<Feed> feeds(SensorLog sensors) {
     BluetoothManager bluetooth = (BluetoothManager) getSystemService(BLUETOOTH_SERVICE);
     Handler handler = new Handler(Looper.getMainLooper());
     BleLog ble = new BleLog(bluetooth == null ? null : bluetooth.getAdapter(), handler);
     WifiManager wifi = (WifiManager) getApplicationContext().getSystemService(WIFI_SERVICE);
-    for (String event : plan.eventsAtStart) {
-      recorder.event(event, "");
-    }
-    recording = new Recording(recorder, plan.landmarks, Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks), ble,
+    return Arrays.asList(sensors, new WifiLog(this, wifi, handler, clocks), ble,
         new Calls((AudioManager) getSystemService(AUDIO_SERVICE), handler),
-        new Surroundings(this, ble, (LocationManager) getSystemService(LOCATION_SERVICE))));
+        new Surroundings(this, ble, (LocationManager) getSystemService(LOCATION_SERVICE)));
   }
 
   private Recorder begin(SessionDescription description) throws IOException {

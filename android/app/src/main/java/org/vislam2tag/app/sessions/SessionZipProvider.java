@@ -41,14 +41,27 @@ public final class SessionZipProvider extends ContentProvider {
   }
 
   @Override public Cursor query(Uri uri, String[] columns, String where, String[] values, String order) {
-    MatrixCursor rows = new MatrixCursor(new String[] {OpenableColumns.DISPLAY_NAME, OpenableColumns.SIZE});
+    String[] asked = columns == null ? new String[] {OpenableColumns.DISPLAY_NAME, OpenableColumns.SIZE} : columns;
+    MatrixCursor rows = new MatrixCursor(asked);
     try {
-      File zip = file(uri);
-      rows.addRow(new Object[] {zip.getName(), zip.length()});
+      rows.addRow(row(file(uri), asked));
     } catch (FileNotFoundException e) {
       return rows;
     }
     return rows;
+  }
+
+  /** What is known of a zip, in the order of the columns; null where a column is not. */
+  static Object[] row(File zip, String[] columns) {
+    Object[] row = new Object[columns.length];
+    for (int i = 0; i < columns.length; i++) {
+      if (OpenableColumns.DISPLAY_NAME.equals(columns[i])) {
+        row[i] = zip.getName();
+      } else if (OpenableColumns.SIZE.equals(columns[i])) {
+        row[i] = zip.length();
+      }
+    }
+    return row;
   }
 
   @Override public String getType(Uri uri) {

@@ -33,8 +33,8 @@ public enum Problem {
     this.fix = fix;
   }
 
-  /** Is the camera's pose missing with it? */
-  public boolean hidesCamera() {
-    return this == NO_ARCORE || this == ARCORE_NEEDS_INSTALL || this == NO_CAMERA_PERMISSION;
+  /** Can the walk not be placed in the building with it, so that a collector should mean it? */
+  boolean isAskedAbout() {
+    return this == NO_ARCORE || this == ARCORE_NEEDS_INSTALL || this == NO_CAMERA_PERMISSION || this == NO_LANDMARKS;
   }
 }

@@ -1,6 +1,7 @@
 package org.vislam2tag.app.setup;
 
 import android.app.Activity;
+import android.app.AlertDialog;
 import android.content.ComponentName;
 import android.content.Intent;
 import android.content.ServiceConnection;
@@ -20,7 +21,7 @@ import android.widget.Spinner;
 import android.widget.TextView;
 import android.widget.Toast;
 import com.google.ar.core.ArCoreApk;
-import com.google.ar.core.exceptions.UnavailableException;
+import java.io.File;
 import java.io.IOException;
 import java.util.ArrayList;
 import java.util.List;
@@ -49,11 +50,13 @@ public final class SetupActivity extends Activity implements ServiceConnection {
   private boolean loading;
   private float loadedWidthM;
   private RecordingService.Link service;
+  private ArCoreInstall install;
 
   @Override protected void onCreate(Bundle saved) {
     super.onCreate(saved);
     setContentView(R.layout.setup);
     choices = new Choices(this);
+    install = new ArCoreInstall(ArCoreApk.getInstance());
     text(R.id.site).setText(choices.site());
     text(R.id.floor).setText(choices.floor());
     text(R.id.device).setText(choices.device());
@@ -72,6 +75,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
 
   @Override protected void onResume() {
     super.onResume();
+    tell(install.returned(this));
     show();
   }
 
@@ -145,7 +149,8 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       LandmarkImages loaded = LandmarkImages.none();
       String problem = "";
       try {
-        loaded = LandmarkImages.load(new PickedFolder(getContentResolver(), Uri.parse(folder), getString(R.string.folder_gone)), widthM);
+        PickedFolder picked = new PickedFolder(getContentResolver(), Uri.parse(folder), getString(R.string.folder_gone));
+        loaded = LandmarkImages.load(picked, widthM, new File(getCacheDir(), "landmarks"));
       } catch (IOException e) {
         problem = e.getMessage();
       }
@@ -193,7 +198,7 @@ public final class SetupActivity extends Activity implements ServiceConnection {
         requestPermissions(Permissions.needed(Build.VERSION.SDK_INT).toArray(new String[0]), ASK);
         break;
       case INSTALL_ARCORE:
-        installArCore();
+        tell(install.ask(this));
         break;
       case PICK_LANDMARKS:
         pick();
@@ -213,11 +218,9 @@ public final class SetupActivity extends Activity implements ServiceConnection {
     }
   }
 
-  private void installArCore() {
-    try {
-      ArCoreApk.getInstance().requestInstall(this, true);
-    } catch (UnavailableException e) {
-      say(getString(R.string.problem_no_arcore));
+  private void tell(int sentence) {
+    if (sentence != ArCoreInstall.NOTHING) {
+      say(getString(sentence));
     }
   }
 
@@ -240,6 +243,28 @@ public final class SetupActivity extends Activity implements ServiceConnection {
       say(getString(R.string.landmarks_loading));
       return;
     }
+    String doubts = doubts();
+    if (doubts.isEmpty()) {
+      begin(floor);
+      return;
+    }
+    new AlertDialog.Builder(this).setMessage(doubts + getString(R.string.start_question))
+        .setNegativeButton(android.R.string.cancel, null).setPositiveButton(R.string.start, (dialog, which) -> begin(floor)).show();
+  }
+
+  /** What makes the walk one that no position is known of; empty where nothing does. */
+  private String doubts() {
+    PhoneFacts facts = new PhoneLook(this).facts(landmarks);
+    StringBuilder sentences = new StringBuilder();
+    for (Problem problem : facts.problems()) {
+      if (problem.isAskedAbout()) {
+        sentences.append(getString(problem.sentence, facts.names(problem))).append("\n\n");
+      }
+    }
+    return sentences.toString();
+  }
+
+  private void begin(int floor) {
     try {
       service.start(new Plan(words(R.id.site), floor, words(R.id.device), words(R.id.note), Choices.RATES_HZ[rate()], landmarks,
           eventsAtStart()));

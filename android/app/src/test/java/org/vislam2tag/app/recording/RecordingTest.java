@@ -1,6 +1,7 @@
 package org.vislam2tag.app.recording;
 
 import static org.junit.Assert.assertEquals;
+import static org.junit.Assert.assertSame;
 import static org.junit.Assert.assertTrue;
 
 import java.io.File;
@@ -68,8 +69,18 @@ public class RecordingTest {
     File images = folder.newFolder();
     Files.write(new File(images, "manifest.csv").toPath(), "id,file,width_m\n7,gone.png,0.2\n".getBytes("UTF-8"));
     Recorded recorded = new Recorded(folder.newFolder());
-    new Recording(recorded.recorder, LandmarkImages.load(new DiskFolder(images), 0.2f), Collections.emptyList()).stop();
+    new Recording(recorded.recorder, LandmarkImages.load(new DiskFolder(images), 0.2f, images), Collections.emptyList()).stop();
     assertTrue(recorded.events().toString(), recorded.events().contains("landmark_refused,7 no_file: gone.png"));
+  }
+
+  @Test public void aSecondStartGoesOnWithTheRecordingThatRuns() throws Exception {
+    RecordingService service = new RecordingService();
+    service.recording = new Recording(new Recorded(folder.newFolder()).recorder, none(), Collections.emptyList());
+    RecordingService.Link link = (RecordingService.Link) service.onBind(null);
+    Recording first = link.recording();
+    link.start(null);
+    assertSame(first, link.recording());
+    first.stop();
   }
 
   @Test public void theServiceSaysLocationOnlyWhereItIsAllowed() {
@@ -78,6 +89,6 @@ public class RecordingTest {
   }
 
   private LandmarkImages none() throws Exception {
-    return LandmarkImages.load(new DiskFolder(folder.newFolder()), 0.2f);
+    return LandmarkImages.load(new DiskFolder(folder.newFolder()), 0.2f, folder.getRoot());
   }
 }

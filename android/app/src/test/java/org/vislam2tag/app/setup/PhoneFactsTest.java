@@ -1,6 +1,7 @@
 package org.vislam2tag.app.setup;
 
 import static org.junit.Assert.assertEquals;
+import static org.junit.Assert.assertFalse;
 import static org.junit.Assert.assertTrue;
 
 import java.util.Arrays;
@@ -46,5 +47,17 @@ public class PhoneFactsTest {
     for (Problem problem : Problem.values()) {
       assertTrue(problem.name(), sentences.add(problem.sentence));
     }
+  }
+
+  @Test public void whatLeavesAWalkWithoutAPlaceIsAskedAbout() {
+    PhoneFacts facts = new PhoneFacts();
+    facts.landmarks = 3;
+    facts.wifiOn = false;
+    assertFalse(facts.problems().stream().anyMatch(Problem::isAskedAbout));
+    facts.cameraAllowed = false;
+    assertTrue(facts.problems().stream().anyMatch(Problem::isAskedAbout));
+    facts.cameraAllowed = true;
+    facts.landmarks = 0;
+    assertTrue(facts.problems().stream().anyMatch(Problem::isAskedAbout));
   }
 }

@@ -65,7 +65,7 @@ public final class Recorder {
     wallClock = new WallClockWatch(start);
     storage = new LowLevel(settings.lowBytes);
     battery = new LowLevel(settings.lowBatteryPercent);
-    walk = new Walk(settings.warnings, start.bootNs);
+    walk = new Walk(settings.warnings, start.bootNs, description.hasLandmarks());
     tables.add(new Event(start.bootNs, "started", ""));
   }
 

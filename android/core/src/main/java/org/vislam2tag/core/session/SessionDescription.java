@@ -46,6 +46,11 @@ public final class SessionDescription {
     return json;
   }
 
+  /** Does the tracker look for any landmark? */
+  boolean hasLandmarks() {
+    return landmarksLoaded > 0;
+  }
+
   /** The keys that stand last in session.json. */
   void addEquipment(Map<String, Object> json) {
     List<Object> on = new ArrayList<>();

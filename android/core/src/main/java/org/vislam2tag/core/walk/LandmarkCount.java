@@ -17,6 +17,11 @@ public final class LandmarkCount {
     lastNs = startNs;
   }
 
+  /** The first frame is there: time counts from {@code timeNs} on. */
+  void begin(long timeNs) {
+    lastNs = timeNs;
+  }
+
   /** The images of a frame, at {@code timeNs} on the boot clock and {@code walkedM} metres into the walk. */
   public void at(long timeNs, double walkedM, List<TrackedImage> images) {
     for (TrackedImage image : images) {

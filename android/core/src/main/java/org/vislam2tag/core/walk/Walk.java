@@ -1,5 +1,6 @@
 package org.vislam2tag.core.walk;
 
+import java.util.Collections;
 import java.util.List;
 import java.util.Set;
 import org.vislam2tag.core.record.TrackedFrame;
@@ -15,6 +16,7 @@ public final class Walk {
   final Motion motion = new Motion();
   final FrameRate rate = new FrameRate();
   private final WalkMap map = new WalkMap();
+  private final boolean looksForLandmarks;
   final LandmarkCount landmarks;
   final Warnings warnings;
   private long lastTrackedNs;
@@ -22,8 +24,9 @@ public final class Walk {
   private long lastArrivedNs = Long.MIN_VALUE;
   TrackedFrame last;
 
-  /** Starts at {@code startNs} on the boot clock. */
-  public Walk(WarningSettings settings, long startNs) {
+  /** Starts at {@code startNs} on the boot clock; nobody is sent to a landmark where the tracker knows none. */
+  public Walk(WarningSettings settings, long startNs, boolean looksForLandmarks) {
+    this.looksForLandmarks = looksForLandmarks;
     warnings = new Warnings(settings);
     landmarks = new LandmarkCount(startNs);
     lastTrackedNs = startNs;
@@ -31,6 +34,10 @@ public final class Walk {
 
   /** A frame was logged with these images; {@code beginsPart} if its frame of reference is a new one. */
   public void frame(TrackedFrame frame, long timeNs, List<TrackedImage> images, boolean beginsPart) {
+    if (last == null) { // the tracker may have been made ready for minutes: nothing was lost in them
+      lastTrackedNs = frame.arrival.bootNs;
+      landmarks.begin(frame.arrival.bootNs);
+    }
     last = frame;
     lastArrivedNs = frame.arrival.bootNs;
     rate.frame(timeNs);
@@ -56,12 +63,16 @@ public final class Walk {
     map.broke();
   }
 
-  /** Looks at the walk again; the warnings that come on. */
+  /** Looks at the walk again; the warnings that come on: none before the first frame. */
   public Set<Warning> warnings(long nowNs) {
-    double metres = motion.metres();
+    if (last == null) {
+      return Collections.emptySet();
+    }
+    double sinceS = looksForLandmarks ? landmarks.secondsSince(nowNs) : 0;
+    double sinceM = looksForLandmarks ? landmarks.metresSince(motion.metres()) : 0;
     double graceS = everTracked ? 0 : BEGIN_S;
-    return warnings.update(landmarks.secondsSince(nowNs), landmarks.metresSince(metres), lostS(nowNs) - graceS,
-        speedMps(nowNs), framesCome(nowNs) ? motion.turningRadps() : 0);
+    return warnings.update(sinceS, sinceM, lostS(nowNs) - graceS, speedMps(nowNs),
+        framesCome(nowNs) ? motion.turningRadps() : 0);
   }
 
   /** The map of the walk. */

@@ -16,14 +16,19 @@ import org.vislam2tag.core.table.FileSink;
 import org.vislam2tag.core.tracking.AnchorHost;
 import org.vislam2tag.core.walk.Warning;
 
-/** Records as fast as it can until it is killed; prints now and then how many presses it had logged a moment ago. */
+/** Records as fast as it can, ten milliseconds of its own clock a row, until it is killed; prints which rows were written. */
 final class KilledMain {
+  private static long nowNs = 1_000_000_000L;
+
   private KilledMain() {}
+
+  private static final long ROW_NS = 10_000_000L;
+  /** As the ticker does it, twice a second. */
+  private static final int ROWS_A_TICK = 50;
 
   private static final Clocks CLOCKS = new Clocks() {
     @Override public ClockReading read() {
-      long now = System.nanoTime();
-      return new ClockReading(now, now, System.currentTimeMillis());
+      return new ClockReading(nowNs, nowNs, nowNs / 1_000_000);
     }
 
     @Override public ZoneId zone() {
@@ -52,12 +57,12 @@ final class KilledMain {
   public static void main(String[] arguments) throws Exception {
     Recorder recorder = Recorder.start(new Recorder.Setup(CLOCKS, RecorderSettings.usual(), DEAF, FileSink::new, null),
         new SessionDescription.Builder().build(), new File(arguments[0]));
-    new Ticker(recorder);
     for (int i = 0; ; i++) {
+      nowNs += ROW_NS;
       told(recorder, i);
-      if (i % 100 == 0) {
-        System.out.println(i + " " + System.nanoTime());
-        Thread.sleep(5);
+      if (i % ROWS_A_TICK == 0) {
+        recorder.tick();
+        System.out.println(i);
       }
     }
   }

@@ -18,7 +18,7 @@ import org.vislam2tag.core.record.TrackingState;
 public class WalkTest {
   private static final long FRAME_NS = 33_000_000L;
 
-  private final Walk walk = new Walk(new WarningSettings(20, 15, 1, 1.8, 1.6), 0);
+  private final Walk walk = new Walk(new WarningSettings(20, 15, 1, 1.8, 1.6), 0, true);
   private long nowNs;
   private float x;
 
@@ -125,10 +125,29 @@ public class WalkTest {
   }
 
   @Test public void theTrackerMayTakeAFewSecondsToBegin() {
+    frame(TrackingState.PAUSED, at(0, 0), false);
     nowNs = 4_000_000_000L;
     assertEquals(Collections.emptySet(), walk.warnings(nowNs));
     nowNs = 6_500_000_000L;
     assertEquals(EnumSet.of(Warning.TRACKING), walk.warnings(nowNs));
+  }
+
+  @Test public void whileLandmarksAreMadeReadyItWarnsOfNothing() {
+    nowNs = 120_000_000_000L;
+    assertEquals(Collections.emptySet(), walk.warnings(nowNs));
+    go(1, 1);
+    assertEquals(Collections.emptySet(), walk.warnings(nowNs));
+    assertEquals("counted from the first frame on", 1, walk.status(nowNs).sinceLandmarkS, 0.05);
+  }
+
+  @Test public void nobodyIsSentToALandmarkWhereThereIsNone() {
+    Walk without = new Walk(new WarningSettings(20, 15, 1, 1.8, 1.6), 0, false);
+    for (int i = 1; i < 2000; i++) {
+      ClockReading arrival = new ClockReading(i * FRAME_NS, i * FRAME_NS, 0);
+      without.frame(new TrackedFrame(arrival, i * FRAME_NS, TrackingState.TRACKING, "NONE", at(i * 0.01f, 0),
+          Collections.emptyList()), i * FRAME_NS, Collections.emptyList(), false);
+    }
+    assertEquals(Collections.emptySet(), without.warnings(2000 * FRAME_NS));
   }
 
   @Test public void itWarnsOfHasteAndOfFastTurns() {
