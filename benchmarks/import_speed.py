@@ -20,9 +20,9 @@ import numpy as np
 import polars as pl
 from measure import seconds, vislam2tag, watched
 
+from vislam2tag.common.files.archives import folder_of
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
-from vislam2tag.dataset.reading.archives import folder_of
 
 ROWS, ACCESS_POINTS, HEARD = 20_000, 520, 18
 REPEATS = 7

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.files.archives import folder_of
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
-from vislam2tag.dataset.reading.archives import folder_of
 from vislam2tag.dataset.reading.waypoints import PACE_M2_S, TAP_SIGMA_M
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 

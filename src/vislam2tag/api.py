@@ -65,7 +65,6 @@ if TYPE_CHECKING:
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
     from vislam2tag.evaluation.record import SurveyEvaluation as SurveyEvaluation
     from vislam2tag.heights.settings import HeightSettings as HeightSettings
-    from vislam2tag.labeling.clocks import Clock as Clock
     from vislam2tag.labeling.readings import label_readings as label_readings
     from vislam2tag.labeling.readings import mark_uncertain as mark_uncertain
     from vislam2tag.labeling.results import SessionResult as SessionResult
@@ -94,6 +93,8 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex as RadioMapIndex
     from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as _write_radio_maps
     from vislam2tag.pipeline.demo import run_demo as _run_demo
+    from vislam2tag.pipeline.labels.attach import Attached as Attached
+    from vislam2tag.pipeline.labels.attach import attach as attach
     from vislam2tag.pipeline.labels.checking.check import check as check
     from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
     from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession as DiagnosedSession
@@ -157,12 +158,16 @@ if TYPE_CHECKING:
     from vislam2tag.registration.settings import RegistrationSettings as RegistrationSettings
     from vislam2tag.self_check.record import SessionCheck as SessionCheck
     from vislam2tag.self_check.record import SurveyCheck as SurveyCheck
+    from vislam2tag.sessions.companions.tie import TableColumns as TableColumns
+    from vislam2tag.sessions.companions.tie import Tie as Tie
     from vislam2tag.sessions.inspection import Inspection as Inspection
     from vislam2tag.sessions.inspection import inspect_survey as _inspect_survey
+    from vislam2tag.sessions.model import Attachment as Attachment
     from vislam2tag.sessions.model import Session as Session
     from vislam2tag.sessions.registry import open_survey as open_survey
     from vislam2tag.sessions.registry import read_session as read_session
     from vislam2tag.sessions.settings import FindingSettings as FindingSettings
+    from vislam2tag.sessions.tables.clocks import Clock as Clock
     from vislam2tag.settings import Settings as Settings
     from vislam2tag.settings import read_settings as read_settings
     from vislam2tag.sheets.making import SheetOptions as SheetOptions
@@ -232,7 +237,6 @@ _NAMES = {
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
-    "labeling.clocks": "Clock",
     "labeling.readings": "label_readings mark_uncertain",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",
@@ -246,6 +250,7 @@ _NAMES = {
     "pipeline.datasets.join": "join",
     "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
     "pipeline.demo": "demo=run_demo",
+    "pipeline.labels.attach": "Attached attach",
     "pipeline.labels.checking.check": "check",
     "pipeline.labels.diagnose": "diagnose",
     "pipeline.labels.diagnose_session": "DiagnosedSession MappedShare",
@@ -284,9 +289,11 @@ _NAMES = {
     "registration.settings": "RegistrationSettings",
     "self_check.record": "SessionCheck SurveyCheck",
     "sessions.inspection": "Inspection inspect=inspect_survey",
-    "sessions.model": "Session",
+    "sessions.model": "Attachment Session",
     "sessions.registry": "open_survey read_session",
+    "sessions.companions.tie": "TableColumns Tie",
     "sessions.settings": "FindingSettings",
+    "sessions.tables.clocks": "Clock",
     "settings": "Settings read_settings",
     "sheets.making": "SheetOptions sheets=make_sheets",
     "sheets.sheet_folder": "SheetsRecord",

@@ -28,6 +28,7 @@ COMMANDS = {
     "Collect": {
         "receive": "Take sessions over from phones.",
         "inspect": "Show what is in a survey and what is wrong with it.",
+        "attach": "Tie a second phone's recording to a walk.",
         "sightings": "Find landmarks in the pictures of an iPhone's walks.",
         "simulate": "Simulate a raw survey with its truth.",
     },

@@ -29,6 +29,7 @@ STEPS: Mapping[str, str] = {
     "receive": "vislam2tag inspect {survey}",
     "inspect": "vislam2tag run {survey} --out out",
     "inspect, unusable": "correct what is named above, then: vislam2tag inspect {survey}",
+    "attach": "vislam2tag run {survey} --out out",
     "sightings": "vislam2tag run {survey} --out out",
     "sightings, failed": "correct what is named above, then: vislam2tag inspect {survey}",
     "simulate": "vislam2tag run {survey} --out out",

@@ -16,6 +16,7 @@ FindingKind = Literal[
     "clock_mismatch",
     "clock_reset",
     "closed_off",
+    "companion_missing",
     "contradicting_landmark",
     "device_without_scan",
     "duplicate_floor",

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import correlate
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.pose_lag import correlation_of_rows, peak_of
@@ -118,6 +117,8 @@ class Shift:
 
 def best_shift(first: FloatArray, second: FloatArray) -> Shift:
     """Correlate two series of steps of :data:`STEP_S` at every shift at which they overlap by enough."""
+    from scipy.signal import correlate  # half a second, which `process` does without
+
     ones = [np.ones(len(series)) for series in (first, second)]
     overlap = correlate(ones[0], ones[1])
     sums = [correlate(first, ones[1]), correlate(ones[0], second)]

@@ -24,7 +24,7 @@ def estimate_pose_lag(
     ``orientation`` (n, 4) quaternions at ``frame_time_ns`` (n,), increasing; ``gyro_rad_per_s`` (g, 3) at
     ``gyro_time_ns`` (g,), increasing. Returns None where too little overlaps or the two do not correlate.
     """
-    middle_s, speed = _angular_speed(frame_time_ns[:MAX_FRAMES], orientation[:MAX_FRAMES])
+    middle_s, speed = angular_speed(frame_time_ns[:MAX_FRAMES], orientation[:MAX_FRAMES])
     if len(gyro_time_ns) < MIN_SAMPLES or len(middle_s) < MIN_SAMPLES:
         return None
     gyro_s = (gyro_time_ns - frame_time_ns[0]) * 1e-9
@@ -38,8 +38,11 @@ def estimate_pose_lag(
     return peak_of(lags, correlation_of_rows(shifted, speed), STEP_S, MIN_CORRELATION)
 
 
-def _angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mid-times (s since the first frame) and rotation rates (rad/s) between neighbouring frames."""
+def angular_speed(time_ns: IntArray, orientation: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mid-times (k,), s since the first frame, and turn rates (k,), rad/s, between neighbouring frames.
+
+    ``time_ns`` (n,) increases; ``orientation`` (n, 4). Steps twice as long as usual are left out.
+    """
     elapsed_s = (time_ns - time_ns[:1]) * 1e-9
     step_s = np.diff(elapsed_s)
     angle = turns_rad(orientation)

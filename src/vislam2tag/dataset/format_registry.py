@@ -12,11 +12,11 @@ from typing import Literal, Protocol, TypeVar
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.archives import MOST_UNPACKED, archives_in, check_archive
 from vislam2tag.dataset.transmitters.privacy import Privacy
 
 _NAMED = 3

@@ -16,6 +16,7 @@ from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.settings import LabelRule, LabelSettings
+from vislam2tag.sessions.model import Attachment
 
 _LABELS = pl.Series(STATUS_LABELS, dtype=pl.String)
 
@@ -25,15 +26,20 @@ def label_readings(
     trajectory: Trajectory,
     settings: LabelSettings,
     excluded_ns: Sequence[tuple[int, int]] = (),
+    attached: Attachment | None = None,
 ) -> pl.DataFrame:
     """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
 
     ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
     order stay. A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
     ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
-    boot-clock ns) are ``invalid`` and have none either. Where the trajectory tells floors, ``floor`` is added, too.
+    boot-clock ns) are ``invalid`` and have none either. Readings of a device that was ``attached`` are less sure: by
+    the way walked within its clock's sigma, and by how far from the camera it was carried. Where the trajectory tells
+    floors, ``floor`` is added, too.
     """
     labels = _labels(table, trajectory, settings)
+    if attached is not None:
+        labels = _less_sure(labels, table["time_ns"].to_numpy(), trajectory, settings.max_gap_s, attached)
     repeated = table["repeated"].to_numpy()
     excluded = _within(table["time_ns"].to_numpy(), excluded_ns)
     position = np.where((repeated | excluded)[:, None], np.nan, labels.position_bcs)
@@ -47,6 +53,26 @@ def label_readings(
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
         status_text(status),
     )
+
+
+def walked_within_sigma(
+    time_ns: IntArray, trajectory: Trajectory, max_gap_s: float, clock_sigma_s: float
+) -> FloatArray:
+    """(n,) metres walked while a clock's sigma passes: what a reading's position is off by if its time is.
+
+    ``time_ns`` (n,) on the trajectory's clock; 0 where the way is not known.
+    """
+    sigma_ns = round(clock_sigma_s * 1e9)
+    ends = [label_by_interpolation(time_ns + way * sigma_ns, trajectory, max_gap_s) for way in (-1, 1)]
+    way = (ends[1].position_bcs - ends[0].position_bcs)[:, :2]
+    return np.asarray(np.nan_to_num(np.linalg.norm(way, axis=1) / 2))
+
+
+def _less_sure(
+    labels: Labels, time_ns: IntArray, trajectory: Trajectory, max_gap_s: float, attached: Attachment
+) -> Labels:
+    walked_m = walked_within_sigma(time_ns, trajectory, max_gap_s, attached.clock_sigma_s)
+    return replace(labels, sigma_m=np.sqrt(labels.sigma_m**2 + walked_m**2 + attached.lever_arm_m**2 / 2))
 
 
 def with_uncertain(status: StatusArray, sigma_m: FloatArray, max_sigma_m: float) -> StatusArray:

@@ -42,7 +42,11 @@ class LabelledWalk:
         settings = settings.for_session(without_poses=session.camera.without_poses)
         # Readings come first: between a sure and an uncertain frame each one's own sigma decides.
         readings = {
-            name: _keyed(session.key, name, label_readings(table, mapped, settings, session.excluded_ns))
+            name: _keyed(
+                session.key,
+                name,
+                label_readings(table, mapped, settings, session.excluded_ns, session.attached.get(name)),
+            )
             for name, table in session.tables.items()
         }
         return cls(session.key, mark_uncertain(mapped, settings.max_sigma_m), readings)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import polars as pl
 
@@ -45,6 +46,16 @@ class Recording:
 
 
 @dataclass(frozen=True)
+class Attachment:
+    """How surely a companion's table is placed on the walk: sigma of its clock, seconds, and how far from the camera
+    its device was carried, metres.
+    """
+
+    clock_sigma_s: float
+    lever_arm_m: float
+
+
+@dataclass(frozen=True)
 class Session:
     """One walk, read whole; raw values, nothing corrected, nothing dropped.
 
@@ -72,3 +83,5 @@ class Session:
     """None where the recorder said nothing of itself."""
     geographic_fixes: GeographicFixes | None = None
     """Known positions of a walk without poses, in degrees; None where the log gives metres, or none."""
+    attached: Mapping[str, Attachment] = field(default_factory=dict)
+    """The tables that a companion recorded, by name."""

@@ -11,10 +11,11 @@ from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
+from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.drawn_floor import drawn_area
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import read_session
+from vislam2tag.sessions.registry import at_hand, read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
@@ -110,7 +111,9 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    session, session_uses = corrected_session(read_session(task.ref, task.finding_settings), task.corrections)
+    with at_hand(task.ref) as ref:
+        read = with_companions(read_session(ref, task.finding_settings), ref.folder)
+    session, session_uses = corrected_session(read, task.corrections)
     session = _with_readings(_on_its_floor(session, task.floor))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)

@@ -18,6 +18,8 @@ from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
+from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
+from vislam2tag.sessions.companions.tie import companion_hashes
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
@@ -79,11 +81,12 @@ def format_module(name: str) -> str:
 
 
 def hash_inputs(ref: SessionRef) -> dict[str, str]:
-    """SHA-256 of each input file of a session by name; raises SessionError where one cannot be read."""
+    """SHA-256 of each input file of a session and its companions by name; raises SessionError where one is not read."""
     try:
         with at_hand(ref) as ref:
             paths = _format_named(ref).input_files(ref.folder)
-            return {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
+            own = {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
+            return own | companion_hashes(ref.folder)
     except OSError as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 
@@ -101,7 +104,7 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 def at_hand(ref: SessionRef, *further: str) -> Iterator[SessionRef]:
     """Yield a session whose files are on this machine while the block lasts: one in a store is fetched, others stay.
 
-    Fetched is what its format reads, and the ``further`` files that are there, by name.
+    Fetched is what its format reads, its companions, and the ``further`` files that are there, by name.
     """
     if ref.stored is None:
         yield ref
@@ -114,6 +117,7 @@ def at_hand(ref: SessionRef, *further: str) -> Iterator[SessionRef]:
             path.touch()
         here = replace(ref, folder=folder, stored=None)
         read = {*_format_named(here).input_files(folder), *(folder / name for name in further)}
+        read |= {path for path in files if folder / COMPANIONS in path.parents}
         for path in files.keys() & read:
             if ref.stored.store.fetch(files[path], path) is None:
                 path.unlink()  # removed since the survey was listed

@@ -15,12 +15,12 @@ from matplotlib.path import Path as Outline
 from tests.conftest import shared_folder
 from tests.mutations import exaggerate, mutate
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.format_registry import ImportContext, import_format_of
 from vislam2tag.dataset.formats.ilc20.reading import read
 from vislam2tag.dataset.formats.ilc20.site_folders import find_sites
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.archives import folder_of
 from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 from vislam2tag.survey.names import floor_number
 

@@ -15,8 +15,8 @@ from tests.conftest import shared_folder
 from tests.dead_reckoning.ilc20 import make_site, trace
 from tests.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
+from vislam2tag.common.files.archives import folder_of
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.dataset.reading.archives import folder_of
 from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_named

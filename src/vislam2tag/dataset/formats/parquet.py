@@ -14,12 +14,12 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.table_files import parquet_metadata, read_parquet, scan_parquet, write_csv, write_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, SplitInfo
-from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.schema import FINGERPRINTS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.dataset.writing.left_out import MANIFEST, ONE_SPLIT, SET, SPLITS
 

@@ -1,1 +1,1 @@
-"""What several formats that are read share: archives, wide tables and points, or walks logged between taps."""
+"""What several formats that are read share: wide tables and points, or walks logged between taps."""

@@ -11,12 +11,12 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
+from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
 from vislam2tag.dataset.model import Dataset
-from vislam2tag.dataset.reading.archives import MOST_UNPACKED
 from vislam2tag.dataset.transmitters.privacy import Privacy, with_privacy
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 

@@ -9,31 +9,29 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import UsageError, first_line
-from vislam2tag.common.files.plain_files import read_bytes, read_json
-from vislam2tag.common.files.table_files import read_csv, read_parquet
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.common.errors import UsageError
+from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import STATUS_LABELS, Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
-from vislam2tag.labeling.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
+from vislam2tag.labeling.readings import walked_within_sigma
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.labels.table_motion import table_aligners
+from vislam2tag.sessions.companions.table import read_table
 from vislam2tag.sessions.phone.record import RECORD_FILE
+from vislam2tag.sessions.tables.clocks import MOST_NS, Clock, TableTimes, table_times, time_column
 from vislam2tag.survey.corrections.file import read_corrections
 from vislam2tag.survey.discover import session_folders
 from vislam2tag.survey.model import SessionKey
-from vislam2tag.survey.site_table import decoded
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
 _YEARS_NS = 10**18
 """30 years: what is further ahead of a phone's boot is no clock that counts from a boot."""
-_SEPARATORS = (";", "\t", ",")
-_PARQUET = (".parquet", ".pq")
 
 
 @dataclass(frozen=True)
@@ -106,23 +104,6 @@ def label(
     settings = LabelSettings.model_validate(open_labelled(Path(labels)).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)
-
-
-def read_table(path: Path) -> pl.DataFrame:
-    """Read a CSV file, all columns as text, or a Parquet file; raises UsageError where it cannot be read."""
-    try:
-        if path.suffix.lower() in _PARQUET:
-            return read_parquet(path)
-        raw = read_bytes(path)
-        if raw.startswith(b"PK"):
-            raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and give that")
-        text, _ = decoded(raw)
-        head = text.partition("\n")[0]
-        separator = max(_SEPARATORS, key=head.count)
-        return read_csv(text.encode(), separator=separator, infer_schema=False)
-    except (OSError, pl.exceptions.PolarsError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
-        raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
 
 
 def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
@@ -239,7 +220,8 @@ def _labelled(
         boot_ns = walk.clock.ours(times.time_ns[mine])
         found = label_by_interpolation(boot_ns, walk.trajectory, max_gap_s)
         position[mine], status[mine] = found.position_bcs, found.status
-        sigma[mine] = np.hypot(found.sigma_m, _walked_within_sigma(walk, boot_ns, max_gap_s))
+        walked_m = walked_within_sigma(boot_ns, walk.trajectory, max_gap_s, walk.clock.sigma_s)
+        sigma[mine] = np.hypot(found.sigma_m, walked_m)
         floor[mine] = found.floor if len(found.floor) else walk.session.result().floor
     names = pl.Series(STATUS_LABELS, dtype=pl.String)
     columns = [
@@ -251,11 +233,3 @@ def _labelled(
     made = rows.with_columns(columns)
     counts = made["status"].value_counts(sort=True)
     return made, dict(zip(counts["status"].to_list(), counts["count"].to_list(), strict=True))
-
-
-def _walked_within_sigma(walk: _Walk, boot_ns: IntArray, max_gap_s: float) -> FloatArray:
-    """(n,) metres walked while the clock's sigma passes: what a reading's position is off by if its time is."""
-    sigma_ns = round(walk.clock.sigma_s * 1e9)
-    ends = [label_by_interpolation(boot_ns + way * sigma_ns, walk.trajectory, max_gap_s) for way in (-1, 1)]
-    way = (ends[1].position_bcs - ends[0].position_bcs)[:, :2]
-    return np.asarray(np.nan_to_num(np.linalg.norm(way, axis=1) / 2))

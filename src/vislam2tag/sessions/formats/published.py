@@ -24,7 +24,9 @@ from vislam2tag.sessions.tables.sensor_table import SENSOR_SCHEMA, pressure_log,
 from vislam2tag.sessions.tables.wifi_table import mark_repeated, parse_wifi, wifi_findings
 from vislam2tag.sessions.without_poses import FIXES_FILE, with_fixes
 from vislam2tag.survey.model import SessionRef
+from vislam2tag.survey.site_table import is_file
 
+SENSOR_LOGGER_METADATA = "Metadata.csv"
 FILE_NAMES = {
     "poses": ("poses.csv", "CameraPose.csv"),
     "landmarks": ("initPoses.csv", "LandmarkPose.csv"),
@@ -45,8 +47,8 @@ class PublishedFormat:
     name = "published"
 
     def recognises(self, folder: Path) -> bool:
-        """A session has at least one file of a known name."""
-        return bool(existing_files(folder, FILE_NAMES))
+        """A session has at least one file of a known name; Sensor Logger also writes a WiFi.csv, beside metadata."""
+        return bool(existing_files(folder, FILE_NAMES)) and not is_file(folder / SENSOR_LOGGER_METADATA)
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there."""

@@ -35,6 +35,8 @@ class PhoneSchema:
     quoted: bool = False
     severity: Severity = field(default=Severity.WARNING)
     """How grave it is where the header lacks a column."""
+    page: str = "docs/reference/phone-tables.md"
+    """Which describes the table."""
 
 
 def parse_phone_table(data: bytes, file: str, schema: PhoneSchema) -> RawTable:
@@ -66,7 +68,7 @@ def _without_header(data: bytes, body: bytes, file: str, missing: Iterable[str],
     lines = body.count(b"\n") + bool(body and not body.endswith(b"\n"))
     wanted = ", ".join(missing) or "each column once"
     cure = "the file is not used: correct its first line"
-    message = f"the header must name {wanted} (docs/reference/phone-tables.md); {cure}"
+    message = f"the header must name {wanted} ({schema.page}); {cure}"
     finding = Finding(
         kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=schema.severity, lines=(1,)
     )

@@ -9,12 +9,12 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, first_line
+from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping
-from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 
 FOLDER = "intermediate"

@@ -12,11 +12,11 @@ import numpy as np
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import first_bytes_of_files, folder_of
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping, Storey
-from vislam2tag.dataset.reading.archives import first_bytes_of_files, folder_of
 from vislam2tag.dataset.reading.logged_walks import LoggedWalk, WalkTables
 from vislam2tag.dataset.reading.waypoints import FARTHEST_M, PACE_M2_S, TAP_SIGMA_M, Waypoints
 from vislam2tag.dataset.settings import DatasetSettings

@@ -10,6 +10,7 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.findings import Finding, pooled
 from vislam2tag.dataset.fingerprinting.fingerprints import SessionWalk, fingerprints_of
@@ -19,7 +20,6 @@ from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat
 from vislam2tag.dataset.formats.gia.annotated_tables import SENSORS_FILE, WIFI_FILE, sensor_rows, wifi_rows
 from vislam2tag.dataset.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
-from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SCHEMAS, SESSIONS, in_schema
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.transmitters.access_points import access_point_table

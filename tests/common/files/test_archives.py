@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.dataset.format_registry import import_format_of
-from vislam2tag.dataset.reading.archives import folder_of, names_in
 
 
 def tar(path: Path, *names: str) -> Path:

@@ -1,0 +1,138 @@
+"""A second recording of a walk is tied to the one with the poses."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.clock_alignment import ClockAlignment
+from vislam2tag.sessions.companions.clocks import WAYS, first_clear, possible_alignments
+from vislam2tag.sessions.companions.recording import OtherRecording, read_recording
+from vislam2tag.sessions.companions.tie import (
+    FOLDER,
+    TableColumns,
+    Tie,
+    is_usable_lever_arm,
+    recording_sha256,
+    tie_file,
+    write_tie,
+)
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of
+from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.survey.model import SessionKey, SessionRef
+from vislam2tag.survey.names import unique_slugs
+
+LEVER_ARM_M = 0.3
+"""Two devices that one person carries are about so far apart."""
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A tie that was written: its file, the recording's tables with how many rows of each lie within the walk."""
+
+    written: Path
+    tie: Tie
+    taken_for: str
+    rows: dict[str, int]
+    inside: dict[str, int]
+    refused: tuple[str, ...]
+    """What could not tell the offset, with its figures."""
+
+
+def attach(
+    walk: Path | str,
+    other: Path | str,
+    *,
+    by: str | None = None,
+    lever_arm_m: float = LEVER_ARM_M,
+    name: str | None = None,
+    replace: bool = False,
+    columns: TableColumns | None = None,
+    zone: str | None = None,
+) -> Attached:
+    """Tie a second recording of a walk to its session: find the clock's offset and drift, and remember them.
+
+    ``walk`` is the session's folder; ``other`` the folder or zip of an app, or a table (``columns`` and ``zone`` say
+    how its times are to be read). ``by`` one of ``motion``, ``levels``, ``taps``: only that may tell the offset. The
+    tie is ``companions/NAME.json`` in the walk's folder; neither recording is touched. Raises SessionError where one of
+    both cannot be read, UsageError, with the figures, where nothing tells the offset clearly, OutputError where a tie
+    of that name is there (unless ``replace``) or cannot be written.
+    """
+    walk, other = Path(walk), Path(other)
+    if by is not None and by not in WAYS:
+        raise UsageError(f"--by {by}: there are {', '.join(WAYS)}")
+    if not is_usable_lever_arm(lever_arm_m):
+        raise UsageError(f"--lever-arm-m {lever_arm_m:g}: two devices of one walk are 0 to 10 m apart")
+    (called,) = unique_slugs([name or other.stem])
+    if tie_file(walk, called).exists() and not replace:
+        raise OutputError(f"{tie_file(walk, called)}: is there already; give --replace, or another --name")
+    session = _session(walk)
+    recording = read_recording(other, columns, zone)
+    how, clock, refused = first_clear(possible_alignments(session, recording, by))
+    if clock is None:
+        raise UsageError(_nothing_tells(other, refused, by))
+    rows = {table: content.height for table, content in recording.tables.items()}
+    inside = _inside(session, recording, clock)
+    if not any(inside.values()):
+        raise UsageError(f"{other}: by {how} ({clock.figures}) no reading of it lies within the walk: it is of another")
+    tie = Tie(
+        recording=_path_from(walk, other),
+        sha256=recording_sha256(other),
+        table=recording.columns,
+        by=how,
+        figures=clock.figures,
+        offset_ns=clock.offset_ns or 0,
+        at_ns=clock.at_ns,
+        rate=clock.rate,
+        sigma_s=clock.sigma_s,
+        lever_arm_m=lever_arm_m,
+    )
+    return Attached(write_tie(walk, called, tie), tie, recording.told, rows, inside, tuple(refused))
+
+
+def _session(walk: Path) -> Session:
+    format_name = format_of(walk) if walk.is_dir() else None
+    if format_name is None or format_name == UNKNOWN_FORMAT:
+        raise SessionError(f"{walk}: is no session's folder; give survey/floor_K/DEVICE/SESSION of the walk with poses")
+    ref = SessionRef(SessionKey(0, walk.parent.name, walk.name), walk, format_name, "walk")
+    session = FORMATS.named(format_name).read(ref, FindingSettings())
+    if not session.camera.usable.any():
+        raise SessionError(f"{walk}: has no poses to tie a recording to; exchange both, or see vislam2tag inspect")
+    return session
+
+
+def _inside(session: Session, recording: OtherRecording, clock: ClockAlignment) -> dict[str, int]:
+    """Rows of each table that were taken within the walk's frames."""
+    frames_ns = session.camera.time_ns[session.camera.usable]
+
+    def count(their_ns: IntArray) -> int:
+        ours = clock.ours(their_ns)
+        return int(np.count_nonzero((ours >= frames_ns[0]) & (ours <= frames_ns[-1])))
+
+    return {name: count(table["time_ns"].to_numpy()) for name, table in recording.tables.items()}
+
+
+def _path_from(walk: Path, other: Path) -> str:
+    """The recording's path from the walk's folder where it lies within the survey, so that both can be moved."""
+    walk, other = walk.resolve(), other.resolve()
+    survey = walk.parents[2] if len(walk.parents) > 2 else walk
+    return Path(os.path.relpath(other, walk)).as_posix() if survey in other.parents else other.as_posix()
+
+
+def _nothing_tells(other: Path, refused: list[str], by: str | None) -> str:
+    if refused:
+        return (
+            f"{other}: what both recorded does not tell clearly how their clocks relate ({'; '.join(refused)}): carry "
+            "both on one body, walk a minute or more, turn at corners"
+        )
+    what = "" if by is None else f" by {by}"
+    return (
+        f"{other}: nothing in it can be compared{what} with the walk: needed are a gyroscope or accelerometer, access "
+        f"points that both heard, or taps on both; see the folder {FOLDER} in docs/how-to/two-phones.md"
+    )

@@ -1,0 +1,167 @@
+"""A second phone's recording is tied to a walk by its clock, and labelled as if one phone had recorded both."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.surveys import bytes_of, make_survey
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.model import Session
+from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
+
+OFFSET_S, RATE = 1.7e9, 4e-5
+
+
+def folder_of(survey: Path) -> Path:
+    return open_survey(survey).sessions[0].folder
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_survey(tmp_path_factory.mktemp("attach") / "survey", devices=("LG",), seconds=80.0)
+
+
+@pytest.fixture(scope="module")
+def walked(whole: Path) -> Session:
+    return read_session(open_survey(whole).sessions[0])
+
+
+@pytest.fixture(scope="module")
+def clock(walked: Session) -> OtherClock:
+    return OtherClock(OFFSET_S, RATE, int(walked.camera.time_ns[0]))
+
+
+@pytest.fixture(scope="module")
+def zipped(walked: Session, clock: OtherClock, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The zip that the second phone shares."""
+    folder = tmp_path_factory.mktemp("pixel") / "2023-11-14_22-13-20"
+    write_sensor_logger(folder, walked, clock)
+    path = folder.with_suffix(".zip")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.iterdir()):
+            archive.write(file, file.name)
+    return path
+
+
+@pytest.fixture
+def without_wifi(whole: Path, tmp_path: Path) -> Path:
+    """The same survey as a phone leaves it that hears no access points."""
+    survey = tmp_path / "survey"
+    shutil.copytree(whole, survey)
+    (folder_of(survey) / "WiFi.csv").unlink(missing_ok=True)
+    for path in folder_of(survey).iterdir():
+        if "wifi" in path.name.lower():
+            path.unlink()
+    return survey
+
+
+def test_wifi_of_a_second_phone_is_labelled_as_if_of_the_first(
+    without_wifi: Path, zipped: Path, walked: Session, clock: OtherClock, tmp_path: Path
+) -> None:
+    walk = folder_of(without_wifi)
+    before = bytes_of(walk) | bytes_of(zipped.parent)
+    done = vislam2tag("attach", walk, zipped, "--json")
+    assert done.returncode == 0, done.stderr
+    made = json.loads(done.stdout)
+    tie = made["tie"]
+    assert tie["by"] == "the turns that both felt"
+    assert made["inside"]["wifi"] > 0.9 * made["rows"]["wifi"]
+    offset_error_s = (tie["offset_ns"] - int(clock.of(np.array([tie["at_ns"]]))[0]) + tie["at_ns"]) * 1e-9
+    assert abs(offset_error_s) < 0.02
+    assert abs(tie["rate"] - RATE) < 1e-4
+    written = walk / "companions" / "2023-11-14_22-13-20.json"
+    after = bytes_of(walk) | bytes_of(zipped.parent)
+    assert after.pop("companions/2023-11-14_22-13-20.json")
+    assert after == before, "neither recording is touched"
+
+    process(without_wifi, tmp_path / "labels")
+    found = pl.read_parquet(tmp_path / "labels" / "wifi" / "*.parquet").filter(status="ok")
+    assert found.height > 0.9 * made["inside"]["wifi"]
+    heard_ns = walked.tables["wifi"].filter(~pl.col("repeated"))["time_ns"].to_numpy()[found["row"].to_numpy() - 2]
+    frames = pl.read_parquet(tmp_path / "labels" / "trajectory" / "*.parquet").filter(status="ok")
+    frames_ns = frames["time_ns"].to_numpy()
+    x, y, sigma = (np.interp(heard_ns, frames_ns, frames[name].to_numpy()) for name in ("x", "y", "sigma"))
+    assert np.hypot(found["x"].to_numpy() - x, found["y"].to_numpy() - y).max() < 0.05
+    lever = np.sqrt(found["sigma"].to_numpy() ** 2 - sigma**2)
+    assert np.median(lever) == pytest.approx(0.3 / np.sqrt(2), abs=0.02), "the lever arm is part of sigma"
+    (ref,) = open_survey(without_wifi).sessions
+    (kept,) = (tmp_path / "labels" / "sessions").glob("*.json")
+    recorded = {file["name"]: file["sha256"] for file in json.loads(kept.read_text())["files"]}
+    assert recorded == hash_inputs(ref), "what is kept holds as long as tie and recording do"
+    written.unlink()
+    assert hash_inputs(ref).keys() == {name for name in recorded if not name.startswith("companions/")}
+
+
+def test_a_table_and_sensors_that_both_have_get_names_of_their_own(
+    whole: Path, walked: Session, clock: OtherClock, tmp_path: Path
+) -> None:
+    survey = tmp_path / "survey"
+    shutil.copytree(whole, survey)
+    walk = folder_of(survey)
+    write_sensor_logger(walk / "companions" / "pixel", walked, clock)
+    (walk / "companions" / "pixel" / "WiFi.csv").unlink()
+    assert vislam2tag("attach", walk, walk / "companions" / "pixel").returncode == 0
+    gyro = walked.tables["sensors"].filter(sensor="GYRO")[::3]
+    ours_s = gyro["time_ns"].to_numpy() * 1e-9
+    axes = {"v1": "gyro_x", "v2": "gyro_y", "v3": "gyro_z"}
+    band = gyro.select(list(axes)).rename(axes).with_columns(timestamp_ms=(ours_s + 5.0) * 1e3)
+    band.write_csv(tmp_path / "band.csv")
+    assert vislam2tag("attach", walk, tmp_path / "band.csv", "--lever-arm-m", "0.5").returncode == 0
+    shutil.move(survey, tmp_path / "moved")
+    process(tmp_path / "moved", tmp_path / "labels")
+    labelled = pl.read_parquet(tmp_path / "labels" / "sensors_band" / "*.parquet")
+    assert labelled.filter(status="ok").height > 0.9 * band.height
+    assert (tmp_path / "labels" / "sensors_pixel").is_dir(), "a recording within the survey moves with it"
+
+
+def test_a_recording_of_another_walk_is_refused_with_its_figures(
+    without_wifi: Path, tmp_path: Path, walked: Session
+) -> None:
+    rng = np.random.default_rng(8)
+    seconds = np.arange(0, 90, 0.02)
+    rates = np.repeat(rng.normal(0, 1, (len(seconds) // 25 + 1, 3)), 25, axis=0)[: len(seconds)]
+    pl.DataFrame({"t_s": seconds, **{f"gyro_{a}": rates[:, i] for i, a in enumerate("xyz")}}).write_csv(
+        tmp_path / "other.csv"
+    )
+    said = the_error(vislam2tag("attach", folder_of(without_wifi), tmp_path / "other.csv"))
+    assert "the turns that both felt: correlation 0." in said
+    assert not (folder_of(without_wifi) / "companions").exists()
+
+
+def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path) -> None:
+    walk = folder_of(without_wifi)
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "co2.csv").write_text("time_ns,co2\n1,2\n", encoding="utf-8")
+    for arguments, message in (
+        ((walk, tmp_path / "gone.zip"), "no such file or folder"),
+        ((walk, tmp_path / "empty"), "holds no recording of an app that is known"),
+        ((walk, tmp_path / "co2.csv"), "nothing in it can be compared"),
+        ((tmp_path / "empty", zipped), "is no session's folder"),
+        ((walk, zipped, "--by", "stars"), "there are motion, levels, taps"),
+        ((walk, zipped, "--lever-arm-m", "99"), "0 to 10 m apart"),
+    ):
+        assert message in the_error(vislam2tag("attach", *arguments))
+
+
+def test_a_companion_that_changed_since_is_an_error_of_the_session(without_wifi: Path, zipped: Path) -> None:
+    walk = folder_of(without_wifi)
+    (walk / "companions").mkdir()
+    inside = walk / "companions" / "pixel.zip"
+    shutil.copy(zipped, inside)
+    assert vislam2tag("attach", walk, inside).returncode == 0
+    assert "is there already" in the_error(vislam2tag("attach", walk, inside))
+    inside.write_bytes(inside.read_bytes() + b"\0")
+    shown = json.loads(vislam2tag("inspect", without_wifi, "--json").stdout)
+    (finding,) = (each for each in shown["sessions"][0]["findings"] if each["kind"] == "companion_missing")
+    assert "is not what was attached" in finding["message"]
+    (walk / "companions" / "pixel.json").write_text("{}", encoding="utf-8")
+    assert "is no tie of a companion" in vislam2tag("inspect", without_wifi).stdout
