@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
+    from vislam2tag.receiving.app_zip import AppPlace
     from vislam2tag.receiving.filing import FiledSession
 
 HELP = """
@@ -26,7 +27,9 @@ Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESS
 Shows a code for the phone's camera; the phone must be on the same network. Uploads go on where they broke off, also
 after a restart. A session is checked whole before it appears, and never replaces another one. Ctrl-C ends it.
 
-With ZIP files (shared by mail or cable) these are checked and filed, and no server is started.
+With ZIP files (shared by mail or cable) these are checked and filed, and no server is started. Zips that other apps
+share (Stray Scanner, Polycam, Sensor Logger, ...: docs/how-to/iphone.md) are filed, too, from the page or as files;
+they know no floor, so that --floor says it where the survey has several.
 
 The token is never sent, only proof of it; what the sessions hold is sent as it is. Use a network that you trust, or the
 phone's or the computer's own hotspot, where others should not read them.
@@ -39,6 +42,7 @@ Examples:
   vislam2tag receive survey
   vislam2tag receive survey --port 9000 --max-size-mb 4000
   vislam2tag receive survey 2021-12-20T132523.zip
+  vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
 """
 
 UNPACKED = 8
@@ -57,18 +61,25 @@ def _receive(
     host: Annotated[str, typer.Option(help="Address to listen on; 127.0.0.1: this computer alone.")] = EVERYWHERE[0],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free one.")] = 8765,
     max_size_mb: Annotated[int, typer.Option(min=1, help="Greatest zip taken, megabytes.")] = 1000,
+    floor: Annotated[
+        int | None, typer.Option(help="Floor that recordings of other apps are filed under.", show_default=False)
+    ] = None,
+    device: Annotated[str | None, typer.Option(metavar="NAME", help="Device that they are filed under.")] = None,
     json: AsJson = False,
 ) -> None:
     if not survey.is_dir():
         raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
+    from vislam2tag.receiving.app_zip import app_place
+
+    place = app_place(floor, device)
     if zips:
         from vislam2tag.receiving.uploads import Uploads
 
         with Uploads(survey, max_size_mb * MEGABYTE, UNPACKED * max_size_mb * MEGABYTE):
-            filed = {path: _filed(survey, path, max_size_mb * MEGABYTE, tell=not json) for path in zips}
+            filed = {path: _filed(survey, path, max_size_mb * MEGABYTE, place, tell=not json) for path in zips}
         there = [one for one in filed.values() if one is not None]
     else:
-        filed, there = {}, _serve(survey, host, port, max_size_mb * MEGABYTE, visible_console(stderr=json))
+        filed, there = {}, _serve(survey, host, port, max_size_mb * MEGABYTE, place, visible_console(stderr=json))
     refused = [path for path, one in filed.items() if one is None]
     if json:
         say_json({"filed": there, "refused": refused})
@@ -77,7 +88,7 @@ def _receive(
     raise typer.Exit(1 if refused else 0)
 
 
-def _filed(survey: Path, path: Path, max_bytes: int, *, tell: bool) -> FiledSession | None:
+def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
     """File one zip and tell it; tell and return None where it is refused."""
     from vislam2tag.receiving.filing import file_zip
     from vislam2tag.receiving.session_zip import RefusedZipError
@@ -85,7 +96,7 @@ def _filed(survey: Path, path: Path, max_bytes: int, *, tell: bool) -> FiledSess
     try:
         if path.stat().st_size > max_bytes:
             raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size-mb if that is right")
-        filed = file_zip(survey, path, UNPACKED * max_bytes)
+        filed = file_zip(survey, path, UNPACKED * max_bytes, place)
     except RefusedZipError as error:
         say(f"refused {path}: {error}", err=True)
         return None
@@ -133,7 +144,7 @@ class _Screen:
         self._bars.console.print(Text(f"{what} ", f"bold {colour}") + Text(text), soft_wrap=True)
 
 
-def _serve(survey: Path, host: str, port: int, max_bytes: int, console: Console) -> list[FiledSession]:
+def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, console: Console) -> list[FiledSession]:
     """Take uploads until Ctrl-C; returns what was filed."""
     # Only a server needs these; starting quickly matters to all other commands.
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
@@ -146,7 +157,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, console: Console)
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TransferSpeedColumn())
     with (
         listen(host, port) as opened,
-        Uploads(survey, max_bytes, UNPACKED * max_bytes) as uploads,
+        Uploads(survey, max_bytes, UNPACKED * max_bytes, place) as uploads,
         Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars,
     ):
         token, screen = new_token(), _Screen(bars)

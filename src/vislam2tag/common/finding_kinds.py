@@ -137,4 +137,5 @@ FindingKind = Literal[
     "unused_correction",
     "landmarks_off_plan",
     "walk_twice",
+    "zipped_session",
 ]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.receiving.app_zip import AppPlace, AppRecording, files_digest, holds_all_of, is_of_our_app, unpack_app
 from vislam2tag.receiving.session_zip import SUMS_FILE, RefusedZipError, UnpackedSession, parse_checksums, unpack
 from vislam2tag.sessions.phone.record import RECORD_FILE
 from vislam2tag.survey.discover import floor_folders
@@ -33,15 +34,17 @@ class FiledSession:
     """SHA-256 of its list of checksums, by which :func:`is_filed` knows it again."""
 
 
-def file_zip(survey: Path, path: Path, max_bytes: int) -> FiledSession:
-    """Check a session's zip and move the session into the survey.
+def file_zip(survey: Path, path: Path, max_bytes: int, place: AppPlace | None = None) -> FiledSession:
+    """Check a session's zip and move the session into the survey; ``place`` is that of other apps' recordings.
 
     The same session again changes nothing, but brings back files of it that lack. Raises RefusedZipError for a zip that
-    is no whole session (see :func:`~vislam2tag.receiving.session_zip.unpack`), or where another session has its place;
-    OSError where the survey cannot be written.
+    is no whole session (see :func:`~vislam2tag.receiving.session_zip.unpack`) nor another app's recording, or where
+    another session has its place; OSError where the survey cannot be written.
     """
     work = survey / WORK_FOLDER / f"{UNPACKED}{uuid.uuid4().hex}"
     try:
+        if not is_of_our_app(path):
+            return _file_app(survey, unpack_app(path, work, max_bytes), place or AppPlace())
         session = unpack(path, work, max_bytes)
         target = _place(survey, session)
         sums = _digest(session.folder / SUMS_FILE) or ""
@@ -50,14 +53,38 @@ def file_zip(survey: Path, path: Path, max_bytes: int) -> FiledSession:
         shutil.rmtree(work, ignore_errors=True)
 
 
+def _file_app(survey: Path, recording: AppRecording, place: AppPlace) -> FiledSession:
+    """Move another app's recording to ``floor_K/DEVICE/NAME``."""
+    floors = _floors(survey)
+    if place.floor is None and len(floors) != 1:
+        raise RefusedZipError(f"a recording of {recording.format} does not tell its floor: say it by --floor")
+    number = place.floor if place.floor is not None else min(floors)
+    device = place.device or recording.device
+    target = floors.get(number, survey / f"floor_{number}") / device / recording.name
+    filed = FiledSession(target.relative_to(survey).as_posix(), target.exists(), files_digest(recording.folder))
+    if filed.already:
+        if not holds_all_of(target, recording.folder):
+            raise RefusedZipError(f"another session lies at {filed.path}; rename its folder and send this one again")
+        return filed
+    for path in recording.folder.rglob("*"):
+        _to_storage(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    recording.folder.rename(target)
+    _to_storage(target.parent)
+    return filed
+
+
+def _floors(survey: Path) -> dict[int, Path]:
+    try:
+        return floor_folders(survey)[0]
+    except SurveyError:  # no floor yet
+        return {}
+
+
 def _place(survey: Path, session: UnpackedSession) -> Path:
     """The session's folder in the survey; a floor that has none yet gets one."""
-    try:
-        floors = floor_folders(survey)[0]
-    except SurveyError:  # no floor yet
-        floors = {}
     number = session.record.floor
-    floor = floors.get(number, survey / f"floor_{number}")
+    floor = _floors(survey).get(number, survey / f"floor_{number}")
     return floor / session.record.device / session.name
 
 
@@ -98,10 +125,10 @@ def _completed(folder: Path, target: Path) -> bool:
 def is_filed(folder: Path, sums_sha256: str) -> bool:
     """Tell whether a session's files lie in a folder with the checksums that the phone sent.
 
-    ``sums_sha256`` is the SHA-256 of its list of checksums.
+    ``sums_sha256`` is the SHA-256 of its list of checksums; of another app's recording, of its files.
     """
     if _digest(folder / SUMS_FILE) != sums_sha256:
-        return False
+        return folder.is_dir() and not (folder / SUMS_FILE).exists() and files_digest(folder) == sums_sha256
     try:
         sums = parse_checksums(read_bytes(folder / SUMS_FILE))
     except (OSError, RefusedZipError):

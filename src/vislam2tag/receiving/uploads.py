@@ -17,10 +17,12 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.records import Record
+from vislam2tag.receiving.app_zip import AppPlace
 from vislam2tag.receiving.filing import UNPACKED, WORK_FOLDER, FiledSession, file_zip, is_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 
 UPLOAD_NAME = re.compile(r"[0-9a-f]{64}")
+_SHORT = 12
 _PART = re.compile(rf"({UPLOAD_NAME.pattern})\.(\d{{1,15}})\.part")
 
 
@@ -66,9 +68,12 @@ class BusyError(Exception):
 class Uploads:
     """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
 
-    def __init__(self, survey: Path, max_bytes: int, max_unpacked_bytes: int) -> None:
-        """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most."""
-        self._survey, self._max_unpacked = survey, max_unpacked_bytes
+    def __init__(self, survey: Path, max_bytes: int, max_unpacked_bytes: int, place: AppPlace | None = None) -> None:
+        """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most.
+
+        ``place`` is where recordings of other apps go.
+        """
+        self._survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
         self.max_bytes = max_bytes
         self._folder = survey / WORK_FOLDER
         self._busy: set[str] = set()
@@ -84,6 +89,8 @@ class Uploads:
         self._held.enter_context(only_one(self._folder / "lock", refusal))
         for left in self._folder.glob(f"{UNPACKED}*"):
             shutil.rmtree(left, ignore_errors=True)
+        for named in self._folder.glob("*.zip"):
+            named.unlink()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -161,7 +168,8 @@ class Uploads:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != name:
                 raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
-            filed = file_zip(self._survey, path, self._max_unpacked)
+            with _called_zip(path, name) as named:
+                filed = file_zip(self._survey, named, self._max_unpacked, self._place)
         except RefusedZipError:
             path.unlink(missing_ok=True)
             raise
@@ -190,3 +198,18 @@ class Uploads:
         record = _FiledRecord(session=filed.path, sums_sha256=filed.sums_sha256)
         partial.write_text(record.model_dump_json() + "\n", encoding="utf-8")
         partial.replace(path)
+
+
+@contextmanager
+def _called_zip(path: Path, name: str) -> Iterator[Path]:
+    """Yield a second name of an upload, which says that it is a zip; its own where the file system has no links."""
+    named = path.with_name(f"{name[:_SHORT]}.zip")
+    try:
+        named.hardlink_to(path)
+    except OSError:
+        yield path
+        return
+    try:
+        yield named
+    finally:
+        named.unlink(missing_ok=True)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
@@ -15,11 +17,12 @@ import polars as pl
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import SessionError, SurveyError
+from vislam2tag.common.files.archives import names_in
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
-from vislam2tag.sessions.companions.tie import companion_hashes
+from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
@@ -31,6 +34,8 @@ from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
 from vislam2tag.survey.stored_survey import stored_folder
 
+_MOST_NAMES = 5000
+"""Of a zip that is looked into; a recording has a file a frame at most."""
 UNKNOWN_FORMAT = "unknown"
 """Format of a session folder that cannot be looked into; reading it raises SessionError."""
 
@@ -73,6 +78,26 @@ def format_of(folder: Path) -> str | None:
         return next((name for name, known in FORMATS.all().items() if known.recognises(folder)), None)
     except OSError:
         return UNKNOWN_FORMAT
+
+
+def recorded_folder(folder: Path) -> Path:
+    """The folder itself, or the one folder within that an app packed its recording in."""
+    inside = [each for each in folder.iterdir() if not each.name.startswith((".", "__MACOSX"))]
+    return inside[0] if len(inside) == 1 and inside[0].is_dir() and format_of(folder) is None else folder
+
+
+def format_in_zip(path: Path) -> str | None:
+    """Name of the format that would recognise what a zip unpacks to, by its files' names; None where none does."""
+    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
+        folder = Path(scratch) / "zip"
+        folder.mkdir()
+        for name in islice(names_in(path), _MOST_NAMES):
+            if not name.is_absolute() and ".." not in name.parts:
+                with suppress(OSError):  # a name that this system does not allow
+                    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                    (folder / name).touch()
+        found = format_of(recorded_folder(folder))
+        return None if found == UNKNOWN_FORMAT else found
 
 
 def format_module(name: str) -> str:
@@ -204,7 +229,11 @@ def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) 
 def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Finding]]:
     sessions = []
     folders, findings = session_folders(root)
+    findings += _zipped(root)
+    tied = {tie.resolve() for _, folder in folders for tie in tied_recordings(folder)}
     for key, folder in folders:
+        if folder.resolve() in tied:
+            continue  # its readings are those of the walk that it is tied to
         path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
         name = format_of(folder)
         if "\ufffd" in path:
@@ -215,6 +244,23 @@ def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Find
         else:
             sessions.append((key, folder, name))
     return sessions, findings
+
+
+def _zipped(root: Path) -> list[Finding]:
+    """Zips that lie where a session's folder would, and what they hold."""
+    findings = []
+    for path in sorted(root.glob("floor_*/*/*.zip")):
+        name, shown = format_in_zip(path), path.relative_to(root).as_posix()
+        if name is None:
+            findings.append(_unrecognised(shown, "a zip of no known recording; left out", Severity.INFO))
+            continue
+        floor, device = path.parents[1].name.removeprefix("floor_"), path.parent.name
+        message = (
+            f"holds a recording of {name}, and is not unpacked: nothing of it is processed; file it: vislam2tag "
+            f"{shlex.join(('receive', str(root), str(path), '--floor', floor, '--device', device))}"
+        )
+        findings.append(Finding(kind="zipped_session", file=shown, count=1, message=message))
+    return findings
 
 
 def _unrecognised(folder: str, message: str, severity: Severity) -> Finding:

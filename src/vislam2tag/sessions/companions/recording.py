@@ -17,7 +17,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.sessions.companions.table import read_table, session_tables
 from vislam2tag.sessions.companions.tie import TableColumns
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of
+from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tables.clocks import table_times, time_column
 from vislam2tag.survey.model import SessionKey, SessionRef
@@ -67,12 +67,6 @@ def unpacked(path: Path) -> Iterator[Path | None]:
             yield recorded_folder(folder)
     else:
         yield None
-
-
-def recorded_folder(folder: Path) -> Path:
-    """The folder itself, or the one folder within that an app packed its recording in."""
-    inside = [each for each in folder.iterdir() if not each.name.startswith((".", "__MACOSX"))]
-    return inside[0] if len(inside) == 1 and inside[0].is_dir() and format_of(folder) is None else folder
 
 
 def _of_app(path: Path, folder: Path) -> OtherRecording:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from pydantic import Field, ValidationError
@@ -113,6 +114,15 @@ def companion_hashes(session: Path) -> dict[str, str]:
             found[f"{FOLDER}/{path.stem}"] = recording_sha256(read_tie(path).path(session))
         except (OSError, SessionError):
             continue
+    return found
+
+
+def tied_recordings(session: Path) -> list[Path]:
+    """Where the recordings lie that are tied to a session; ties that cannot be read are passed over."""
+    found = []
+    for path in tie_files(session):
+        with suppress(SessionError):
+            found.append(read_tie(path).path(session))
     return found
 
 
