@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import zipfile
@@ -68,8 +69,6 @@ def test_a_zip_in_the_survey_is_named_with_the_command_that_files_it(survey: Pat
 
 
 def test_a_browser_may_send_it_too(survey: Path, tmp_path: Path) -> None:
-    import hashlib
-
     data = shared_zip("ios_logger", tmp_path, "2024-01-02/").read_bytes()
     name = hashlib.sha256(data).hexdigest()
     with Uploads(survey, PLENTY, PLENTY, AppPlace(3, "phone of Ann")) as uploads:
