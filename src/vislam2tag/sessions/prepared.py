@@ -133,8 +133,13 @@ def _on_its_floor(session: Session, floor: Floor) -> Session:
 
 
 def _with_readings(session: Session) -> Session:
-    """Give a session with poses its inertial readings, by which its losses are bridged."""
-    if "sensors" not in session.tables or not session.camera.usable.any() or session.camera.inertial is not None:
+    """Give a session with poses its inertial readings, by which its losses are bridged; not those of a companion."""
+    if (
+        "sensors" not in session.tables
+        or "sensors" in session.attached
+        or not session.camera.usable.any()
+        or session.camera.inertial is not None
+    ):
         return session
     return replace(session, camera=replace(session.camera, inertial=inertial_log(session.tables["sensors"])))
 
