@@ -10,12 +10,15 @@ import json
 import re
 import socket
 import sys
+import time
 from collections.abc import Iterable
 from threading import Lock
 from typing import Any
 
 from moto.moto_server.werkzeug_app import DomainDispatcherApplication, create_backend_app
 from werkzeug.serving import WSGIRequestHandler, make_server
+
+SILENT_S = 3.0
 
 
 class Failing:
@@ -43,7 +46,9 @@ class Failing:
         if fault is None:
             answer: Iterable[bytes] = self.app(environ, start)
             return answer
-        if fault["answer"] in ("lost", "torn"):
+        if fault["answer"] == "silent":
+            time.sleep(SILENT_S)
+        if fault["answer"] in ("lost", "torn", "silent"):
             done = b"".join(self.app(environ, lambda *_: None)) if fault["answer"] == "lost" else b""
             environ["werkzeug.socket"].shutdown(socket.SHUT_RDWR)
             return _answer(start, "200 OK", done.decode("utf-8", errors="replace"))

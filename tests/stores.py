@@ -36,7 +36,7 @@ class Fault:
     """How the next ``times`` requests that match the expression ``request`` (``PUT /bucket/name``) are answered.
 
     ``answer`` is a status with its code, ``503 SlowDown``; or ``torn``: the connection ends before anything is done; or
-    ``lost``: all is done and the connection ends before the answer.
+    ``lost``: all is done and the connection ends before the answer; or ``silent``: nothing is answered for seconds.
     """
 
     request: str

@@ -14,6 +14,7 @@ from vislam2tag.common.files.stored_folder import (
     folder_at_hand,
     folder_to_add_to,
     folder_to_fill,
+    is_safe_name,
     with_addresses,
 )
 
@@ -35,6 +36,11 @@ def fill(store: Store, **files: str) -> None:
 def content(store: Store) -> dict[str, str]:
     with folder_at_hand(Path(store.address)) as here:
         return {path.name: path.read_text() for path in here.iterdir()}
+
+
+def test_names_that_would_leave_a_folder_are_not_safe() -> None:
+    assert is_safe_name("floor_1/LG/2021-12-20T09:14:00/poses.csv")
+    assert not any(map(is_safe_name, ("", "../x", "a/../b", ".hidden/x", "/etc/passwd")))
 
 
 def test_a_folder_is_replaced_whole_and_only_what_changed_is_put(s3: Bucket, store: Store) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import pickle
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -10,17 +13,21 @@ from typing import NamedTuple
 import pytest
 
 from tests.cli.command import vislam2tag
-from tests.stores import Bucket, Fault
+from tests.stores import SECRET, Bucket, Fault
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, StoreError, SurveyError
+from vislam2tag.common.files import store as store_module
 from vislam2tag.common.files.store import Store
 from vislam2tag.labeling.results import RUN_FILE
-from vislam2tag.pipeline.labels.process import process
+from vislam2tag.pipeline.labels.process import jobs_of, process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.run.output_store import LOGS
+from vislam2tag.pipeline.run.output_store import LOGS, OutputStore
+from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.sessions.inspection import inspect_survey
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
+from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.stored_survey import survey_at_hand
 
 REQUESTS_A_SESSION = 25
 
@@ -113,8 +120,13 @@ def test_disk_and_bucket_may_be_mixed(survey: Both, tmp_path: Path) -> None:
     assert bytes_of(survey.s3.download("mixed", tmp_path / "there")) == bytes_of(survey.labels)
 
 
-@pytest.mark.parametrize("answer", ["503 SlowDown", "500 InternalError", "torn", "lost"])
-def test_faults_of_the_store_change_nothing(survey: Both, tmp_path: Path, answer: str) -> None:
+@pytest.mark.parametrize("answer", ["503 SlowDown", "500 InternalError", "torn", "lost", "silent"])
+def test_faults_of_the_store_change_nothing(
+    survey: Both, tmp_path: Path, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if answer == "silent":
+        monkeypatch.setattr(store_module, "_TIMEOUT_S", 1.0)
+        store_module._connection.cache_clear()
     name = f"faulty-{answer.split()[0]}"
     survey.s3.fail(
         Fault(f"PUT /bucket/{name}/sessions", answer),
@@ -123,6 +135,7 @@ def test_faults_of_the_store_change_nothing(survey: Both, tmp_path: Path, answer
         Fault(f"GET /bucket/{name}/sessions", answer, 2),
     )
     survey.process(name)
+    store_module._connection.cache_clear()
     assert bytes_of(survey.s3.download(name, tmp_path / "there")) == bytes_of(survey.labels)
 
 
@@ -134,6 +147,21 @@ def test_a_mark_that_another_program_wrote_meanwhile_is_replaced(survey: Both, t
     store.delete([f"wifi/{Path(mark).stem}.parquet"])
     survey.process("together")
     assert bytes_of(survey.s3.download("together", tmp_path / "there")) == bytes_of(survey.labels)
+
+
+def test_two_runs_at_once_into_one_folder(survey: Both, tmp_path: Path) -> None:
+    command = ("process", "s3://bucket/group/survey", "-o", "s3://bucket/both", "--strategy", "local-corrected")
+    runs = [subprocess.Popen([sys.executable, "-m", "vislam2tag", *command, "--jobs", "1"]) for _ in range(2)]
+    assert [run.wait() for run in runs] == [1, 1], "one of the sessions cannot be mapped"
+    assert bytes_of(survey.s3.download("both", tmp_path / "there")) == bytes_of(survey.labels)
+    assert set(survey.process("both").values()) == {False}
+
+
+def test_a_store_that_may_only_be_read_is_told_before_anything_is_done(survey: Both) -> None:
+    survey.s3.fail(Fault("PUT /bucket/read-only", "403 AccessDenied", 99))
+    with pytest.raises(StoreError, match=r"^s3://bucket/read-only/.*cannot be written: permission is denied: the cred"):
+        survey.process("read-only")
+    assert not list(survey.s3.store("read-only").list())
 
 
 def test_what_another_command_or_program_wrote_is_refused(survey: Both) -> None:
@@ -156,17 +184,24 @@ def test_a_run_of_other_settings_that_takes_the_folder_is_told(survey: Both) -> 
 
 
 def test_commands_take_addresses_and_tell_no_secret(survey: Both, tmp_path: Path) -> None:
-    done = vislam2tag(
-        "process", "s3://bucket/group/survey", "-o", "s3://bucket/command", "--strategy", "local-corrected"
-    )
+    command = ("process", "s3://bucket/group/survey", "-o", "s3://bucket/command", "--strategy", "local-corrected")
+    survey.s3.fail(Fault("PUT /bucket/command/wifi", "403 AccessDenied"), Fault("GET /bucket/command", "500 Internal"))
+    failed = vislam2tag("-v", *command)
+    assert "permission is denied" in failed.stderr
+    done = vislam2tag("-v", *command)
     assert "report: s3://bucket/command/report.html" in done.stdout, done.stderr
     assert vislam2tag("verify", "s3://bucket/command", survey.labels).returncode == 0
     shown = vislam2tag("inspect", "s3://bucket/group/survey", "--json").stdout
     assert json.loads(shown)["sessions"] == inspect_survey(survey.local).model_dump(mode="json")["sessions"]
     there = survey.s3.store("command")
     texts = [content(there, file.name) for file in there.list()]
-    printed = (done.stdout + done.stderr + shown).encode()
-    assert not any(b"a-secret-that-no-log-may-hold" in text for text in (*texts, printed))
+    printed = (failed.stdout + failed.stderr + done.stdout + done.stderr + shown).encode()
+    with survey_at_hand(survey.stored) as root:
+        opened = open_survey(root)
+        tasks = [session_task(ref, opened, read_corrections(root), SETTINGS) for ref in opened.sessions]
+        jobs = pickle.dumps(jobs_of(tasks, SETTINGS, OutputStore(there)))
+    assert b"bucket/command" in jobs
+    assert not any(SECRET.encode() in text for text in (*texts, printed, jobs))
 
 
 def test_where_nothing_is_stored_there_is_no_survey(s3: Bucket) -> None:

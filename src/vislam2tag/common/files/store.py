@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import os
 import re
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import timedelta
 from functools import cache
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
@@ -33,12 +34,11 @@ _RETRIES = {
     "backoff": {"init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=10), "base": 2},
     "retry_timeout": timedelta(seconds=120),
 }
-_SET = "set them as for the service's own tools"
 _CAUSES = (
     ("NoSuchBucket|ContainerNotFound|bucket does not exist", "there is no such bucket: make it, or correct its name"),
     ("RequestTimeTooSkewed|clock", "this machine's clock is wrong, which the store refuses: set it"),
     (
-        "PermanentRedirect|AuthorizationHeaderMalformed|IllegalLocationConstraint",
+        "PermanentRedirect|HeaderMalformed|LocationConstraint|configured region",
         "the bucket lies in another region: set AWS_REGION to its own",
     ),
     ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
@@ -77,6 +77,16 @@ def address_of(path: Path | str) -> str | None:
 def shown(path: Path | str) -> str:
     """A path, or the address that it stands for, as people write it; other text stays as it is."""
     return address_of(path) or str(path)
+
+
+_UNANSWERED = re.compile("kind: (Timeout|Interrupted)")
+"""In what obstore says of a request that was sent, and of which nobody knows whether it was done."""
+_WAITS_S = (0.1, 0.3, 1.0, 3.0)
+"""Before each further try of a conditional write that was not answered, which obstore itself does not repeat."""
+
+
+class _UnansweredError(StoreError):
+    """Nobody knows whether what was asked for was done."""
 
 
 @dataclass(frozen=True)
@@ -165,12 +175,25 @@ class Store:
     ) -> Version:
         """Replace the version ``before`` of an object, or create it where that is None.
 
-        Raises StoreConflictError where another version is there.
+        Where another version is there that holds just this, it is taken for that of a try whose answer was lost. Raises
+        StoreConflictError where it holds something else.
         """
-        mode = "create" if before is None else {"e_tag": before.e_tag, "version": before.number}
-        if isinstance(mode, dict):
-            mode = {key: value for key, value in mode.items() if value is not None}
-        return self._put(name, content, notes, mode)
+        there_now = {} if before is None else {"e_tag": before.e_tag, "version": before.number}
+        mode = {key: value for key, value in there_now.items() if value is not None} or "create"
+        waits_s = iter(_WAITS_S)
+        while True:
+            try:
+                return self._put(name, content, notes, mode)
+            except StoreConflictError:
+                there = self.get(name)
+                if there is None or there.data != content or not (notes or {}).items() <= there.notes.items():
+                    raise
+                return there.version
+            except _UnansweredError:
+                wait_s = next(waits_s, None)
+                if wait_s is None:
+                    raise
+                time.sleep(wait_s)
 
     def _put(self, name: str, content: bytes | Path, notes: Mapping[str, str] | None, mode: Any) -> Version:
         options = {} if mode is None else {"mode": mode, "use_multipart": False}
@@ -221,7 +244,8 @@ class Store:
             self.delete([probe])
 
     def _error(self, name: str, what: str, error: Exception) -> StoreError:
-        return StoreError(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {_cause(error)}")
+        kind = _UnansweredError if _UNANSWERED.search(str(error)) else StoreError
+        return kind(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {_cause(error)}")
 
     def _raise_without_bucket(self, error: Exception) -> None:
         if "NoSuchBucket" in str(error) or "ContainerNotFound" in str(error):
@@ -234,17 +258,14 @@ def store_at(path: Path) -> Store | None:
     return None if address is None else Store(address)
 
 
-def is_safe_name(name: str) -> bool:
-    """Whether an object's name can be that of a file below a folder, without leaving it or being hidden."""
-    return bool(name) and not any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
-
-
 def _cause(error: Exception) -> str:
     """Say why, and what to do; addresses of requests, which may hold a signature, are left out."""
     text = str(error)
     for pattern, meaning in _CAUSES:
         if re.search(pattern, text.split("Debug source")[0], re.IGNORECASE):
             return meaning
+    if "kind: Timeout" in text:
+        return "the store does not answer in time, in all tries: check the network and the store's endpoint"
     line = re.sub(r"https?://\S+", "the store", first_line(error))
     return f"{line}; check the network, the address and the store's endpoint"
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,11 +17,10 @@ from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, Vislam2tagError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.store import Listed, Store, Version, is_safe_name, store_at
+from vislam2tag.common.files.store import Listed, Store, Version, store_at
 
 MARK = ".vislam2tag.json"
 """In a folder that was put into a store as a whole: the SHA-256 of each of its files, once all of them stand there."""
-_BEING_WRITTEN = json.dumps({"files": None}).encode()
 _STOOD_FOR: dict[str, str] = {}
 """By folder of this machine, the address that it stood for since this process began."""
 
@@ -71,7 +71,7 @@ def folder_to_fill(folder: Path) -> Iterator[Path]:
     store.refuse_without_conditional_writes()
     mark = store.get(MARK)
     with place_for(store) as here:
-        before = {} if mark is not None and mark.data == _BEING_WRITTEN else _fetch(store, here)
+        before = {} if mark is not None and _is_being_written(mark.data) else _fetch(store, here)
         yield here
         after = {path.relative_to(here).as_posix(): _sha256(path) for path in here.rglob("*") if path.is_file()}
         if after != before:
@@ -153,6 +153,11 @@ def place_for(store: Store) -> Iterator[Path]:
             raise
 
 
+def is_safe_name(name: str) -> bool:
+    """Whether an object's name can be that of a file below a folder, without leaving it or being hidden."""
+    return bool(name) and not any(part == "/" or part.startswith(".") for part in PurePosixPath(name).parts)
+
+
 def _fetch(store: Store, here: Path) -> dict[str, str]:
     """Fetch a folder whole; return the SHA-256 of each file."""
     sums = {}
@@ -169,7 +174,8 @@ def _put_whole(
 ) -> None:
     """Let what is stored become what is here: whoever reads it meanwhile, or after a crash, sees that it is not yet."""
     try:
-        begun = store.put_over(MARK, _BEING_WRITTEN, mark)
+        mine = json.dumps({"files": None, "writer": secrets.token_hex(8)}).encode()
+        begun = store.put_over(MARK, mine, mark)
         for name in sorted(name for name, sha256 in after.items() if before.get(name) != sha256):
             store.put(name, here / name)
         store.delete(file.name for file in store.list() if is_safe_name(file.name) and file.name not in after)
@@ -178,6 +184,13 @@ def _put_whole(
         raise StoreConflictError(
             f"{store.address}: another program writes there, too; run the same command again when it has ended"
         ) from error
+
+
+def _is_being_written(mark: bytes) -> bool:
+    try:
+        return json.loads(mark)["files"] is None
+    except (ValueError, KeyError, TypeError):
+        return False
 
 
 def _holds(mark: bytes, sums: Mapping[str, str]) -> bool:
