@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import secrets
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from logging import LogRecord
@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.extras import import_extra
 from vislam2tag.pipeline.run.failures import LogInOrder, recorded
+from vislam2tag.pipeline.run.workers import Report, Supply
 
 AHEAD = 4
 """Sessions handed to the scheduler for each thread of its workers; the rest wait here, so that it stays small."""
@@ -58,18 +59,18 @@ class DaskExecutor(Generic[_Job, _Outcome]):
     """Called with a line about each worker that is refused, and where there is none."""
 
     def __call__(
-        self, work: Callable[[_Job], _Outcome], todo: list[_Job], *, report: Callable[[_Outcome], None]
+        self, work: Callable[[_Job], _Outcome], todo: Iterable[_Job], *, report: Report[_Outcome, _Job]
     ) -> None:
         """Work all of ``todo``. What a worker raises is raised, and OutputError where the scheduler is lost.
 
         Whatever is raised, an interrupt included, no task waits in the scheduler then; one that a worker is at may end.
         """
-        run = _Run(self, work, deque(enumerate(todo)), self.client.scheduler.address)
+        run = _Run(self, work, Supply(todo), self.client.scheduler.address)
         log = LogInOrder()
         try:
             for number, (outcome, records) in run.outcomes():
                 log.add(number, records)
-                report(outcome)
+                run.supply.follow(report(outcome))
         finally:
             log.close()
             with suppress(Exception):  # the scheduler may be gone
@@ -82,7 +83,7 @@ class _Run(Generic[_Job, _Outcome]):
 
     executor: DaskExecutor[_Job, _Outcome]
     work: Callable[[_Job], _Outcome]
-    waiting: deque[tuple[int, _Job]]
+    supply: Supply[_Job]
     scheduler: str
     """Its address."""
     wanted: int = 1
@@ -119,11 +120,15 @@ class _Run(Generic[_Job, _Outcome]):
 
     def _submit(self) -> None:
         """Keep the scheduler supplied."""
-        self.alone = not (self.waiting or self.running) and bool(self.suspects)
-        if self.alone:
-            self.waiting.append(self.suspects.popleft())
-        if not self.waiting or len(self.running) > self.wanted // 2:
+        if len(self.running) > self.wanted // 2:
             return
+        first = self.supply.take()
+        self.alone = first is None and not self.running and bool(self.suspects)
+        if self.alone:
+            first = self.suspects.popleft()
+        if first is None:
+            return
+        self.supply.give_back(*first)
         workers = self.executor.client.scheduler_info(n_workers=-1)["workers"]
         accepted = [address for address in workers if address not in self.refused]
         if workers and not accepted:
@@ -134,8 +139,8 @@ class _Run(Generic[_Job, _Outcome]):
         if not workers and not self.running:
             self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet: waiting for one")
         self.wanted = AHEAD * max(1, sum(workers[address]["nthreads"] for address in accepted))
-        while self.waiting and len(self.running) < self.wanted:
-            number, job = self.waiting.popleft()
+        while len(self.running) < self.wanted and (taken := self.supply.take()) is not None:
+            number, job = taken
             future = self.executor.client.submit(
                 _on_worker,
                 self.work,
@@ -154,7 +159,7 @@ class _Run(Generic[_Job, _Outcome]):
             try:
                 result: tuple[_Outcome, list[LogRecord]] = future.result()
             except killed:  # the worker that held the result died, of another job
-                self.waiting.appendleft((number, job))
+                self.supply.give_back(number, job)
                 return None
             return result
         if future.status != "error":
@@ -167,7 +172,7 @@ class _Run(Generic[_Job, _Outcome]):
                 self.executor.tell(
                     f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
                 )
-            self.waiting.appendleft((number, job))
+            self.supply.give_back(number, job)
             return None
         if isinstance(error, killed):
             if not self.alone:

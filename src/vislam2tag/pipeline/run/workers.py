@@ -7,14 +7,15 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent import futures
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
+from itertools import chain, islice
 from multiprocessing.connection import wait
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -25,12 +26,43 @@ _Job = TypeVar("_Job")
 _Outcome = TypeVar("_Outcome")
 
 
-class Executor(Protocol):
-    """Does a module's function on all sessions, somewhere, reporting each as it ends."""
+Report: TypeAlias = Callable[[_Outcome], Iterable[_Job] | None]
+"""Called with each outcome; returns the jobs that follow from it, if any."""
 
-    def __call__(self, work: Callable[[Any], Any], todo: list[Any], *, report: Callable[[Any], None]) -> None:
-        """Work all of ``todo``; raises what the work raises."""
+
+class Executor(Protocol):
+    """Does a module's function on all jobs, somewhere, reporting each as it ends."""
+
+    def __call__(self, work: Callable[[Any], Any], todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
+        """Work all of ``todo``, of which no more is asked for than can be handed out; raises what the work raises."""
         ...
+
+
+class Supply(Generic[_Job]):
+    """Jobs that wait, each with its number: those that came back or follow from others first, then the rest."""
+
+    def __init__(self, todo: Iterable[_Job]) -> None:
+        self._rest = iter(todo)
+        self._first: deque[tuple[int, _Job]] = deque()
+        self._numbered = 0
+
+    def take(self) -> tuple[int, _Job] | None:
+        """The next job; None where none waits now."""
+        if self._first:
+            return self._first.popleft()
+        return next(((self._number(), job) for job in self._rest), None)
+
+    def give_back(self, number: int, job: _Job) -> None:
+        """Let a job wait again, before all others."""
+        self._first.appendleft((number, job))
+
+    def follow(self, jobs: Iterable[_Job] | None) -> None:
+        """Let jobs wait that follow from one that ended."""
+        self._first.extend((self._number(), job) for job in jobs or ())
+
+    def _number(self) -> int:
+        self._numbered += 1
+        return self._numbered - 1
 
 
 AHEAD = 2
@@ -40,7 +72,7 @@ STOP_S = 0.1
 
 
 def process_all(
-    work: Callable[[_Job], _Outcome], todo: list[_Job], workers: int, report: Callable[[_Outcome], None]
+    work: Callable[[_Job], _Outcome], todo: Iterable[_Job], workers: int, report: Report[_Outcome, _Job]
 ) -> None:
     """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
 
@@ -49,24 +81,29 @@ def process_all(
     OutputError where a worker is ended from outside. Whatever is raised, an interrupt included, the other processes are
     gone then.
     """
-    log = LogInOrder()
+    log, rest = LogInOrder(), iter(todo)
+    first = list(islice(rest, workers))
+    supply = Supply(chain(first, rest))
     try:
         with threadpool_limits(limits=1):
-            for number, (outcome, records) in _outcomes(partial(recorded, work), todo, min(workers, len(todo)) - 1):
+            for number, (outcome, records) in _outcomes(partial(recorded, work), supply, len(first) - 1):
                 log.add(number, records)
-                report(outcome)
+                supply.follow(report(outcome))
     finally:
         log.close()
 
 
-def _outcomes(work: Callable[[_Job], _Outcome], todo: list[_Job], others: int) -> Iterator[tuple[int, _Outcome]]:
+def _outcomes(
+    work: Callable[[_Job], _Outcome], supply: Supply[_Job], others: int
+) -> Iterator[tuple[int, _Outcome]]:
     """Do the work here and in ``others`` further processes; yield each job's number and outcome as it ends."""
     if others < 1:
-        yield from ((number, work(job)) for number, job in enumerate(todo))
+        while (taken := supply.take()) is not None:
+            yield taken[0], work(taken[1])
         return
     with worker_pool(others) as pool:
         try:
-            yield from _shared_out(work, todo, pool, others * AHEAD)
+            yield from _shared_out(work, supply, pool, others * AHEAD)
         except BrokenProcessPool as error:
             raise OutputError(
                 "a worker process was ended from outside (out of memory?); "
@@ -75,20 +112,20 @@ def _outcomes(work: Callable[[_Job], _Outcome], todo: list[_Job], others: int) -
 
 
 def _shared_out(
-    work: Callable[[_Job], _Outcome], todo: list[_Job], pool: ProcessPoolExecutor, ahead: int
+    work: Callable[[_Job], _Outcome], supply: Supply[_Job], pool: ProcessPoolExecutor, ahead: int
 ) -> Iterator[tuple[int, _Outcome]]:
     """Keep the pool supplied, and do the next session here meanwhile."""
-    waiting = deque(enumerate(todo))
     running: dict[Future[_Outcome], int] = {}
-    while waiting or running:
+    while True:
+        taken = [job for job in (supply.take() for _ in range(ahead - len(running))) if job is not None]
         with _interrupts_held_back():
-            while waiting and len(running) < ahead:
-                number, job = waiting.popleft()
-                running[pool.submit(work, job)] = number
-        if waiting:
-            number, job = waiting.popleft()
-            yield number, work(job)
-        ended, _ = futures.wait(running, timeout=0 if waiting else None, return_when=FIRST_COMPLETED)
+            running |= {pool.submit(work, job): number for number, job in taken}
+        mine = supply.take()
+        if mine is not None:
+            yield mine[0], work(mine[1])
+        elif not running:
+            return
+        ended, _ = futures.wait(running, timeout=None if mine is None else 0, return_when=FIRST_COMPLETED)
         yield from ((running.pop(future), future.result()) for future in ended)
 
 
