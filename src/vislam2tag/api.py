@@ -93,6 +93,14 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.datasets.radio_maps import RadioMapIndex as RadioMapIndex
     from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps as _write_radio_maps
     from vislam2tag.pipeline.demo import run_demo as _run_demo
+    from vislam2tag.pipeline.fleet.add import add_surveys as _add_surveys
+    from vislam2tag.pipeline.fleet.catalogue import FleetTotals as FleetTotals
+    from vislam2tag.pipeline.fleet.catalogue import fleet_list as fleet_list
+    from vislam2tag.pipeline.fleet.catalogue import fleet_status as fleet_status
+    from vislam2tag.pipeline.fleet.process import SessionOutcome as SessionOutcome
+    from vislam2tag.pipeline.fleet.process import process_fleet as _process_fleet
+    from vislam2tag.pipeline.fleet.reduction import SurveyOutcome as SurveyOutcome
+    from vislam2tag.pipeline.fleet.report import write_fleet_report as _write_fleet_report
     from vislam2tag.pipeline.labels.attach import Attached as Attached
     from vislam2tag.pipeline.labels.attach import attach as attach
     from vislam2tag.pipeline.labels.checking.check import check as check
@@ -199,6 +207,9 @@ if TYPE_CHECKING:
     dataset = _build_dataset
     demo = _run_demo
     figures = _make_dataset_figures
+    fleet_add = _add_surveys
+    fleet_process = _process_fleet
+    fleet_report = _write_fleet_report
     import_ = _import_format
     inspect = _inspect_survey
     paper = _reproduce
@@ -250,6 +261,11 @@ _NAMES = {
     "pipeline.datasets.join": "join",
     "pipeline.datasets.radio_maps": "RadioMapIndex radio_maps=write_radio_maps",
     "pipeline.demo": "demo=run_demo",
+    "pipeline.fleet.add": "fleet_add=add_surveys",
+    "pipeline.fleet.catalogue": "FleetTotals fleet_list fleet_status",
+    "pipeline.fleet.process": "SessionOutcome fleet_process=process_fleet",
+    "pipeline.fleet.reduction": "SurveyOutcome",
+    "pipeline.fleet.report": "fleet_report=write_fleet_report",
     "pipeline.labels.attach": "Attached attach",
     "pipeline.labels.checking.check": "check",
     "pipeline.labels.diagnose": "diagnose",

@@ -23,14 +23,19 @@ from vislam2tag.evaluation.metrics import ErrorSummary
 
 NAMES = [name for group in COMMANDS.values() for name in group]
 OF_SITE = ("init", "show", "write", "rebase", "walkable")
-WHOLE_NAMES = [*(name for name in NAMES if name not in ("site", "studio")), *(f"site {name}" for name in OF_SITE)]
+OF_FLEET = ("add", "list", "process", "status", "report")
+WHOLE_NAMES = [
+    *(name for name in NAMES if name not in ("fleet", "site", "studio")),
+    *(f"site {name}" for name in OF_SITE),
+    *(f"fleet {name}" for name in OF_FLEET),
+]
 """The studio prints no result: it is a page that is open until it is ended."""
 GROUP: Any = typer.main.get_command(app)
 
 
 def command_named(words: list[str]) -> Any:
     command = GROUP.get_command(None, words[0])
-    return command.commands[words[1]] if words[0] == "site" else command
+    return command.commands[words[1]] if words[0] in ("fleet", "site") else command
 
 
 @pytest.mark.parametrize("name", WHOLE_NAMES)
@@ -98,6 +103,13 @@ RUNS = (
     "simulate made --floors 1 --devices 1 --sessions 1 --minutes 0.25",
     "run survey --out out --jobs 1",
     "process survey --out labels --jobs 1",
+    "fleet add fleet survey",
+    "fleet process fleet --dry-run --jobs 1",
+    "fleet process fleet --jobs 1",
+    "fleet list fleet",
+    "fleet status fleet",
+    "fleet report fleet",
+    "process survey --out labels --jobs 1 --dry-run",
     "label table.csv --labels labels --clock boot --unit s --offset-s 0",
     "survey-landmarks survey --out completed.csv --jobs 1",
     "diagnose survey --jobs 1",

@@ -19,6 +19,7 @@ from tests.report.factory import make_results, make_survey
 from tests.report.pages.test_check_page import write_page_of_a_check
 from tests.report.pages.test_dataset_page import make_dataset
 from tests.report.pages.test_evaluation_page import evaluation
+from tests.report.pages.test_fleet_pages import write_fleet_page, write_session_page
 from tests.survey.plans import drawn_floor
 from tests.undrawn import undrawn
 from vislam2tag.dataset.folder import write_dataset
@@ -138,6 +139,8 @@ PAGES = (
     click,
     measure,
     receive,
+    write_fleet_page,
+    write_session_page,
 )
 
 

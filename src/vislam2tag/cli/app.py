@@ -35,6 +35,7 @@ COMMANDS = {
     "Map and label": {
         "run": "All of it: label, check, collect into a data set.",
         "process": "Map every session of a survey, label every reading.",
+        "fleet": "Many surveys under one prefix, mapped by a cluster.",
         "label": "Positions for any time-stamped table.",
         "survey-landmarks": "Give landmarks that nobody surveyed a position.",
         "studio": "Look, find and correct in the browser.",

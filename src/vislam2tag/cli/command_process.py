@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, executor_of
+from vislam2tag.cli.executors import ClusterFile, ExecutorName, SchedulerAddress, WhereSessionsRun, executor_of
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import (
     ALL_CORES,
     INTERRUPTED,
     AsJson,
     Devices,
+    DryRun,
     Floors,
     Jobs,
     LandmarkFile,
@@ -56,6 +57,7 @@ Examples:
   vislam2tag process survey --out labels --together
   vislam2tag process survey --out paper --label-rule next-frame \\
       --max-step-m 2
+  vislam2tag process survey --out labels --dry-run
   vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
       --executor dask --scheduler tcp://10.0.0.5:8786
 """
@@ -77,10 +79,9 @@ def _process(
     floor: Floors = None,
     device: Devices = None,
     replace: Replace = False,
+    dry_run: DryRun = False,
     jobs: Jobs = ALL_CORES,
-    executor: Annotated[
-        ExecutorName, typer.Option(help="Where sessions run: in --jobs processes here, or on a Dask cluster.")
-    ] = ExecutorName.LOCAL,
+    executor: WhereSessionsRun = ExecutorName.LOCAL,
     scheduler: SchedulerAddress = None,
     cluster: ClusterFile = None,
     json: AsJson = False,
@@ -93,6 +94,9 @@ def _process(
     together: Annotated[bool | None, setting("together")] = None,
     allow_for_pose_lag: Annotated[bool | None, setting("mapping.smoother.allow_for_pose_lag")] = None,
 ) -> None:
+    from vislam2tag.pipeline.labels.dry_run import dry_run_on_dask
+    from vislam2tag.pipeline.labels.stored_session import on_dask
+
     given = {
         "strategy": strategy,
         "labels.rule": label_rule,
@@ -105,7 +109,10 @@ def _process(
     }
     settings = settings_of(config, given, survey)
     options = {"landmarks": landmarks, "selection": selection_of(floor, device), "replace": replace}
-    with executor_of(executor, scheduler, cluster, jobs) as run_all:
+    with executor_of(executor, scheduler, cluster, jobs, dry_run_on_dask if dry_run else on_dask) as run_all:
+        if dry_run:
+            _print_dry_run(survey, out, settings, json, executor=run_all, **options)
+            return
         summary = _process_with_progress(survey, out, settings, executor=run_all, **options)
     if json:
         say_json(summary)
@@ -116,6 +123,21 @@ def _process(
     after = "process, failed" if summary.failed else "process, faults" if summary.faults else "process"
     next_step(after, survey=survey)
     raise typer.Exit(1 if summary.failed else 0)
+
+
+def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **options: Any) -> None:
+    from vislam2tag.pipeline.labels.dry_run import dry_run
+
+    found = dry_run(survey, out, settings, **options)
+    if json:
+        say_json(found)
+        return
+    for one in found:
+        if one.reasons:
+            say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
+    count = sum(bool(one.reasons) for one in found)
+    say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
+    next_step("process, dry run", survey=survey, out=out)
 
 
 def _process_with_progress(survey: Path, out: Path, settings: Settings, **options: Any) -> Summary:

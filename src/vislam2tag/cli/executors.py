@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
@@ -33,9 +33,23 @@ ClusterFile: TypeAlias = Annotated[
 ]
 
 
+WhereSessionsRun: TypeAlias = Annotated[
+    ExecutorName, typer.Option(help="Where sessions run: in --jobs processes here, or on a Dask cluster.")
+]
+
+
 @contextmanager
-def executor_of(name: ExecutorName, scheduler: str | None, cluster: Path | None, jobs: int) -> Iterator[Executor]:
-    """Yield what runs sessions as the options say; raises UsageError for options that do not go together."""
+def executor_of(
+    name: ExecutorName,
+    scheduler: str | None,
+    cluster: Path | None,
+    jobs: int,
+    on_cluster: Callable[[Any, Callable[[str], None]], Executor],
+) -> Iterator[Executor]:
+    """Yield what runs sessions as the options say; raises UsageError for options that do not go together.
+
+    ``on_cluster`` makes it of a ``distributed.Client`` and a function that prints a line.
+    """
     if name is ExecutorName.LOCAL:
         from functools import partial
 
@@ -45,9 +59,8 @@ def executor_of(name: ExecutorName, scheduler: str | None, cluster: Path | None,
             raise UsageError("--scheduler and --cluster go with --executor dask: add that")
         yield partial(process_all, workers=jobs)
         return
-    from vislam2tag.pipeline.labels.stored_session import on_dask
     from vislam2tag.pipeline.run.cluster import connected
 
     tell = lambda line: say(line, err=True)
     with connected(scheduler, cluster, tell) as client:
-        yield on_dask(client, tell)
+        yield on_cluster(client, tell)

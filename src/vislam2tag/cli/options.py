@@ -35,6 +35,7 @@ Replace: TypeAlias = Annotated[
     bool,
     typer.Option("--replace", help="Replace what another strategy or command wrote in OUT, the whole folder."),
 ]
+DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and write nothing.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 Jobs: TypeAlias = Annotated[int, typer.Option(min=1, help="Processes to run at once.")]
 

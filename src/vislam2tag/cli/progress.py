@@ -22,16 +22,23 @@ class SessionBar:
         self._rows = 0
         self.done = 0
         """Sessions finished so far."""
+        self.failed = 0
+        """Those of them, and other things, that failed."""
 
     def advance(self, total: int, error: str | None, rows: int = 0) -> None:
         """Count one finished session of ``total``, and say why it failed if it did; ``rows`` are those written."""
         self.done += 1
         self._rows += rows
         elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
-        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
-        self._bar.update(self._task, advance=1, total=total, rate=rate)
         if error:
-            self.print_line("failed", "red", error)
+            self.fail(error)
+        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
+        self._bar.update(self._task, advance=1, total=total, rate=rate + f", {self.failed} failed" * bool(self.failed))
+
+    def fail(self, error: str) -> None:
+        """Count a failure and say why."""
+        self.failed += 1
+        self.print_line("failed", "red", error)
 
     def print_line(self, what: str, colour: str, text: str) -> None:
         """Print a line above the bar."""

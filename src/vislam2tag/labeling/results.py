@@ -212,6 +212,8 @@ class SessionResult(Record):
     """File-name stem of the session's outputs."""
     fingerprint: str
     """SHA-256 over input files, landmarks, corrections, settings and the source that computes: unchanged means done."""
+    parts: dict[str, str] = {}
+    """Of the fingerprint's parts, SHA-256 of ``code`` and ``settings``; empty where they are not known."""
     floor: int
     device: str
     session: str

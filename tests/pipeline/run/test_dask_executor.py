@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -128,7 +128,7 @@ def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
     with connected(cluster.address, None, told.lines.append) as client:
         executor = on_dask(client, told.lines.append)
 
-        def run_all(work: object, todo: list[Any], *, report: Callable[[Any], None]) -> None:
+        def run_all(work: object, todo: Iterable[Any], *, report: Callable[[Any], None]) -> None:
             executor(run_or_die, todo, report=report)
 
         process(local, tmp_path / "labels", SETTINGS, executor=run_all, progress=told)

@@ -215,6 +215,14 @@ class Store:
         except _errors() as error:
             raise self._error(folder, "listed", error) from None
 
+    def folders(self) -> tuple[str, ...]:
+        """Names of the folders right below, sorted; hidden ones are left out."""
+        try:
+            found = _obstore().list_with_delimiter(_connection(self.address))["common_prefixes"]
+        except _errors() as error:
+            raise self._error("", "listed", error) from None
+        return tuple(sorted(name for name in map(str, found) if is_safe_name(name)))
+
     def delete(self, names: Iterable[str]) -> None:
         """Remove objects; one that is not there is no fault."""
         wanted = list(names)

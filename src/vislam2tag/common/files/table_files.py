@@ -7,6 +7,7 @@ relative path that begins with ``file:`` as an address. Paths here name one file
 from __future__ import annotations
 
 import errno
+import io
 import os
 import stat
 from collections.abc import Iterable, Mapping
@@ -33,6 +34,18 @@ def read_parquet(path: Path) -> pl.DataFrame:
         return pl.read_parquet(_parquet_to_read(path), glob=False, hive_partitioning=False)
     except pl.exceptions.PanicException as error:  # over damage that its own checks miss
         raise OSError(errno.EBADMSG, "it is damaged", str(path)) from error
+
+
+def parquet_of_bytes(content: bytes) -> pl.DataFrame:
+    """Read the content of a Parquet file; raises PolarsError where it is damaged."""
+    return pl.read_parquet(io.BytesIO(content))
+
+
+def parquet_bytes(table: pl.DataFrame) -> bytes:
+    """The content of a Parquet file that holds a table."""
+    buffer = io.BytesIO()
+    table.write_parquet(buffer)
+    return buffer.getvalue()
 
 
 def parquet_metadata(path: Path) -> dict[str, str]:

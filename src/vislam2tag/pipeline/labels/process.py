@@ -66,13 +66,13 @@ def process(
     ``survey_root`` and ``out`` are folders, or addresses of folders in object storage (``Path("s3://bucket/survey")``).
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
-    ``replace`` allows ``out`` to hold labels of another strategy,
-    labels that were rebased, or what another command wrote, which is removed. With ``settings.together`` all sessions
-    are first reduced to maps of their landmarks, of which ``comparing`` hears. ``tell`` is called with what is odd
-    about the site's own files before sessions are mapped. Raises SurveyError where ``survey_root`` is no survey or
-    ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
-    cannot be written or is not ours, StoreError where a store cannot be read or written; a bad session is only counted
-    in ``Summary.failed``.
+    ``replace`` allows ``out`` to hold labels of another strategy, labels that were rebased, or what another command
+    wrote, which is removed. With ``settings.together`` all sessions are first reduced to maps of their landmarks, of
+    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before sessions are mapped.
+
+    Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a
+    selection that matches nothing, OutputError where ``out`` cannot be written or is not ours, StoreError where a store
+    cannot be read or written; a bad session is only counted in ``Summary.failed``.
     """
     settings = settings or ProcessSettings()
     strategy_named(settings.strategy, settings.mapping)  # an unknown one is told before anything is fetched
@@ -102,9 +102,28 @@ class LabelRun:
     folder: Output
     tasks: list[SessionTask]
 
-    def reduced(self) -> Summary:
-        """Reduce the sessions' results, one at a time, to summary and report."""
-        return _reduce(self.survey, [task.ref for task in self.tasks], self.settings, self.folder)
+    def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
+        """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one."""
+        return _reduce(self.survey, [task.ref for task in self.tasks], self.settings, self.folder, each)
+
+
+def opened_run(
+    root: Path,
+    settings: ProcessSettings,
+    folder: Output,
+    landmarks: Path | None = None,
+    selection: Selection | None = None,
+) -> LabelRun:
+    """The run that processes a survey at hand into an output that nobody claims here; raises as :func:`process`."""
+    survey, corrections = open_survey(root, settings.survey.landmark_sigma_m, landmarks), read_corrections(root)
+    return _label_run(survey, corrections, selected(survey, corrections, selection or Selection()), settings, folder)
+
+
+def _label_run(
+    survey: Survey, corrections: Corrections, refs: list[SessionRef], settings: ProcessSettings, folder: Output
+) -> LabelRun:
+    tasks = [session_task(ref, survey, corrections, settings) for ref in refs]
+    return LabelRun(_with_exclusions(survey, corrections), settings, folder, tasks)
 
 
 @contextmanager
@@ -126,13 +145,12 @@ def label_run(
     refs = selected(survey, corrections, selection)
     refuse_among_sessions(survey, out)
     if not replace:
-        _refuse_other_labels(out, settings.strategy)
+        refuse_other_labels(out, settings.strategy)
     record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
     with _claimed(out, record, replace) as folder:
         folder.remove(CHANGE_FILE)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
-        tasks = [session_task(ref, survey, corrections, settings) for ref in refs]
-        yield LabelRun(_with_exclusions(survey, corrections), settings, folder, tasks)
+        yield _label_run(survey, corrections, refs, settings, folder)
 
 
 def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output) -> list[AnyJob]:
@@ -152,7 +170,7 @@ def _claimed(out: Path, record: dict[str, object], replace: bool) -> Iterator[Ou
             yield stored
 
 
-def _refuse_other_labels(out: Path, strategy: str) -> None:
+def refuse_other_labels(out: Path, strategy: str) -> None:
     """Raise OutputError where ``out`` holds labels that this strategy did not make."""
     try:
         run = _run_of(out)
@@ -247,18 +265,25 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _reduce(survey: Survey, refs: list[SessionRef], settings: ProcessSettings, folder: Output) -> Summary:
+def _reduce(
+    survey: Survey,
+    refs: list[SessionRef],
+    settings: ProcessSettings,
+    folder: Output,
+    each: Callable[[SessionResult], None],
+) -> Summary:
     """Reduce the sessions' results, one at a time, to summary and report."""
 
-    def results() -> Iterator[SessionResult]:
+    def results(see: Callable[[SessionResult], None] = lambda _: None) -> Iterator[SessionResult]:
         for ref in refs:
             result = folder.result(ref.slug)
             if result is not None:
+                see(result)
                 yield result
 
     faults = kept_faults(survey, refs, folder)
     survey = replace(survey, findings=(*survey.findings, *map(_fault_finding, faults)))
-    summary = summarise(results(), settings.strategy, __version__, survey.findings)
+    summary = summarise(results(each), settings.strategy, __version__, survey.findings)
     summary = summary.model_copy(update={"faults": [fault.summary for fault in faults]})
     folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
     folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")

@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 
 import numpy as np
@@ -25,7 +26,7 @@ from vislam2tag.mapping.registry import strategy_modules, strategy_named
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE, truth_mark
 from vislam2tag.pipeline.labels.session_result import result_of, session_result
 from vislam2tag.pipeline.run.failures import unexpected
-from vislam2tag.pipeline.run.keys import code_key
+from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.sessions.drawn_floor import drawing_mark
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -125,7 +126,8 @@ def _process(job: Job) -> SessionResult:
     walk = LabelledWalk.of(session, mapped, settings.labels)
     _write_tables(job, walk.tables(job.task.frames))
     hashes = {record.name: record.sha256 for record in session.files}
-    return session_result(prepared, walk, settings, strategy.needs, _fingerprint(job, hashes, session.landmarks.ids))
+    result = session_result(prepared, walk, settings, strategy.needs, _fingerprint(job, hashes, session.landmarks.ids))
+    return result.model_copy(update={"parts": _parts(job)})
 
 
 def _failed(job: Job, error: str) -> SessionResult:
@@ -140,19 +142,58 @@ def _write_tables(job: Job, tables: dict[str, pl.DataFrame]) -> None:
         job.out.write(f"{name}/{job.slug}.parquet", partial(write_table, table, name, strategy))
 
 
+class Reason(Enum):
+    """Why a session is processed."""
+
+    NEW = "new"
+    FAILED = "failed before"
+    LOST = "its tables are gone"
+    CODE = "code changed"
+    SETTINGS = "settings changed"
+    INPUTS = "inputs changed"
+    """Its own files, or what the site or the corrections say of it."""
+
+
 def still_holds(job: Job, done: SessionResult, hashes: dict[str, str] | None = None) -> bool:
     """Whether an earlier result is what processing would make now, and its tables are there.
 
     ``hashes`` are the SHA-256 of the session's files by name, where they are known without reading the files.
     """
-    if hashes is None:
-        tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
-        if not all((job.out.root / name / f"{job.slug}.parquet").is_file() for name in tables):
-            return False
+    if hashes is None and not _has_tables(job, done):
+        return False
     try:
         return done.fingerprint == _fingerprint(job, hashes or hash_inputs(job.task.ref), done.landmarks_logged)
     except SessionError:
         return False
+
+
+def reasons_against(job: Job, done: SessionResult | None, hashes: dict[str, str] | None = None) -> tuple[Reason, ...]:
+    """Why an earlier result does not hold (:func:`still_holds`); none where it does."""
+    if done is None:
+        return (Reason.NEW,)
+    if still_holds(job, done, hashes):
+        return ()
+    if not done.fingerprint:
+        return (Reason.FAILED,)
+    if hashes is None and not _has_tables(job, done):
+        return (Reason.LOST,)
+    now = _parts(job)
+    parts = {Reason.CODE: "code", Reason.SETTINGS: "settings"}
+    changed = [reason for reason, name in parts.items() if done.parts.get(name) != now[name]]
+    try:
+        same_files = {file.name: file.sha256 for file in done.files} == (hashes or hash_inputs(job.task.ref))
+    except SessionError:
+        same_files = False
+    return (*changed, *([] if same_files and changed else [Reason.INPUTS]))
+
+
+def _has_tables(job: Job, done: SessionResult) -> bool:
+    tables = [TRAJECTORY, *done.readings] if done.frames or done.readings else []
+    return all((job.out.root / name / f"{job.slug}.parquet").is_file() for name in tables)
+
+
+def _parts(job: Job) -> dict[str, str]:
+    return {"code": job.code, "settings": key_of(job.settings.of_labels())}
 
 
 def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str:

@@ -29,11 +29,12 @@ from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.session import (
     Job,
     Outcome,
+    Reason,
     code_of,
     fail_session,
     outcome_of,
     process_session,
-    still_holds,
+    reasons_against,
 )
 from vislam2tag.pipeline.labels.together import ReduceJob
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
@@ -43,6 +44,7 @@ from vislam2tag.pipeline.run.output_store import LOGS, Mark, OutputStore, short,
 from vislam2tag.pipeline.run.store import PARTIAL, OutputFolder
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
+from vislam2tag.sessions.registry import at_hand
 from vislam2tag.survey.model import SessionRef
 
 
@@ -108,7 +110,7 @@ def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
         mark = None
     inputs = _inputs(stored.task.ref)
     with _scratch_job(stored) as job:
-        if mark is not None and mark.inputs == inputs != "" and _unchanged(job, mark):
+        if mark is not None and mark.inputs == inputs != "" and not _reasons_by_listing(job, mark):
             return outcome_of(mark.result, repeated=False)
         if mark is not None:
             _lay_out(job, mark)
@@ -137,8 +139,25 @@ def _inputs(ref: SessionRef) -> str:
     return key_of(ref.stored.store.address, [[file.name, short(file.version)] for file in ref.stored.files])
 
 
-def _unchanged(job: Job, mark: Mark) -> bool:
-    """Whether a mark of just these files holds; only the truth is fetched, which the mark keeps no hash of."""
+def reasons_to_run(job: AnyJob) -> tuple[Reason, ...]:
+    """Why :func:`run_session` would process a session, as it decides that itself; nothing is written."""
+    if isinstance(job, Job):
+        with at_hand(job.task.ref, TRUTH_FILE) as ref:
+            return reasons_against(replace(job, task=replace(job.task, ref=ref)), job.out.result(job.slug))
+    mark, _ = job.out.mark(job.slug)
+    if mark is None:
+        return (Reason.NEW,)
+    if not job.out.holds(job.slug, mark):
+        return (Reason.LOST,)
+    with _scratch_job(job) as here:
+        if mark.inputs == _inputs(job.task.ref) != "":
+            return _reasons_by_listing(here, mark)
+        _lay_out(here, mark)
+        return reasons_to_run(here)
+
+
+def _reasons_by_listing(job: Job, mark: Mark) -> tuple[Reason, ...]:
+    """Why a mark of just these files does not hold; only the truth is fetched, which the mark keeps no hash of."""
     ref = job.task.ref
     assert ref.stored is not None
     folder = job.out.root / "session"
@@ -147,7 +166,7 @@ def _unchanged(job: Job, mark: Mark) -> bool:
         if file.name == f"{ref.stored.name}/{TRUTH_FILE}":
             ref.stored.store.fetch(file.name, folder / TRUTH_FILE)
     here = replace(job, task=replace(job.task, ref=replace(ref, folder=folder)))
-    return still_holds(here, mark.result, {file.name: file.sha256 for file in mark.result.files})
+    return reasons_against(here, mark.result, {file.name: file.sha256 for file in mark.result.files})
 
 
 def _lay_out(job: Job, mark: Mark) -> None:

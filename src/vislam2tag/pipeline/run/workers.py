@@ -93,9 +93,7 @@ def process_all(
         log.close()
 
 
-def _outcomes(
-    work: Callable[[_Job], _Outcome], supply: Supply[_Job], others: int
-) -> Iterator[tuple[int, _Outcome]]:
+def _outcomes(work: Callable[[_Job], _Outcome], supply: Supply[_Job], others: int) -> Iterator[tuple[int, _Outcome]]:
     """Do the work here and in ``others`` further processes; yield each job's number and outcome as it ends."""
     if others < 1:
         while (taken := supply.take()) is not None:

@@ -1,0 +1,98 @@
+"""A folder of this machine, read and written as one in an object store, for what may lie in either."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from vislam2tag.common.errors import StoreConflictError, StoreError
+from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.store import Listed, Store, Stored, Version, store_at
+from vislam2tag.common.files.whole_file import whole_file
+
+_LOCK = ".lock"
+_WAIT_S = 60
+
+
+@dataclass(frozen=True)
+class FolderStore:
+    """What :class:`~vislam2tag.common.files.store.Store` is for a folder in a store; names are paths below it."""
+
+    root: Path
+
+    @property
+    def address(self) -> str:
+        """Its path, for messages."""
+        return str(self.root)
+
+    def get(self, name: str) -> Stored | None:
+        """Read a file whole; None where there is none. Raises StoreError where it cannot be read."""
+        try:
+            data = read_bytes(self.root / name)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be read ({error.strerror}); check its permissions") from error
+        return Stored(data, Version(hashlib.sha256(data).hexdigest()), {})
+
+    def fetch(self, name: str, target: Path) -> None:
+        """Copy a file to ``target``; raises StoreError where it cannot be done."""
+        try:
+            shutil.copyfile(self.root / name, target)
+        except OSError as error:
+            raise StoreError(f"{self.root / name}: cannot be copied ({error.strerror})") from error
+
+    def put(self, name: str, content: bytes | Path) -> None:
+        """Write a file whole; raises OutputError where it cannot be written."""
+        target = self.root / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(target) as partial:
+            partial.write_bytes(read_bytes(content) if isinstance(content, Path) else content)
+
+    def put_over(self, name: str, content: bytes, before: Version | None) -> None:
+        """Replace the version ``before`` of a file, or create it where that is None.
+
+        Raises StoreConflictError where another version is there, StoreError where another program holds the folder for
+        a minute.
+        """
+        from filelock import FileLock, Timeout
+
+        self.root.mkdir(parents=True, exist_ok=True)
+        try:
+            with FileLock(self.root / _LOCK, timeout=_WAIT_S):
+                found = self.get(name)
+                if (None if found is None else found.version) != before:
+                    raise StoreConflictError(f"{self.root / name}: another program has written it meanwhile")
+                self.put(name, content)
+        except Timeout as error:
+            raise StoreError(f"{self.root}: another program is writing there; wait for it") from error
+
+    def list(self, folder: str = "") -> Iterator[Listed]:
+        """List all files below a folder; their versions here are of size and time, no hashes."""
+        for path in sorted((self.root / folder).rglob("*")):
+            if path.is_file():
+                found = path.stat()
+                mark = f"{found.st_size}-{found.st_mtime_ns}"
+                yield Listed(path.relative_to(self.root).as_posix(), found.st_size, Version(mark))
+
+    def folders(self) -> tuple[str, ...]:
+        """Names of the folders right below, sorted; hidden ones are left out."""
+        there = self.root.iterdir() if self.root.is_dir() else ()
+        return tuple(sorted(path.name for path in there if path.is_dir() and not path.name.startswith(".")))
+
+    def delete(self, names: Iterable[str]) -> None:
+        """Remove files; one that is not there is no fault."""
+        for name in names:
+            (self.root / name).unlink(missing_ok=True)
+
+
+AnyStore: TypeAlias = Store | FolderStore
+
+
+def any_store_at(path: Path) -> AnyStore:
+    """The folder that a path stands for, in a store or on this machine."""
+    return store_at(path) or FolderStore(path)

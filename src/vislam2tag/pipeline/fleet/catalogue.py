@@ -1,0 +1,184 @@
+"""The catalogue of a fleet: plain Parquet files, of which ``fleet.json`` says which one counts.
+
+A change writes a new file and then replaces ``fleet.json`` by a conditional write; whoever loses against another
+program takes its snapshot and changes that. So readers see all of a change or nothing, and nothing is lost.
+"""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass
+from pathlib import Path
+
+import polars as pl
+from pydantic import ValidationError
+
+from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError
+from vislam2tag.common.files.folder_store import AnyStore, any_store_at
+from vislam2tag.common.files.store import Version, shown
+from vislam2tag.common.files.table_files import parquet_bytes, parquet_of_bytes
+from vislam2tag.common.records import Record
+from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS
+
+PROGRAM = "vislam2tag fleet"
+NEW, CHANGED, DONE, FAILED, UNREADABLE = "new", "changed", "done", "failed", "unreadable"
+"""States: never processed; its files have changed since; every session is mapped; some are not; it cannot be opened."""
+STATES = (NEW, CHANGED, DONE, FAILED, UNREADABLE)
+CATALOGUE: dict[str, pl.DataType] = {
+    "survey": pl.String(),
+    "site": pl.String(),
+    "floors": pl.List(pl.Int32()),
+    "devices": pl.List(pl.String()),
+    "first_date": pl.Date(),
+    "last_date": pl.Date(),
+    "sessions": pl.Int64(),
+    "failed": pl.Int64(),
+    "state": pl.String(),
+    "error": pl.String(),
+    "duration_s": pl.Float64(),
+    "distance_m": pl.Float64(),
+    "frames": pl.Int64(),
+    "frames_labelled": pl.Int64(),
+    "inputs": pl.String(),
+    "labels": pl.String(),
+}
+"""Columns. ``inputs`` tells the survey's files from any others, ``labels`` what its labels were made of; durations,
+distances and frames (repeated ones left out) are those of processed sessions."""
+_KEPT = 4
+"""Snapshots before the last one, which somebody may be reading."""
+_TRIES = 20
+"""For a change that other programs come before."""
+
+
+class FleetTotals(Record):
+    """Sums over the surveys of a fleet."""
+
+    surveys: int = 0
+    sessions: int = 0
+    failed: int = 0
+    """Sessions that cannot be read or mapped."""
+    duration_s: float = 0.0
+    distance_m: float = 0.0
+    frames: int = 0
+    frames_labelled: int = 0
+    states: dict[str, int] = {}
+    """Surveys by state."""
+    sessions_by_state: dict[str, int] = {}
+    """Sessions by their survey's state."""
+
+
+class FleetRecord(Record):
+    """What ``fleet.json`` holds: all that ``status`` needs, however large the fleet is."""
+
+    program: str
+    number: int
+    """Of the snapshot, from 1."""
+    snapshot: str
+    before: list[str]
+    """Snapshots before, the last one first."""
+    totals: FleetTotals
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """A fleet by its place."""
+
+    root: Path
+
+    @property
+    def store(self) -> AnyStore:
+        """Where it lies."""
+        return any_store_at(self.root)
+
+    def record(self) -> FleetRecord:
+        """Read the state; raises UsageError where there is no fleet."""
+        found = self._record()
+        if found is None:
+            place = shown(self.root)
+            raise UsageError(f"{place}: no fleet is there; begin one: vislam2tag fleet add {place} SURVEY")
+        return found[0]
+
+    def catalogue(self) -> pl.DataFrame:
+        """Read the catalogue: one row for each survey, by name. Raises UsageError where there is no fleet."""
+        for _ in range(_TRIES):
+            record = self.record()
+            table = self._snapshot(record)
+            if table is not None:
+                return table
+        raise StoreError(f"{shown(self.root)}: its catalogue {record.snapshot} is not there; run fleet add again")
+
+    def change(self, rows: list[dict[str, object]]) -> FleetTotals:
+        """Add rows, or replace those of the same surveys, in one step; return the new totals.
+
+        Raises StoreError where that cannot be written, or other programs keep changing it.
+        """
+        new = pl.DataFrame(rows, schema=CATALOGUE, orient="row")
+        for _ in range(_TRIES):
+            found = self._record()
+            if found is None:
+                record, version, old = None, None, pl.DataFrame(schema=CATALOGUE)
+            else:
+                record, version = found
+                snapshot = self._snapshot(record)
+                if snapshot is None:
+                    continue  # another program has replaced it
+                old = snapshot
+            table = pl.concat([old.join(new, on="survey", how="anti"), new]).sort("survey")
+            if self._commit(table, record, version):
+                return totals_of(table)
+        raise StoreError(f"{shown(self.root)}: other programs keep changing the catalogue; run again when they ended")
+
+    def _commit(self, table: pl.DataFrame, before: FleetRecord | None, version: Version | None) -> bool:
+        number = 1 if before is None else before.number + 1
+        name = f"{SNAPSHOTS}/{number:08d}-{secrets.token_hex(4)}.parquet"
+        self.store.put(name, parquet_bytes(table))
+        earlier = [] if before is None else [before.snapshot, *before.before]
+        record = FleetRecord(
+            program=PROGRAM, number=number, snapshot=name, before=earlier[:_KEPT], totals=totals_of(table)
+        )
+        try:
+            self.store.put_over(FLEET_FILE, (record.model_dump_json(indent=1) + "\n").encode(), version)
+        except StoreConflictError:
+            self.store.delete([name])
+            return False
+        self.store.delete(earlier[_KEPT:])
+        return True
+
+    def _record(self) -> tuple[FleetRecord, Version] | None:
+        found = self.store.get(FLEET_FILE)
+        if found is None:
+            return None
+        try:
+            return FleetRecord.model_validate_json(found.data), found.version
+        except ValidationError as error:
+            raise UsageError(
+                f"{shown(self.root)}: {FLEET_FILE} is none that this version of vislam2tag can read"
+            ) from error
+
+    def _snapshot(self, record: FleetRecord) -> pl.DataFrame | None:
+        found = self.store.get(record.snapshot)
+        return None if found is None else parquet_of_bytes(found.data).select(CATALOGUE.keys())
+
+
+def fleet_list(fleet: Path) -> pl.DataFrame:
+    """The catalogue of a fleet: one row for each survey, by name. Raises UsageError where there is no fleet."""
+    return Fleet(fleet).catalogue()
+
+
+def fleet_status(fleet: Path) -> FleetTotals:
+    """How far a fleet is, by one small file. Raises UsageError where there is no fleet."""
+    return Fleet(fleet).record().totals
+
+
+def totals_of(table: pl.DataFrame) -> FleetTotals:
+    """Add up a catalogue."""
+    by_state = table.group_by("state").agg(pl.len(), pl.col("sessions").sum()).sort("state")
+    sums = table.select(
+        pl.col("sessions", "failed", "duration_s", "distance_m", "frames", "frames_labelled").sum()
+    ).row(0, named=True)
+    return FleetTotals(
+        surveys=len(table),
+        states=dict(zip(by_state["state"], by_state["len"], strict=True)),
+        sessions_by_state=dict(zip(by_state["state"], by_state["sessions"], strict=True)),
+        **sums,
+    )

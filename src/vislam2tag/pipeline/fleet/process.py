@@ -1,0 +1,254 @@
+"""All surveys of a fleet are mapped: their sessions on any executor, survey after survey, each survey reduced there.
+
+This process opens a survey when its sessions can be handed out, and forgets it when it is reduced: what it holds does
+not grow with the fleet's sessions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from vislam2tag.common.errors import UsageError, Vislam2tagError
+from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.common.files.store import shown
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.fleet.add import described, inputs_of
+from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, UNREADABLE, Fleet, FleetTotals, fleet_status
+from vislam2tag.pipeline.fleet.layout import LABELS, SURVEYS
+from vislam2tag.pipeline.fleet.reduction import (
+    SurveyJob,
+    SurveyOutcome,
+    failed_survey,
+    reduce_survey,
+    reduction_code,
+)
+from vislam2tag.pipeline.fleet.report import write_fleet_report
+from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
+from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up, run_session
+from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.run.keys import key_of
+from vislam2tag.pipeline.run.workers import Executor, process_all
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.survey.corrections.file import read_corrections
+from vislam2tag.survey.stored_survey import survey_at_hand
+
+_COMMITS = 100
+"""So many times at most the catalogue is written on the way: once each hundredth of the surveys."""
+
+
+@dataclass(frozen=True)
+class SessionJob:
+    """A session of a survey of the fleet."""
+
+    survey: str
+    job: AnyJob
+
+    @property
+    def slug(self) -> str:
+        """What tasks are called by."""
+        return f"{self.survey}-{self.job.slug}"
+
+    @property
+    def code(self) -> str:
+        """Key of the source that processes it."""
+        return self.job.code
+
+
+@dataclass(frozen=True)
+class SessionOutcome:
+    """What became of a session of a survey of the fleet."""
+
+    survey: str
+    outcome: Outcome
+
+    @property
+    def error(self) -> str | None:
+        """Why it could not be read or mapped."""
+        return self.outcome.error
+
+
+FleetJob: TypeAlias = SessionJob | SurveyJob
+FleetOutcome: TypeAlias = SessionOutcome | SurveyOutcome
+
+
+def work_at(job: FleetJob) -> FleetOutcome:
+    """Process a session or reduce a survey: what every executor runs."""
+    if isinstance(job, SurveyJob):
+        return reduce_survey(job)
+    return SessionOutcome(job.survey, run_session(job.job))
+
+
+def code_of_job(job: FleetJob) -> str:
+    """Key of the source that would work at a job in this process."""
+    return _reduction_code() if isinstance(job, SurveyJob) else code_here(job.job)
+
+
+def give_up_job(job: FleetJob, error: str) -> FleetOutcome:
+    """End a job for a cause that is not its own to tell."""
+    if isinstance(job, SurveyJob):
+        return failed_survey(job.survey, error)
+    return SessionOutcome(job.survey, give_up(job.job, error))
+
+
+@cache
+def _reduction_code() -> str:
+    return reduction_code()
+
+
+def process_fleet(
+    fleet: Path,
+    settings_for: Callable[[Path], ProcessSettings] = lambda _: ProcessSettings(),
+    *,
+    surveys: Sequence[str] = (),
+    jobs: int = 1,
+    executor: Executor | None = None,
+    progress: Progress[FleetOutcome] = silent,
+) -> FleetTotals:
+    """Process the surveys of a fleet, or those named; write their labels, the fleet's tables, catalogue and report.
+
+    ``settings_for`` is asked for the settings of each survey, by its folder. With ``jobs`` > 1 sessions run in that
+    many processes; an ``executor`` (:func:`fleet_on_dask`) runs them elsewhere. ``progress`` is called with each
+    outcome and the number of sessions. A survey that cannot be opened, or whose labels cannot be written over, is
+    ``unreadable`` in the catalogue and the others go on. Raises UsageError where there is no fleet or no such survey,
+    StoreError where a store cannot be read or written.
+    """
+    at = Fleet(fleet)
+    rows = {row["survey"]: row for row in chosen(at, surveys)}
+    run = FleetRun(at, rows, settings_for, progress)
+    try:
+        run_all = executor or partial(process_all, workers=jobs)
+        run_all(work_at, run.jobs(), report=run.take)
+    finally:
+        run.close()
+    write_fleet_report(fleet)
+    return fleet_status(fleet)
+
+
+def chosen(fleet: Fleet, surveys: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows of the surveys named, or of all; raises UsageError for one that is not there."""
+    rows = fleet.catalogue().to_dicts()
+    unknown = set(surveys) - {row["survey"] for row in rows}
+    if unknown:
+        raise UsageError(
+            f"{min(unknown)}: no survey of {shown(fleet.root)}; see: vislam2tag fleet list {shown(fleet.root)}"
+        )
+    return [row for row in rows if not surveys or row["survey"] in surveys]
+
+
+@dataclass
+class _Open:
+    """A survey whose sessions are being worked at."""
+
+    stack: ExitStack
+    run: LabelRun
+    row: dict[str, Any]
+    """Its row in the catalogue, as far as it is known before the survey is reduced."""
+    waiting: int
+    """Sessions that have not ended."""
+    repeated: bool = False
+    """Whether any session was worked at."""
+
+
+@dataclass
+class FleetRun:
+    """The way of a fleet's jobs: from each survey its sessions, from its last session the survey's own."""
+
+    fleet: Fleet
+    rows: dict[str, dict[str, Any]]
+    """Of the surveys to process, as the catalogue has them."""
+    settings_for: Callable[[Path], ProcessSettings]
+    progress: Progress[FleetOutcome]
+    open: dict[str, _Open] = field(default_factory=dict)
+    ended: list[dict[str, object]] = field(default_factory=list)
+    """Rows that the catalogue does not have yet."""
+
+    @property
+    def sessions(self) -> int:
+        """How many there are, as far as the catalogue knows."""
+        return sum(row["sessions"] for row in self.rows.values())
+
+    def jobs(self) -> Iterator[FleetJob]:
+        """Jobs of all sessions, each survey opened when its turn comes."""
+        for name in self.rows:
+            try:
+                opened = self._opened(name)
+            except Vislam2tagError as error:
+                self._end(name, {"state": UNREADABLE, "error": str(error)})
+                self.progress(failed_survey(name, error), self.sessions)
+                continue
+            for job in jobs_of(opened.run.tasks, opened.run.settings, opened.run.folder):
+                yield SessionJob(name, job)
+            if not opened.run.tasks:
+                yield from self._after_the_last(name)
+
+    def take(self, outcome: FleetOutcome) -> list[FleetJob]:
+        """Note an outcome; return what follows from it."""
+        self.progress(outcome, self.sessions)
+        opened = self.open[outcome.survey]
+        if isinstance(outcome, SurveyOutcome):
+            failed = {"state": FAILED, "error": outcome.error, "labels": None}
+            self._end(outcome.survey, opened.row | (outcome.row if outcome.error is None else failed))
+            return []
+        opened.waiting -= 1
+        opened.repeated |= outcome.outcome.repeated
+        return self._after_the_last(outcome.survey) if not opened.waiting else []
+
+    def close(self) -> None:
+        """Let go of what is open, and enter into the catalogue what has ended."""
+        for opened in self.open.values():
+            opened.stack.close()
+        self.open.clear()
+        self._commit()
+
+    def _opened(self, name: str) -> _Open:
+        folder = self.fleet.root / SURVEYS / name
+        inputs = inputs_of(any_store_at(folder))
+        with ExitStack() as stack:
+            root = stack.enter_context(survey_at_hand(folder))
+            settings = self.settings_for(root)
+            if settings.together:
+                raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
+            survey = open_survey(root, settings.survey.landmark_sigma_m)
+            out = self.fleet.root / LABELS / name
+            run = stack.enter_context(label_run(survey, read_corrections(root), out, settings))
+            row = described(survey) | {"inputs": inputs, "labels": self._labels_key(run, inputs)}
+            self.open[name] = _Open(stack.pop_all(), run, row, len(run.tasks))
+        return self.open[name]
+
+    def _labels_key(self, run: LabelRun, inputs: str) -> str:
+        codes = sorted({job.code for job in jobs_of(run.tasks, run.settings, run.folder)})
+        return key_of(inputs, codes, _reduction_code(), run.settings.of_labels())
+
+    def _after_the_last(self, name: str) -> list[FleetJob]:
+        """What follows from a survey's last session: nothing where it is as it was when it was reduced last."""
+        opened, before = self.open[name], self.rows[name]
+        if not opened.repeated and before["labels"] == opened.row["labels"] and before["state"] in (DONE, FAILED):
+            self._end(name, {})
+            return []
+        return [SurveyJob(self.fleet.root, name, opened.run.settings, opened.run.folder, _reduction_code())]
+
+    def _end(self, name: str, row: dict[str, Any]) -> None:
+        opened = self.open.pop(name, None)
+        if opened is not None:
+            opened.stack.close()
+        if row:
+            self.ended.append(self.rows[name] | {"error": None} | row)
+        if len(self.ended) * _COMMITS >= len(self.rows):
+            self._commit()
+
+    def _commit(self) -> None:
+        if self.ended:
+            self.fleet.change(self.ended)
+            self.ended.clear()
+
+
+def fleet_on_dask(client: Any, tell: Callable[[str], None]) -> Executor:
+    """What works at a fleet's jobs on the workers of a ``distributed.Client``; ``tell`` is told which are refused."""
+    return DaskExecutor(client, code_of_job, give_up_job, tell)

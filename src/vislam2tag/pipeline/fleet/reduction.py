@@ -1,0 +1,100 @@
+"""What a worker makes of a survey whose sessions are done: summary and report as process makes them, tables, pages.
+
+Sessions reduce to their survey there, surveys to the fleet by the catalogue's rows, so that nobody holds all sessions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vislam2tag.common.errors import Vislam2tagError
+from vislam2tag.common.files.folder_store import any_store_at
+from vislam2tag.labeling.results import SessionResult, Summary
+from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED
+from vislam2tag.pipeline.fleet.layout import REPORT, SURVEYS
+from vislam2tag.pipeline.fleet.tables import session_row, write_tables
+from vislam2tag.pipeline.labels.process import opened_run
+from vislam2tag.pipeline.labels.stored_session import Output
+from vislam2tag.pipeline.run.keys import code_key
+from vislam2tag.report.pages.fleet_pages import session_page, survey_pages
+from vislam2tag.survey.stored_survey import survey_at_hand
+
+
+@dataclass(frozen=True)
+class SurveyJob:
+    """All that a worker needs to reduce a survey."""
+
+    fleet: Path
+    survey: str
+    settings: ProcessSettings
+    out: Output
+    code: str
+
+    @property
+    def slug(self) -> str:
+        """What tasks are called by."""
+        return f"survey-{self.survey}"
+
+
+@dataclass(frozen=True)
+class SurveyOutcome:
+    """What became of a survey: entries of its row in the catalogue."""
+
+    survey: str
+    row: dict[str, Any]
+    error: str | None
+
+
+def reduction_code() -> str:
+    """Key of the source that reduces surveys."""
+    return code_key(__name__)
+
+
+def reduce_survey(job: SurveyJob) -> SurveyOutcome:
+    """Reduce a survey, write its part of the fleet's tables and report. One that cannot be opened has an error.
+
+    Raises OutputError or StoreError where what it needs cannot be read or written.
+    """
+    rows: list[dict[str, Any]] = []
+    pages = any_store_at(job.fleet / REPORT / job.survey)
+    before = {file.name for file in pages.list()}
+    written = set()
+
+    def put(name: str, text: str) -> None:
+        pages.put(name, text.encode("utf-8", errors="replace"))
+        written.add(name)
+
+    with survey_at_hand(job.fleet / SURVEYS / job.survey) as root:
+        run = opened_run(root, job.settings, job.out)
+
+        def take(result: SessionResult) -> None:
+            rows.append(session_row(result))
+            put(f"{result.slug}.html", session_page(run.survey, result))
+
+        summary = run.reduced(take)
+        for name, text in survey_pages(run.survey, summary, rows):
+            put(name, text)
+    write_tables(job.fleet, job.survey, rows)
+    pages.delete(before - written)
+    return SurveyOutcome(job.survey, _row(summary, rows), None)
+
+
+def failed_survey(survey: str, error: Vislam2tagError | str) -> SurveyOutcome:
+    """What is told of a survey that could not be reduced."""
+    return SurveyOutcome(survey, {}, f"{survey}: {error}")
+
+
+def _row(summary: Summary, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "state": FAILED if summary.failed else DONE,
+        "sessions": summary.sessions,
+        "failed": summary.failed,
+        "error": next(iter(summary.failures.values()), None),
+        "duration_s": summary.duration_s,
+        "distance_m": summary.distance_m,
+        "frames": sum(row["frames"] for row in rows),
+        "frames_labelled": sum(row["frames_labelled"] for row in rows),
+    }

@@ -1,0 +1,83 @@
+"""The catalogue: whole snapshots, no change lost, and a status that costs the same however large the fleet is."""
+
+from __future__ import annotations
+
+from datetime import date
+from pathlib import Path
+from threading import Thread
+
+import polars as pl
+import pytest
+
+from tests.cli.command import vislam2tag
+from tests.pipeline.fleet.conftest import SmallFleet
+from tests.stores import Bucket, Fault
+from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet
+from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS
+
+LARGE, SESSIONS_EACH = 20_000, 50
+
+
+def row(number: int, state: str = "done") -> dict[str, object]:
+    blank = dict.fromkeys(CATALOGUE, None) | {
+        "survey": f"s{number:06d}",
+        "site": f"Site {number // 20}",
+        "state": state,
+    }
+    counts = {"sessions": SESSIONS_EACH, "failed": 0, "frames": 10, "frames_labelled": 9}
+    return blank | counts | {"floors": [1, 2], "devices": ["LG"], "duration_s": 1.0, "distance_m": 2.0, "labels": "key"}
+
+
+def test_status_reads_one_small_file_however_large_the_fleet_is(s3: Bucket) -> None:
+    store = s3.store("large-fleet")
+    Fleet(Path(store.address)).change([row(number) for number in range(LARGE)])
+    s3.seen()
+    done = vislam2tag("fleet", "status", store.address)
+    assert done.stdout.splitlines()[0] == f"{LARGE} surveys, {LARGE * SESSIONS_EACH} sessions (0 failed)"
+    assert s3.seen() == [f"GET /bucket/large-fleet/{FLEET_FILE}"]
+    found = store.get(FLEET_FILE)
+    assert found is not None
+    assert len(found.data) < 2000
+
+
+def test_the_catalogue_says_site_floors_devices_dates_sessions_and_state(fleet: SmallFleet) -> None:
+    rows = {each["survey"]: each for each in Fleet(Path(fleet.address)).catalogue().to_dicts()}
+    ward = rows["ward"]
+    assert (ward["floors"], ward["devices"], ward["sessions"]) == ([0, 1], ["LG"], 2)
+    assert (ward["first_date"], ward["last_date"]) == (date(2021, 12, 20), date(2021, 12, 21))
+    assert (ward["state"], ward["failed"]) == ("done", 0)
+    assert rows["hall"]["devices"] == ["LG", "OnePlus"]
+    shown = vislam2tag("fleet", "list", fleet.address).stdout
+    assert "2021-12-20 to 2021-12-21" in shown
+
+
+@pytest.mark.parametrize("place", ["folder", "bucket"])
+def test_changes_at_the_same_time_are_all_there_and_old_snapshots_go(place: str, s3: Bucket, tmp_path: Path) -> None:
+    fleet = Fleet(tmp_path if place == "folder" else Path(s3.store("busy-fleet").address))
+    threads = [Thread(target=fleet.change, args=([row(number)],)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert fleet.catalogue()["survey"].to_list() == [f"s{number:06d}" for number in range(8)]
+    record = fleet.record()
+    assert record.number == 8
+    there = {file.name for file in fleet.store.list(SNAPSHOTS)}
+    assert there == {record.snapshot, *record.before}
+    assert len(there) == 5
+
+
+def test_a_change_that_cannot_be_finished_changes_nothing(s3: Bucket) -> None:
+    fleet = Fleet(Path(s3.store("cut-short-fleet").address))
+    fleet.change([row(1)])
+    s3.fail(Fault("PUT /bucket/cut-short-fleet/fleet.json", "403 AccessDenied"))
+    with pytest.raises(Exception, match="permission is denied"):
+        fleet.change([row(1, "failed"), row(2)])
+    assert fleet.catalogue().select("survey", "state").rows() == [("s000001", "done")]
+
+
+def test_snapshots_are_plain_parquet_files(fleet: SmallFleet) -> None:
+    record = Fleet(Path(fleet.address)).record()
+    found = fleet.s3.store(fleet.name).get(record.snapshot)
+    assert found is not None
+    assert pl.read_parquet(found.data).schema == pl.Schema(CATALOGUE)

@@ -1,0 +1,78 @@
+"""A fleet is processed: as each survey would be alone, nothing twice, and one bad survey ends nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import the_error, vislam2tag
+from tests.pipeline.fleet.conftest import SmallFleet
+from tests.surveys import bytes_of
+from vislam2tag.pipeline.fleet.catalogue import Fleet
+from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.registry import open_survey
+from vislam2tag.settings import Settings
+
+REQUESTS_A_SESSION = 25
+
+
+def test_labels_are_those_of_each_survey_alone(fleet: SmallFleet, tmp_path: Path) -> None:
+    for name, survey in fleet.surveys.items():
+        process(survey, tmp_path / name, Settings(strategy="local-corrected"))
+        there = bytes_of(fleet.s3.download(f"{fleet.name}/labels/{name}", tmp_path / f"{name}-there"))
+        assert there == bytes_of(tmp_path / name)
+
+
+def test_requests_are_bounded_for_each_session(fleet: SmallFleet) -> None:
+    for name, survey in fleet.surveys.items():
+        for ref in open_survey(survey).sessions:
+            folder = ref.folder.relative_to(survey).as_posix()
+            own = [each for each in fleet.processed if f"/{name}/" in each and (ref.slug in each or folder in each)]
+            assert 10 < len(own) <= REQUESTS_A_SESSION, own
+
+
+def test_what_is_done_is_not_done_again(fleet: SmallFleet) -> None:
+    fleet.s3.seen()
+    before = Fleet(Path(fleet.address)).record()
+    again = vislam2tag("fleet", "process", fleet.address, "--jobs", "1", "--config", fleet.config, "--json")
+    requests = fleet.s3.seen()
+    assert again.returncode == 0, again.stderr
+    assert json.loads(again.stdout)["states"] == {"done": 2}
+    put = {each.removeprefix(f"PUT /bucket/{fleet.name}/") for each in requests if each.startswith("PUT")}
+    assert {name for name in put if "probe" not in name} == {"report/index.html"}
+    assert Fleet(Path(fleet.address)).record() == before
+
+
+def test_a_bad_session_and_a_bad_survey_are_told_and_the_rest_goes_on(fleet: SmallFleet, tmp_path: Path) -> None:
+    store = tmp_path / "fleet"
+    assert vislam2tag("fleet", "add", store, *fleet.surveys.values()).returncode == 0
+    next((store / "surveys" / "hall").glob("floor_0/LG/*/poses.csv")).write_text("spoilt")
+    (store / "surveys" / "ward" / "corrections.toml").write_text("spoilt")
+    done = vislam2tag("fleet", "process", store, "--jobs", "1", "--config", fleet.config)
+    assert done.returncode == 1
+    assert "floor 0 / LG" in done.stderr
+    assert "ward" in done.stderr
+    rows = {row["survey"]: row for row in Fleet(store).catalogue().to_dicts()}
+    assert (rows["hall"]["state"], rows["hall"]["failed"]) == ("failed", 1)
+    assert rows["ward"]["state"] == "unreadable"
+    assert "corrections.toml" in rows["ward"]["error"]
+    (store / "surveys" / "ward" / "corrections.toml").unlink()
+    one = vislam2tag("fleet", "process", store, "--jobs", "1", "--config", fleet.config, "--survey", "ward")
+    assert one.returncode == 0, one.stderr
+    assert vislam2tag("fleet", "status", store).stdout.splitlines()[1:3] == [
+        "done: 1 surveys, 2 sessions",
+        "failed: 1 surveys, 2 sessions",
+    ]
+    assert vislam2tag("verify", store / "labels" / "ward", f"{fleet.address}/labels/ward").returncode == 0
+
+
+@pytest.mark.parametrize("command", ["process", "list", "status", "report"])
+def test_where_no_fleet_is_it_is_told_how_to_begin_one(command: str, tmp_path: Path) -> None:
+    assert "begin one: vislam2tag fleet add" in the_error(vislam2tag("fleet", command, tmp_path))
+
+
+def test_an_unknown_survey_is_told(fleet: SmallFleet) -> None:
+    done = vislam2tag("fleet", "process", fleet.address, "--survey", "wrad")
+    assert the_error(done).startswith(f"error: wrad: no survey of {fleet.address}")
