@@ -28,6 +28,7 @@ from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.labels.stored_session import give_up, on_dask
 from vislam2tag.pipeline.run.cluster import connected
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
+from vislam2tag.pipeline.run.workers import Report
 from vislam2tag.settings import Settings
 
 SETTINGS = Settings(strategy="local-corrected")
@@ -128,7 +129,7 @@ def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
     with connected(cluster.address, None, told.lines.append) as client:
         executor = on_dask(client, told.lines.append)
 
-        def run_all(work: object, todo: Iterable[Any], *, report: Callable[[Any], None]) -> None:
+        def run_all(work: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
             executor(run_or_die, todo, report=report)
 
         process(local, tmp_path / "labels", SETTINGS, executor=run_all, progress=told)
