@@ -10,20 +10,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.plain_files import read_bytes, read_json
-from vislam2tag.common.files.store import shown, store_at
+from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.diagnosis.record import Fault
 from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.labeling.results import PROGRAM, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult, Summary
+from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
@@ -32,9 +29,8 @@ from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
 from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
-from vislam2tag.pipeline.run.output_store import claim_store
+from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
-from vislam2tag.pipeline.run.store import claim
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
@@ -67,8 +63,8 @@ def process(
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``); an ``executor`` runs them elsewhere.
     ``replace`` allows ``out`` to hold labels of another strategy, labels that were rebased, or what another command
-    wrote, which is removed. With ``settings.together`` all sessions are first reduced to maps of their landmarks, of
-    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before sessions are mapped.
+    wrote, which is removed. With the setting ``together`` all sessions are first reduced to maps of their landmarks, of
+    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before that.
 
     Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a
     selection that matches nothing, OutputError where ``out`` cannot be written or is not ours, StoreError where a store
@@ -147,7 +143,7 @@ def label_run(
     if not replace:
         refuse_other_labels(out, settings.strategy)
     record = run_record(survey.root, landmarks, settings, selection) | site_record(survey)
-    with _claimed(out, record, replace) as folder:
+    with claimed(out, record, replace) as folder:
         folder.remove(CHANGE_FILE)  # it says that the labels were rebased
         folder.keep_only({ref.slug for ref in refs})
         yield _label_run(survey, corrections, refs, settings, folder)
@@ -157,43 +153,6 @@ def jobs_of(tasks: Sequence[SessionTask], settings: ProcessSettings, out: Output
     """Jobs that process sessions into ``out``, each with the key of its source."""
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
     return [job_for(task, settings, out, code[task.ref.format]) for task in tasks]
-
-
-@contextmanager
-def _claimed(out: Path, record: dict[str, object], replace: bool) -> Iterator[Output]:
-    store = store_at(out)
-    if store is None:
-        with claim(out, record, replace=replace) as folder:
-            yield folder
-    else:
-        with claim_store(store, record, replace=replace) as stored:
-            yield stored
-
-
-def refuse_other_labels(out: Path, strategy: str) -> None:
-    """Raise OutputError where ``out`` holds labels that this strategy did not make."""
-    try:
-        run = _run_of(out)
-        ours = run["program"] == PROGRAM
-        before = str(run["settings"]["strategy"])
-        rebased = bool(run.get("rebase"))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return
-    if ours and (rebased or before != strategy):
-        what = "labels that `vislam2tag site rebase` made" if rebased else f"labels of the strategy {before}"
-        raise OutputError(
-            f"{shown(out)}: holds {what}; give --replace to replace them by labels of {strategy}, "
-            "or choose another --out"
-        )
-
-
-def _run_of(out: Path) -> Any:
-    """The record of the run that wrote an output folder; raises OSError or ValueError where none can be read."""
-    store = store_at(out)
-    if store is None:
-        return read_json(out / RUN_FILE)
-    found = store.get(RUN_FILE)
-    return None if found is None else json.loads(found.data)
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
