@@ -25,7 +25,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import give_up, on_dask
+from vislam2tag.pipeline.labels.stored_session import give_up_session, on_dask
 from vislam2tag.pipeline.run.cluster import connected
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.workers import Report
@@ -108,7 +108,9 @@ def test_a_worker_of_other_code_is_refused_by_name(survey: Survey, cluster: Dask
         mixed.add_worker(**{OTHER_CODE: "1"})
         with connected(mixed.address, None, told.lines.append) as client:
             client.wait_for_workers(1)
-            executor: DaskExecutor[Any, Outcome] = DaskExecutor(client, code_of_this_worker, give_up, told.lines.append)
+            executor: DaskExecutor[Any, Outcome] = DaskExecutor(
+                client, code_of_this_worker, give_up_session, told.lines.append
+            )
             out = Path(survey.s3.store("mixed").address)
             run = partial(process, survey.stored, out, SETTINGS, executor=executor, progress=told)
             with pytest.raises(OutputError, match=r"all workers have another source of vislam2tag.*install the same"):

@@ -31,7 +31,7 @@ from vislam2tag.pipeline.fleet.reduction import (
 from vislam2tag.pipeline.fleet.report import write_fleet_report
 from vislam2tag.pipeline.labels.process import LabelRun, jobs_of, label_run
 from vislam2tag.pipeline.labels.session import Outcome
-from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up, run_session
+from vislam2tag.pipeline.labels.stored_session import AnyJob, code_here, give_up_session, run_session
 from vislam2tag.pipeline.run.dask_executor import DaskExecutor
 from vislam2tag.pipeline.run.keys import key_of
 from vislam2tag.pipeline.run.workers import Executor, process_all
@@ -94,7 +94,7 @@ def give_up_job(job: FleetJob, error: str) -> FleetOutcome:
     """End a job for a cause that is not its own to tell."""
     if isinstance(job, SurveyJob):
         return failed_survey(job.survey, error)
-    return SessionOutcome(job.survey, give_up(job.job, error))
+    return SessionOutcome(job.survey, give_up_session(job.job, error))
 
 
 @cache

@@ -83,12 +83,12 @@ def run_session(job: AnyJob) -> Outcome:
 
 
 def give_up(job: AnyJob | ReduceJob, error: str) -> Outcome | ReducedSession:
-    """Write the result of a session that could not be processed, for a cause that is not its own to tell.
+    """End a job for a cause that is not its own to tell; a session that could not be reduced is mapped alone."""
+    return ReducedSession(job.task.ref.key, error=error) if isinstance(job, ReduceJob) else give_up_session(job, error)
 
-    One that could not be reduced is only told of: it is mapped alone.
-    """
-    if isinstance(job, ReduceJob):
-        return ReducedSession(job.task.ref.key, error=error)
+
+def give_up_session(job: AnyJob, error: str) -> Outcome:
+    """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
     work = partial(fail_session, error=error)
     return _into_store(job, work) if isinstance(job, StoredJob) else work(job)
 
