@@ -221,7 +221,7 @@ class Store:
             found = _obstore().list_with_delimiter(_connection(self.address))["common_prefixes"]
         except _errors() as error:
             raise self._error("", "listed", error) from None
-        return tuple(sorted(name for name in map(str, found) if is_safe_name(name)))
+        return tuple(sorted(name for name in map(str, found) if not name.startswith(".")))
 
     def delete(self, names: Iterable[str]) -> None:
         """Remove objects; one that is not there is no fault."""

@@ -10,7 +10,8 @@ from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
-from vislam2tag.common.files.store import address_of, is_safe_name, shown
+from vislam2tag.common.files.store import address_of, shown
+from vislam2tag.common.files.stored_folder import is_safe_name
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.pipeline.fleet.catalogue import (
     CATALOGUE,
