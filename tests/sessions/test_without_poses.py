@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -13,9 +14,12 @@ from vislam2tag.cli.app import app
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.sessions.without_poses import with_presses_as_fixes
 from vislam2tag.simulation.choices import SessionLayout
 from vislam2tag.simulation.scenario import regular_survey
-from vislam2tag.simulation.survey import WritingOptions, simulate
+from vislam2tag.simulation.settings import WalkStyle, walk_settings
+from vislam2tag.simulation.survey import WritingOptions, simulate, simulated_floor, walk_and_track
+from vislam2tag.survey.model import ControlPoints
 
 
 def simulated(out: Path, layout: SessionLayout = SessionLayout.PUBLISHED) -> Path:
@@ -91,3 +95,26 @@ def test_fixes_of_a_session_with_poses_change_nothing(tmp_path: Path) -> None:
     after = read(survey).camera
     assert after.inertial is None
     assert (after.position_acs == before.position_acs).all()
+
+
+def test_presses_are_fixes_at_the_control_points_in_order_where_no_camera_was(tmp_path: Path) -> None:
+    survey, out = tmp_path / "survey", tmp_path / "out"
+    walk = walk_settings(WalkStyle.CONTROL_POINTS)
+    scenario = regular_survey(5, "none", (0,), ("LG",), 1, 60.0, walk=walk)
+    pressed = replace(scenario, sessions=tuple(replace(each, presses=True) for each in scenario.sessions))
+    simulate(pressed, survey, WritingOptions(layout=SessionLayout.PHONE))
+    true = walk_and_track(pressed, pressed.sessions[0])[0]
+    points = simulated_floor(pressed, 0).control_points[true.pressed_point]
+    rows = "".join(f"{x},{y}\n" for x, y in points)
+    (survey / "floor_0" / "refmarker.csv").write_text(rows, encoding="utf-8")
+    for name in ("CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv"):
+        (session_folder(survey) / name).unlink()
+    unmapped = read(survey)
+    fewer = ControlPoints(("1",), points[:1])
+    assert with_presses_as_fixes(unmapped, fewer) is unmapped
+    summary = process(survey, out)
+    assert (summary.failed, set(summary.frames)) == (0, {"ok"})
+    found = json.loads(next((out / "sessions").glob("*.json")).read_bytes())
+    assert not {"missing_file", "no_frames"} & {finding["kind"] for finding in found["findings"]}
+    assert summary.errors is not None
+    assert sum(row.sum_m for row in summary.errors.rows) / sum(summary.errors.inside) < 1.0

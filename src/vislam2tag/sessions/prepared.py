@@ -19,7 +19,7 @@ from vislam2tag.sessions.registry import at_hand, read_session
 from vislam2tag.sessions.session_landmarks import ambiguous_floor, candidate_landmarks, landmarks_of_session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.told_landmarks import ToldLandmarks
-from vislam2tag.sessions.without_poses import inertial_log
+from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections
 from vislam2tag.survey.corrections.landmarks import corrected_landmarks
@@ -123,6 +123,7 @@ def prepared_session(task: SessionTask) -> PreparedSession:
 
 def _on_its_floor(session: Session, floor: Floor) -> Session:
     """Give a session without poses what the site knows of its floor: where its fixes and walls are."""
+    session = with_presses_as_fixes(session, floor.control_points)
     if not session.camera.without_poses:
         return session
     fixes, findings = session.camera.fixes, list[Finding]()

@@ -17,11 +17,13 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.tables.raw_table import parse_table
 from vislam2tag.sessions.tables.sensor_table import pressure_log
+from vislam2tag.survey.model import ControlPoints
 
 FIXES_FILE = "fixes.csv"
 """Where the walker was at which moments: ``t; x; y``, boot-clock ns and metres in the BCS of the session's floor."""
 _FIX_SCHEMA = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
 _OF_TRACKERS = ("poses", "landmarks", "anchors")
+_FILES_OF_TRACKERS = ("poses.csv", "CameraPose.csv", "initPoses.csv", "LandmarkPose.csv", "AnchorPose.csv")
 _ABSENCE = frozenset({"missing_file", "empty_file", "no_frames"})
 FRAME_NS = 200_000_000
 """Frames without poses are this far apart: a walk is straight for so long."""
@@ -79,6 +81,32 @@ def with_fixes(session: Session, reading: SessionFiles) -> Session:
         landmarks=no_landmarks(),
         files=tuple(reading.files),
         findings=(*findings, *found),
+    )
+
+
+def with_presses_as_fixes(session: Session, points: ControlPoints) -> Session:
+    """Give a session without poses and fixes those that its presses make: the k-th at the floor's k-th control point.
+
+    They are then no presses any more. A session stays as it is that has poses, fewer than two presses or more than
+    there are points, or no inertial readings.
+    """
+    presses, tracked = len(session.presses_ns), np.isfinite(session.camera.position_acs).any()
+    if tracked or session.camera.inertial is not None or not 1 < presses <= len(points.ids):
+        return session
+    inertial = inertial_log(session.tables["sensors"])
+    time_ns = np.unique(session.presses_ns)
+    if inertial is None or len(time_ns) < presses:
+        return session
+    names = tuple(f"press {k + 1}, {name}" for k, name in enumerate(points.ids[:presses]))
+    fixes = FixLog(time_ns, points.position_bcs[:presses], names)
+    return replace(
+        session,
+        camera=track_without_poses(inertial, session.tables["sensors"], fixes),
+        landmarks=no_landmarks(),
+        presses_ns=time_ns[:0],
+        findings=tuple(
+            each for each in session.findings if not (each.kind in _ABSENCE and each.file in _FILES_OF_TRACKERS)
+        ),
     )
 
 
