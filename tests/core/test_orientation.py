@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from vislam2tag.core.orientation import camera_to_bcs, multiply, wrapped
+from vislam2tag.core.orientation import camera_to_bcs, level_view, multiply, wrapped
 from vislam2tag.core.tracks import to_plane
 
 seeds = st.integers(0, 2**32 - 1)
@@ -44,3 +44,14 @@ def test_wrapped_angles_are_the_same_directions_and_those_in_range_stay(angle_ra
     assert abs(found) <= np.pi + 1e-12
     np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * angle_rad), atol=1e-12)
     assert abs(angle_rad) > np.pi or found == angle_rad
+
+
+def test_a_camera_looks_level_along_its_yaw_and_as_before_while_it_looks_down() -> None:
+    yaw, pitch = np.radians([30.0, 30.0, 120.0, 120.0]), np.radians([-80.0, 20.0, 85.0, 0.0])
+    # Upright it looks along x: its own axes point to the right (-y), up, and back.
+    upright = Rotation.from_matrix(np.array([[0, 0, -1], [-1, 0, 0], [0, 1, 0]]))
+    turned = Rotation.from_euler("z", yaw[:, None]) * Rotation.from_euler("y", -pitch[:, None]) * upright
+    view = level_view(turned.as_quat())
+    expected = np.radians([30.0, 30.0, 30.0, 120.0])
+    np.testing.assert_allclose(view, np.column_stack((np.cos(expected), np.sin(expected))), atol=1e-9)
+    assert not level_view(turned.as_quat()[:1]).any()

@@ -93,6 +93,8 @@ def _print(result: LandmarkSurvey, out: Path) -> None:
         if session.note:
             name = f"floor {session.floor} / {session.device} / {session.session}"
             console.print(f"{escape(name)}: {escape(session.note)}", soft_wrap=True)
+    for odd in result.references.odd:
+        console.print(f"odd one out: {escape(odd.summary)}", soft_wrap=True)
     surveyed = sum(row.surveyed for row in result.landmarks)
     placed = sum(row.x_m is not None for row in result.landmarks) - surveyed
     console.print(

@@ -121,6 +121,7 @@ FindingKind = Literal[
     "unplaced_taps",
     "unprintable_id",
     "unreadable_dates",
+    "odd_reference",
     "told_by_others",
     "unreadable_file",
     "unreadable_folder",

@@ -50,6 +50,21 @@ def turns_rad(orientation: FloatArray) -> FloatArray:
     return np.asarray(2 * np.arccos(np.minimum(cosine, 1.0)))
 
 
+def level_view(orientation_bcs: FloatArray) -> FloatArray:
+    """Directions (n, 2), unit, in which cameras look in the plane, by camera-to-BCS quaternions (n, 4).
+
+    A camera looks along its own -z axis. One that looks up or down, steeper than 60 degrees, is taken to look as it did
+    before, or, at the start, as it does afterwards; 0 where none ever looks level.
+    """
+    view = rotated(orientation_bcs, np.tile([0.0, 0.0, -1.0], (len(orientation_bcs), 1)))[:, :2]
+    length = np.hypot(*view.T)
+    level = np.flatnonzero(length > 0.5)
+    if not level.size:
+        return np.zeros_like(view)
+    last = level[np.maximum(np.searchsorted(level, np.arange(len(view)), side="right") - 1, 0)]
+    return np.asarray(view[last] / length[last, None])
+
+
 def camera_to_bcs(orientation_acs: FloatArray, rotation_rad: FloatArray | float) -> FloatArray:
     """Turn camera-to-ACS quaternions (n, 4) into camera-to-BCS ones.
 

@@ -180,6 +180,7 @@ class _Walk:
         apart_s = max(LEAST_APART_S, end_s / MOST_TRIALS)
         starts = np.unique(np.searchsorted(self._time_s, np.arange(0, end_s, apart_s)))
         stops = np.searchsorted(self._time_s, self._time_s[starts] + duration_s)
+        starts, stops = starts[stops < len(self._time_s)], stops[stops < len(self._time_s)]
         places, turns = list[float](), list[float]()
         for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
             sides = None if self._told_until[stop] > self._told_until[start] else self.sides(start, stop)

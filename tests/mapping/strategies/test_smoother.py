@@ -10,6 +10,7 @@ import pytest
 from tests.drifting import Drifting, loops
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.faults import EventKind
+from vislam2tag.core.orientation import level_view
 from vislam2tag.core.similarity import as_points
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
@@ -17,6 +18,7 @@ from vislam2tag.labeling.readings import mark_uncertain
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.smoother.noise import NoiseLevels
+from vislam2tag.smoother.settings import SmootherSettings
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
 
@@ -254,3 +256,15 @@ def test_a_walk_that_logged_no_landmark_is_not_mapped() -> None:
     trajectory = mapped(camera, replace(rows(log, np.zeros(len(log.frame), dtype=bool)), ids=()), walk.landmarks())
     assert set(trajectory.status) == {Status.NO_MAPPING}
     assert trajectory.visits == ()
+
+
+def test_the_body_is_behind_the_camera_all_along_its_view() -> None:
+    walk = loops(1, marks=8, laps=1, drifted=False)
+    logged, landmarks = walk.logged(), walk.landmarks()
+    own = mapped(*logged, landmarks)
+    settings = MappingSettings(smoother=SmootherSettings(body_behind_camera_m=0.3))
+    body = strategy_named("smoother", settings).map(*logged, landmarks)
+    apart = own.position_bcs[:, :2] - body.position_bcs[:, :2]
+    np.testing.assert_allclose(apart, 0.3 * level_view(own.orientation_bcs), atol=1e-12)
+    assert np.hypot(*apart.T) == pytest.approx(0.3)
+    np.testing.assert_array_equal(body.covariance_bcs, own.covariance_bcs)

@@ -107,7 +107,13 @@ def test_a_landmark_surveyed_elsewhere_is_named(survey: Path, tmp_path: Path) ->
     def moved(row: Row) -> Row:
         return [row[0], str(float(row[1]) + 3), row[2]] if row[0] == "4" else row
 
-    rows = rows_of(landmark_survey(survey_landmarks(rewritten(survey, tmp_path / "s", moved))))
+    result = landmark_survey(survey_landmarks(rewritten(survey, tmp_path / "s", moved)))
+    rows = rows_of(result)
+    odd = result.references.odd[0]
+    assert odd.culprit == "landmark 4 on floor 0"
+    assert odd.references[0].size_m == pytest.approx(3, abs=0.5)
+    assert "measure it again" in odd.summary
+    assert {row.landmark for row in result.references.compared} >= set(rows)
     assert rows["4"].note == "contradicts the others: measure it again"
     assert rows["4"].discrepancy_m == pytest.approx(3, abs=0.5)
     assert sum("contradicts" in row.note for row in rows.values()) == 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vislam2tag.core.orientation import camera_to_bcs
+from vislam2tag.core.orientation import camera_to_bcs, level_view
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory, Visit
 from vislam2tag.dead_reckoning.bridging import bridged_observations
@@ -29,6 +29,7 @@ class Smoother:
 
     sighting_range_m: float
     allow_for_pose_lag: bool = False
+    body_behind_camera_m: float = 0.0
     heights: HeightSettings = field(default_factory=HeightSettings)
     without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
     """What maps sessions that have no poses."""
@@ -54,6 +55,8 @@ class Smoother:
         frame = observations.odometry.frame
         path, spread, rotation = mapped_path(smoothed)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
+        if self.body_behind_camera_m:
+            path = path - self.body_behind_camera_m * level_view(orientation)
         position = np.column_stack((path, heights.z_m[frame]))
         if self.allow_for_pose_lag and camera.pose_lag_s:
             stamps = ExposureInterpolation.of(observations.odometry.time_s, camera.pose_lag_s)
@@ -93,6 +96,7 @@ register(
     lambda settings: Smoother(
         settings.smoother.sighting_range_m,
         settings.smoother.allow_for_pose_lag,
+        settings.smoother.body_behind_camera_m,
         settings.heights,
         DeadReckoning(settings.dead_reckoning, settings.heights),
     ),

@@ -61,7 +61,7 @@ def dry_run(
     folder = OutputFolder(out) if store is None else OutputStore(store)
     with survey_at_hand(survey_root) as root:
         run = opened_run(root, settings, folder, landmarks, selection)
-        tasks = told_tasks(run.survey, run.tasks, settings, run_all, silent) if settings.together else run.tasks
+        tasks = told_tasks(run.survey, run.tasks, settings, run_all, silent)[0] if settings.together else run.tasks
         found: list[PlannedSession] = []
         run_all(planned, jobs_of(tasks, settings, folder), report=found.append)
         place = {str(task.ref.key): number for number, task in enumerate(run.tasks)}

@@ -17,6 +17,7 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
+from vislam2tag.pipeline.labels.odd_references import References, references
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 
 SAME_PLACE_M = 0.5
@@ -69,6 +70,8 @@ class LandmarkSurvey(Record):
     sessions: tuple[SessionRow, ...]
     findings: tuple[Finding, ...]
     """About the site's own files."""
+    references: References = References()
+    """Every surveyed place, and what every session saw of it, against all others."""
 
 
 def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
@@ -81,6 +84,7 @@ def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
         landmarks=tuple(sorted(rows, key=lambda row: row.floor)),
         sessions=tuple(_session(session, used=session.key in tied) for session in joint.sessions),
         findings=(*joint.survey.findings, *_not_converged(joint)),
+        references=references(joint),
     )
 
 

@@ -81,12 +81,13 @@ def process(
             survey, read_corrections(root), out, settings, landmarks=landmarks, selection=selection, replace=replace
         ) as run:
             tell(run.survey.findings)
-            tasks = run.tasks
+            tasks, odd = run.tasks, list[Finding]()
             if settings.together:
-                tasks = told_tasks(run.survey, tasks, settings, run_all, comparing)
+                tasks, odd = told_tasks(run.survey, tasks, settings, run_all, comparing)
+                tell(odd)
             todo = jobs_of(tasks, settings, run.folder)
             run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
-            return run.reduced()
+            return run.with_findings(odd).reduced()
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,10 @@ class LabelRun:
     settings: ProcessSettings
     folder: Output
     tasks: list[SessionTask]
+
+    def with_findings(self, further: Sequence[Finding]) -> LabelRun:
+        """The same run of a survey of which more is to be told."""
+        return replace(self, survey=replace(self.survey, findings=(*self.survey.findings, *further)))
 
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one."""

@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.similarity import as_points
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
+from vislam2tag.pipeline.labels.odd_references import odd_findings, references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
@@ -69,8 +71,8 @@ def told_tasks(
     settings: ProcessSettings,
     run_all: Executor,
     progress: Progress[ReducedSession],
-) -> list[SessionTask]:
-    """Tasks with what all other sessions of the run tell each."""
+) -> tuple[list[SessionTask], list[Finding]]:
+    """Tasks with what all other sessions of the run tell each; and which references contradict all others."""
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
     todo = [ReduceJob(task, settings, code[task.ref.format]) for task in tasks]
     sessions: list[ReducedSession] = []
@@ -80,8 +82,9 @@ def told_tasks(
         progress(session, len(todo))
 
     run_all(reduced, todo, report=keep)
-    told = _told(join_sessions(survey, sessions, settings.survey.landmark_sigma_m))
-    return [replace(task, told=told.get(task.ref.key)) for task in tasks]
+    joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m)
+    told = _told(joint)
+    return [replace(task, told=told.get(task.ref.key)) for task in tasks], odd_findings(references(joint))
 
 
 def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:

@@ -1,0 +1,216 @@
+"""Which reference is the odd one out: a surveyed place that the walks contradict, or what one walk saw of a landmark.
+
+Survey and walks vote. What each says of a landmark is compared with what all others say of it, in units of what both
+admit: a survey with the map that does without it, a walk's sight of a landmark with the survey, all other walks and
+the rest of its own map. The greatest contradiction is believed, its reference left out, and all are asked again, so
+that one fault is not told of those that it bends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, joint_columns
+from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, join, linear_map, predicted
+from vislam2tag.landmark_survey.other_walks import GREATEST_SIGMA_M, OtherWalks
+
+SURVEY_SIGMAS, SIGHT_SIGMAS = 4.0, 4.5
+"""A survey, or a walk's sight, contradicts the others where they put it so many standard deviations away. Of 20
+surveys and 80 sights by normal errors 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
+LEAST_M = 0.15
+"""... and at least this far."""
+SUSPECT_SIGMAS, SUSPECT_FACTOR = 1.5, 1.5
+"""A survey is looked at more closely that is so many standard deviations off, or whose landmark a walk is taken to have
+seen with so many times the usual variance."""
+SHARED_SIGMAS = 2.5
+"""Where two walks miss the surveyed place of a landmark by so many, it is the survey that is wrong."""
+MOST_ODD = 20
+"""So many are left out before a survey is taken for one that does not fit at all."""
+STATED_COUNTS = 10
+"""What is stated counts as much as so many comparisons in the variance factor a posteriori ..."""
+TRUSTED, MEAN_SQUARE = 0.9, 2 - np.log(10) * 2 / 9
+"""... which is that of this share of them, the least: the mean of a square of two numbers, in units of their variance,
+below that quantile."""
+FEWEST_OTHERS = 2
+"""So many other references of its kind must stand beside one to contradict it."""
+
+
+class Verdict(Enum):
+    """What the others say of a reference."""
+
+    AGREES = "agrees"
+    CONTRADICTS = "contradicts"
+    NOTHING = "nothing to compare"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A reference against all others: the survey of a landmark, or, with a ``walk``, what that map saw of it.
+
+    ``offset`` from where the others have it, complex metres in the BCS; ``sigma_m``, the usual size of that (one
+    standard deviation per axis), and ``sigmas``, how many it is: NaN where nothing can be compared.
+    """
+
+    landmark: int
+    walk: int | None
+    offset: complex = complex(np.nan, np.nan)
+    sigma_m: float = np.nan
+    sigmas: float = np.nan
+
+    @property
+    def size_m(self) -> float:
+        """How far it is from where the others have it."""
+        return abs(self.offset)
+
+    @property
+    def excess(self) -> float:
+        """How many standard deviations it is off, over how many are asked for."""
+        return self.sigmas / (SURVEY_SIGMAS if self.walk is None else SIGHT_SIGMAS)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether it fits the others."""
+        if not self.sigma_m <= GREATEST_SIGMA_M:
+            return Verdict.NOTHING
+        return Verdict.CONTRADICTS if self.excess > 1 and self.size_m > LEAST_M else Verdict.AGREES
+
+    @classmethod
+    def of(cls, landmark: int, walk: int | None, offset: FloatArray, covariance: FloatArray) -> Comparison:
+        """Compare by an offset (2,), metres, and its covariance (2, 2)."""
+        sigmas = max(float(offset @ np.linalg.solve(covariance, offset)), 0.0) ** 0.5
+        sigma_m = float(np.sqrt(np.trace(covariance) / 2))
+        return cls(landmark, walk, complex(*offset), sigma_m, sigmas)
+
+
+@dataclass(frozen=True)
+class Votes:
+    """All references compared once those in ``odd``, greatest first, were left out; ``odd`` as they were till then."""
+
+    odd: tuple[Comparison, ...]
+    fitting: tuple[Comparison, ...]
+
+
+def vote(joined: LandmarkMap) -> Votes:
+    """Leave out the reference that contradicts the others most, until none does."""
+    odd: list[Comparison] = []
+    while True:
+        compared = (*_scaled(_surveys(joined)), *_scaled(_sights(joined)))
+        contradicting = [one for one in compared if one.verdict is Verdict.CONTRADICTS]
+        if not contradicting or len(odd) == MOST_ODD:
+            break
+        odd.append(_culprit(max(contradicting, key=lambda one: one.excess), compared))
+        joined = _without(joined, odd[-1])
+    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), compared)
+
+
+def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:
+    """The survey of a landmark, where several walks miss it or one alone passed it; else what was found."""
+    of_landmark = [one for one in compared if one.landmark == found.landmark]
+    sights = [one for one in of_landmark if one.walk is not None]
+    missing = [one for one in sights if one.sigmas > SHARED_SIGMAS]
+    survey = next((one for one in of_landmark if one.walk is None and np.isfinite(one.sigmas)), None)
+    return survey if survey is not None and (len(missing) > 1 or len(sights) == 1) else found
+
+
+def _scaled(compared: list[Comparison]) -> list[Comparison]:
+    """Comparisons of one kind in units of what they are off by, robustly, instead of what was stated.
+
+    Baarda's data snooping with the variance factor a posteriori (Pope 1976).
+    """
+    squares = np.array([one.sigmas for one in compared]) ** 2
+    least = np.sort(squares[np.isfinite(squares)])
+    least = least[: int(TRUSTED * len(least))]
+    scale = float(np.sqrt((STATED_COUNTS + least.sum() / MEAN_SQUARE) / (STATED_COUNTS + len(least))))
+    return [replace(one, sigma_m=one.sigma_m * scale, sigmas=one.sigmas / scale) for one in compared]
+
+
+def _without(joined: LandmarkMap, odd: Comparison) -> LandmarkMap:
+    """The joint map without one reference."""
+    if odd.walk is None:
+        return join(joined.maps, joined.priors.without(odd.landmark))
+    maps = list(joined.maps)
+    maps[odd.walk] = maps[odd.walk].select(maps[odd.walk].landmark != odd.landmark)
+    return join(maps, joined.priors)
+
+
+def _surveys(joined: LandmarkMap) -> list[Comparison]:
+    """Each surveyed landmark against all walks and the survey of the others."""
+    tied = [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
+    passed = np.unique(np.concatenate([one.landmark for one in tied] or [np.empty(0, dtype=np.int64)]))
+    surveyed = np.flatnonzero(joined.priors.surveyed)
+    enough = len(np.intersect1d(surveyed, passed)) > FEWEST_OTHERS
+    return [
+        _survey(joined, landmark) if enough and landmark in passed else Comparison(landmark, None)
+        for landmark in surveyed.tolist()
+    ]
+
+
+def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
+    """By taking its survey out of the solution; where that looks odd, or a walk is doubted instead, by solving anew."""
+    surveyed, own = joined.priors.position[landmark], joined.priors.covariance[landmark]
+    with_it = np.linalg.inv(joined.position_covariance[landmark])
+    information = with_it - np.linalg.inv(own * joined.doubts.survey[landmark])
+    place = np.array([surveyed.real, surveyed.imag])
+    if np.linalg.eigvalsh(information)[0] > GREATEST_SIGMA_M**-2:
+        miss = joined.position[landmark] - surveyed
+        offset = -np.linalg.solve(information, with_it @ (miss.real, miss.imag))
+        quick = Comparison.of(landmark, None, offset, np.linalg.inv(information) + own)
+        if quick.sigmas < SUSPECT_SIGMAS and _sights_trusted(joined, landmark):
+            return quick
+    trial = predicted(joined, landmark)
+    found = trial.position[landmark]
+    return Comparison.of(
+        landmark, None, place - np.array([found.real, found.imag]), trial.position_covariance[landmark] + own
+    )
+
+
+def _sights_trusted(joined: LandmarkMap, landmark: int) -> bool:
+    """Whether no walk is taken to have seen the landmark much farther off than usual."""
+    factors = [shift[one.landmark == landmark] for one, shift in zip(joined.maps, joined.doubts.shift, strict=True)]
+    return bool(np.concatenate(factors).max(initial=0.0) < SUSPECT_FACTOR * (SHIFT_TAIL + 2) / SHIFT_TAIL)
+
+
+def _sights(joined: LandmarkMap) -> list[Comparison]:
+    """What each walk that is tied saw of each landmark, against all others and the rest of its own map."""
+    others = OtherWalks(joined)
+    return [one for number in np.flatnonzero(joined.tied).tolist() for one in _of_walk(joined, others, number)]
+
+
+def _of_walk(joined: LandmarkMap, others: OtherWalks, number: int) -> list[Comparison]:
+    own = joined.maps[number]
+    told = others.told(number)
+    known = np.isin(own.landmark, told.landmark)
+    nothing = [Comparison(landmark, number) for landmark in own.landmark[~known].tolist()]
+    if np.sum(known) <= FEWEST_OTHERS:
+        return [Comparison(landmark, number) for landmark in own.landmark.tolist()]
+    rows = np.flatnonzero(known)
+    at = np.searchsorted(told.landmark, own.landmark[rows])
+    places = np.arange(2 * len(rows))
+    # About the places told, so that residuals are what the walk misses them by; their own spread is carried along.
+    moved = replace(joined, position=joined.position.copy())
+    moved.position[told.landmark] = told.position
+    linear = linear_map(moved, number)
+    keep = (2 * rows[:, None] + (0, 1)).ravel()
+    design = linear.design[np.ix_(keep, keep)]
+    spread = told.covariance[np.ix_(*[joint_columns(at, len(told.landmark))[places]] * 2)]
+    whole = linear.own[np.ix_(keep, keep)] + np.diag(linear.shift[keep]) + design @ spread @ design.T
+    frame, residual = linear.frame[keep], linear.residual[keep]
+    worth = np.linalg.inv(whole)
+    pull = frame.T @ worth
+    worth -= pull.T @ np.linalg.solve(pull @ frame, pull)
+    usual_m2, turn = joined.doubts.shift_m**2, np.exp(1j * joined.turn_rad[number])
+    found = []
+    for row in range(len(rows)):
+        pair = slice(2 * row, 2 * row + 2)
+        # Of one observation, what all others predict of it and how well, from the inverse of the whole covariance.
+        covariance = np.linalg.inv(worth[pair, pair])
+        offset = covariance @ (worth @ residual)[pair]
+        covariance -= np.eye(2) * (linear.shift[keep][2 * row] - usual_m2)
+        rotation = np.array([[turn.real, -turn.imag], [turn.imag, turn.real]])
+        landmark = int(own.landmark[rows[row]])
+        found.append(Comparison.of(landmark, number, rotation @ offset, rotation @ covariance @ rotation.T))
+    return nothing + found

@@ -1,0 +1,89 @@
+"""The reference that contradicts all others is named, and no other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.landmark_survey.local_maps import building, seen_from
+from vislam2tag.landmark_survey.landmark_map import join
+from vislam2tag.landmark_survey.local_map import LocalMap
+from vislam2tag.landmark_survey.odd_one_out import Comparison, Verdict, Votes, vote
+from vislam2tag.smoother.landmark_priors import LandmarkPriors
+
+SEEN = [[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10], [8, 9, 10, 11, 0, 1, 2], [0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9]]
+FAULT = 0.8 - 0.6j
+"""One metre."""
+
+
+def survey(seed: int) -> tuple[list[LocalMap], LandmarkPriors]:
+    """Twelve landmarks, all surveyed, and five walks past half of them each, with the errors that they state."""
+    place, heading = building(12, seed)
+    rng = np.random.default_rng(seed)
+    maps = []
+    for turn, seen in enumerate(SEEN):
+        one = seen_from(place, heading, seen, float(turn), 10j * turn)
+        maps.append(replace(one, position=one.position + 0.1 * (rng.standard_normal((len(seen), 2)) @ (1, 1j))))
+    priors = LandmarkPriors.nothing(12)
+    priors.position[:] = place + 0.02 * (rng.standard_normal((12, 2)) @ (1, 1j))
+    priors.covariance[:] = np.eye(2) * 0.02**2
+    return maps, priors
+
+
+def voted(maps: list[LocalMap], priors: LandmarkPriors) -> Votes:
+    return vote(join(maps, priors))
+
+
+def names(votes: Votes) -> list[tuple[int, int | None]]:
+    return [(one.landmark, one.walk) for one in votes.odd]
+
+
+def test_nothing_is_odd_where_errors_are_as_stated() -> None:
+    for seed in range(6):
+        votes = voted(*survey(seed))
+        assert names(votes) == []
+        assert {one.verdict for one in votes.fitting} == {Verdict.AGREES}
+        assert len(votes.fitting) == 12 + sum(map(len, SEEN))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_landmark_surveyed_elsewhere_is_named_with_its_offset(seed: int) -> None:
+    maps, priors = survey(seed)
+    priors.position[4] += FAULT
+    votes = voted(maps, priors)
+    assert names(votes) == [(4, None)]
+    assert votes.odd[0].offset == pytest.approx(FAULT, abs=0.3)
+    assert votes.odd[0].sigma_m < 0.25
+
+
+@pytest.mark.parametrize("walk", [0, 3])
+def test_a_sheet_that_hung_elsewhere_in_one_walk_is_named_with_the_walk(walk: int) -> None:
+    maps, priors = survey(2)
+    own = maps[walk]
+    moved = np.where(own.landmark == 2, own.position + FAULT * np.exp(-1j * walk), own.position)
+    maps[walk] = replace(own, position=moved)
+    votes = voted(maps, priors)
+    assert names(votes) == [(2, walk)]
+    assert votes.odd[0].offset == pytest.approx(FAULT, abs=0.4)
+
+
+def test_two_faults_are_named_the_greater_first() -> None:
+    maps, priors = survey(3)
+    priors.position[4] += FAULT
+    priors.position[9] += 2.5
+    assert names(voted(maps, priors)) == [(9, None), (4, None)]
+
+
+def test_what_nobody_else_saw_cannot_be_compared() -> None:
+    maps, priors = survey(4)
+    one = replace(maps[1], landmark=np.array([4, 5, 6, 7, 8, 9, 12]))
+    bigger = LandmarkPriors.nothing(13)
+    bigger.position[:12], bigger.covariance[:12] = priors.position, priors.covariance
+    votes = voted([maps[0], one], bigger)
+    found = {(one.landmark, one.walk): one.verdict for one in votes.fitting}
+    assert found[12, 1] is Verdict.NOTHING
+    assert found[11, None] is Verdict.NOTHING
+    assert found[5, None] is Verdict.AGREES
+    assert Comparison(11, None).verdict is Verdict.NOTHING
