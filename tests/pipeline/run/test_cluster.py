@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import time
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -76,6 +78,28 @@ def test_slurm_and_kubernetes_are_asked_by_their_interface(
         monkeypatch.setitem(sys.modules, part, fake)
     cluster_of(read_cluster(described(tmp_path, text)))
     assert asked == {"made": arguments} | ({} if scaled is None else {"scaled": scaled})
+
+
+def test_slurm_is_handed_scripts_that_start_a_worker_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By dask-jobqueue itself; in the place of Slurm's own commands stand some that keep what they are given."""
+    for name, does in (("sbatch", f'cp "$1" {tmp_path}/job.$$ && echo Submitted batch job $$'), ("scancel", ":")):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{does}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    options = 'queue = "long"\nmemory = "4GB"\nwalltime = "04:00:00"\ninterface = "lo"'
+    options += '\nscheduler_options = { dashboard_address = ":0" }'
+    with cluster_of(read_cluster(described(tmp_path, f'kind = "slurm"\nworkers = 2\n[options]\n{options}'))) as made:
+        deadline = time.monotonic() + 60
+        while len(list(tmp_path.glob("job.*"))) < 2 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        address = made.scheduler_address
+    scripts = [path.read_text().splitlines() for path in tmp_path.glob("job.*")]
+    assert len(scripts) == 2
+    asked = {"-p long", "-n 1", "--cpus-per-task=1", "--mem=4G", "-t 04:00:00"}
+    for script in scripts:
+        assert {f"#SBATCH {option}" for option in asked} <= set(script)
+        assert f"-m distributed.cli.dask_worker {address} " in script[-1]
+        assert "--nthreads 1 --memory-limit 3.73GiB --nanny" in script[-1]
 
 
 def test_a_package_that_lacks_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
