@@ -3,12 +3,15 @@ from __future__ import annotations
 import io
 import logging
 import pkgutil
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from tests.cli.command import the_error, vislam2tag
@@ -65,6 +68,17 @@ def test_help_fits_80_columns(words: tuple[str, ...]) -> None:
     assert [line for line in shown.stdout.splitlines() if len(line) > 80] == []
     assert "..." not in shown.stdout.partition("\nCommands:")[2], "no sentence is cut"
     assert ("--out" in shown.stdout) == ("-o, --out" in shown.stdout) or words[0] == "--help"
+    names = {name for option in command_of(words[:-1]).params for name in (*option.opts, *option.secondary_opts)}
+    whole = set(re.findall(r"--?[a-z][a-z0-9-]*[a-z0-9]|-[a-zA-Z]\b", shown.stdout))
+    assert {name for name in names if name.startswith("-")} - whole == set(), "no option's name is cut"
+
+
+def command_of(words: tuple[str, ...]) -> Any:
+    """The command or group that these words call."""
+    command: Any = typer.main.get_command(app)
+    for word in words:
+        command = command.get_command(None, word)
+    return command
 
 
 def test_a_misspelt_command_is_told_what_it_may_mean() -> None:
