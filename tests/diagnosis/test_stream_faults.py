@@ -11,6 +11,7 @@ from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
 from vislam2tag.diagnosis.record import FaultKind
 from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.diagnosis.streams import StreamSigns
+from vislam2tag.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.survey.model import SessionKey
 
 SOUND = StreamSigns(switched_on_s=1000.0, scans=40, repeated=0, sensor_offset_s=0.05)
@@ -57,12 +58,18 @@ def test_one_entry_for_all_walks_of_a_device_whose_clock_is_off() -> None:
 
 
 @pytest.mark.parametrize(
-    ("sensors_s", "wifi_s", "table", "entry_s"),
-    [(0.05, 6.0, "wifi", 6.0), (6.2, 0.0, "sensors", 6.2), (6.2, 5.5, "camera", -6.2)],
+    ("sensors_s", "wifi", "table", "entry_s"),
+    [
+        (0.05, ClockOffset(6.0, 0.3), "wifi", 6.0),
+        (6.2, ClockOffset(0.2, 0.3), "sensors", 6.2),
+        (6.2, None, "sensors", 6.2),
+        (6.2, ClockOffset(5.5, 0.3), "camera", -6.2),
+        (1.1, ClockOffset(1.0, 0.3), "camera", -1.1),
+    ],
 )
-def test_which_clock_is_off(sensors_s: float, wifi_s: float, table: str, entry_s: float) -> None:
-    """Sensors and scans off alike: it is the poses that are."""
-    (fault,) = stream_faults(signs(A1=StreamSigns(1000.0, 40, 0, sensors_s, wifi_s)))
+def test_which_clock_is_off(sensors_s: float, wifi: ClockOffset | None, table: str, entry_s: float) -> None:
+    """Sensors and scans off alike: it is the poses that are, even where the scans alone would not be sure."""
+    (fault,) = stream_faults(signs(A1=StreamSigns(1000.0, 40, 0, sensors_s, wifi)))
     values = fault.corrections[0].values
     assert (values["table"], values["offset_s"], values["session"]) == (table, entry_s, key("A", 1).session)
 

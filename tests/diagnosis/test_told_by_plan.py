@@ -7,9 +7,11 @@ import pytest
 
 from tests.diagnosis.made_walks import PLACES, evidence, made_survey
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
+from vislam2tag.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.survey.corrections.file import TurnLandmarks
 
 WIDTH_M, HEIGHT_M = 45.0, 30.0
@@ -32,8 +34,8 @@ def everywhere(points_m: FloatArray) -> BoolArray:
 def told(table: dict[str, complex], inside: Inside = near_the_way) -> list[Fault]:
     walks = made_survey()
     faults, corrected = found_faults(evidence(walks, table))
-    paths = {walk.key: walk.camera for walk in walks}
-    return told_by_plan(faults, corrected, paths, {0: inside})
+    ways = {walk.key: Way(walk.time_s, walk.camera) for walk in walks}
+    return told_by_plan(faults, corrected, ways, {0: inside})
 
 
 def corrected_places(table: dict[str, complex], fault: Fault) -> dict[str, complex]:
@@ -74,6 +76,23 @@ def test_about_which_line_a_table_is_mirrored() -> None:
     assert fault.kind is FaultKind.MIRRORED
     assert "about which line the plan tells" in fault.evidence
     assert corrected_places(table, fault) == pytest.approx(PLACES)
+
+
+def test_a_plan_that_hardly_changes_by_half_a_turn_is_told_by_the_walls_crossed() -> None:
+    """Few places of a way lie in the walls that it leads through: shares of it would not tell."""
+    true = np.array(list(PLACES.values()))
+    walls = [place for place in complex(WIDTH_M, HEIGHT_M) - true if np.abs(place - true).min() > 4][:5]
+
+    def inside(points_m: FloatArray) -> BoolArray:
+        place = points_m[:, 0] + 1j * points_m[:, 1]
+        on_plan = (np.abs(place.real - WIDTH_M / 2) < WIDTH_M / 2) & (np.abs(place.imag - HEIGHT_M / 2) < HEIGHT_M / 2)
+        return near_the_way(points_m) | (on_plan & (np.abs(place[:, None] - walls).min(axis=1) > 1.2))
+
+    table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}
+    (fault,) = told(table, inside)
+    assert "turned by 180 degrees" in fault.summary
+    assert "cross 0 of the plan's walls then, and " in fault.evidence
+    assert told(PLACES, inside) == []
 
 
 def test_a_plan_without_walls_in_the_way_tells_nothing() -> None:

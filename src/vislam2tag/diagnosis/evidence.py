@@ -11,6 +11,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.diagnosis.alignment import Alignment, align
+from vislam2tag.diagnosis.laid_way import Way, laid_way
 from vislam2tag.diagnosis.passes import WalkPasses
 
 WELL_ALIGNED = 0.6
@@ -72,12 +73,10 @@ class PlacedWalk:
         """Whether most of its passes fit."""
         return bool(self.alignment.fits.sum() >= WELL_ALIGNED * np.isfinite(self.target).sum())
 
-    def on_plan(self, path: ComplexArray) -> ComplexArray | None:
-        """A way in the frame of the passes (n,) laid onto the plan, metres; None where the walk does not fit."""
-        found = self.alignment
-        if not (self.well_aligned and found.fits.any()) or found.cuts:
-            return None
-        return np.asarray(found.origin + found.turn * path)
+    def on_plan(self, way: Way) -> ComplexArray | None:
+        """A way (n,) laid onto the plan, metres, NaN where that cannot be; None where the walk does not fit."""
+        fits = self.well_aligned and self.alignment.fits.any()
+        return laid_way(self.alignment, way) if fits else None
 
     def without(self, rows: IntArray) -> Alignment:
         """The walk laid onto its targets but those of some passes."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns
+from vislam2tag.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.diagnosis.words import REASON, listed
 from vislam2tag.survey.model import SessionKey
 
@@ -22,7 +23,9 @@ LEAST_OFFSET_S = 0.7
 SAME_OFFSET_S = 0.3
 """Walks of one device whose offsets are this alike need one entry."""
 SAME_WIFI_S = 2.0
-"""Sensors and scans are off by as much where their offsets differ by less: levels tell theirs less sharply."""
+"""... and those of their scans: levels tell them less sharply."""
+LEAST_GAIN = 9.0
+"""Scans are off by as much as the sensors where that lowers their squared error, in variances, by more than this."""
 REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
 """Repeated scans are a fault from this share on, and so many of them."""
 
@@ -91,17 +94,24 @@ def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> 
 def _clocks(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
     """Streams on another clock than the poses; the poses' own is off where all others are off by as much."""
     sensors = {key: one.sensor_offset_s for key, one in signs.items() if one.sensor_offset_s is not None}
-    wifi = {key: one.wifi_offset_s for key, one in signs.items() if one.wifi_offset_s is not None}
+    wifi = {key: one.wifi for key, one in signs.items() if one.wifi is not None}
     camera = {
         key: -sensors[key]
         for key in sensors.keys() & wifi.keys()
-        if abs(sensors[key]) > LEAST_OFFSET_S and abs(wifi[key]) > 0 and abs(sensors[key] - wifi[key]) < SAME_WIFI_S
+        if abs(sensors[key]) > LEAST_OFFSET_S and _as_much_off(wifi[key], sensors[key])
     }
     found = []
-    for table, offsets in (("camera", camera), ("sensors", sensors), ("wifi", wifi)):
+    scans = {key: at.offset_s if at.sure else 0.0 for key, at in wifi.items()}
+    for table, offsets in (("camera", camera), ("sensors", sensors), ("wifi", scans)):
         known = offsets if table == "camera" else {key: at for key, at in offsets.items() if key not in camera}
         found += _clocks_of(table, known)
     return found
+
+
+def _as_much_off(wifi: ClockOffset, offset_s: float) -> bool:
+    """Whether scans are rather off by this than not at all."""
+    gain_s2 = wifi.offset_s**2 - (wifi.offset_s - offset_s) ** 2
+    return gain_s2 > LEAST_GAIN * wifi.sigma_s**2
 
 
 def _clocks_of(table: str, offsets: Mapping[SessionKey, float]) -> list[Fault]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from vislam2tag.diagnosis.clock_offset import sensor_clock_offset_s
+from vislam2tag.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.repeated_scans import repeated_scans
 from vislam2tag.survey.corrections.file import session_start
@@ -17,15 +18,15 @@ _EPOCH = datetime(1970, 1, 1)
 class StreamSigns:
     """``switched_on_s``: when the phone was started, Unix seconds of its own wall clock, None where the session's name
     is no time; ``scans`` and how many of them repeat the one before; ``sensor_offset_s``: what to add to the times of
-    the inertial sensors so that they turn as the poses do, ``wifi_offset_s`` to those of the scans so that they hear
-    what others heard there (:mod:`vislam2tag.diagnosis.wifi_clock`), None where that cannot be told.
+    the inertial sensors so that they turn as the poses do, ``wifi`` to those of the scans so that they hear what others
+    heard there (:mod:`vislam2tag.diagnosis.wifi_clock`), None where that cannot be told.
     """
 
     switched_on_s: float | None
     scans: int
     repeated: int
     sensor_offset_s: float | None = None
-    wifi_offset_s: float | None = None
+    wifi: ClockOffset | None = None
 
 
 def stream_signs(session: Session) -> StreamSigns:

@@ -6,27 +6,26 @@ What a plan whose halves are alike cannot tell is not named.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.arrays import ComplexArray
 from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.evidence import Evidence
+from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.diagnosis.walls_crossed import Inside, walls_crossed
 from vislam2tag.diagnosis.words import REASON, listed
 from vislam2tag.survey.model import SessionKey
 
 LEAST_BETTER = 0.1
-"""Another turn is believed where this much more of the way is free of walls, as a share ..."""
+"""Another turn is believed where this much more of the way is free of walls, as a share, ..."""
 LEAST_FREE = 0.9
-"""... and so much of it at least."""
-AS_GOOD = 0.03
-"""Turns whose shares differ by less than this cannot be told apart."""
-Inside: TypeAlias = Callable[[FloatArray], BoolArray]
-"""Tells which points (n, 2), BCS metres, can be walked to."""
+"""... if so much of it is at least ..."""
+FEWEST_MORE, TIMES_MORE = 3, 3
+"""... or where the table's own turn crosses so many times as many walls, and so many more than that."""
 
 
 @dataclass(frozen=True)
@@ -47,17 +46,17 @@ def _turns(width_m: float, height_m: float) -> tuple[_Turn, ...]:
 def told_by_plan(
     faults: Sequence[Fault],
     evidence: Evidence,
-    paths: Mapping[SessionKey, ComplexArray],
+    ways: Mapping[SessionKey, Way],
     spaces: Mapping[int, Inside],
 ) -> list[Fault]:
     """Add the turns that plans tell to the faults found; one of a mirrored table is put into that fault's correction.
 
-    ``evidence`` has those faults corrected; ``paths`` are the walks in the frames of their passes, complex metres;
-    ``spaces`` tell by floor where can be walked.
+    ``evidence`` has those faults corrected; ``ways`` are those of the walks; ``spaces`` tell by floor where can be
+    walked.
     """
     found = list(faults)
     for floor, inside in sorted(spaces.items()):
-        told = _told(floor, inside, evidence, paths)
+        told = _told(floor, inside, evidence, ways)
         if told is None:
             continue
         turn, words = told
@@ -67,28 +66,38 @@ def told_by_plan(
     return found
 
 
-def _told(
-    floor: int, inside: Inside, evidence: Evidence, paths: Mapping[SessionKey, ComplexArray]
-) -> tuple[_Turn, str] | None:
-    """The turn by which walks go through fewer walls, and why; None where the table's own is as good."""
-    walks = [walk for walk in evidence.walks if walk.passes.key.floor == floor and walk.passes.key in paths]
-    ways = [way for walk in walks if (way := walk.on_plan(paths[walk.passes.key])) is not None]
-    if floor not in evidence.table.size_m or not ways:
+def _told(floor: int, inside: Inside, evidence: Evidence, ways: Mapping[SessionKey, Way]) -> tuple[_Turn, str] | None:
+    """The turn by which walks cross fewer walls, and why; None where the table's own is as good."""
+    walks = [walk for walk in evidence.walks if walk.passes.key.floor == floor and walk.passes.key in ways]
+    laid = [way for walk in walks if (way := walk.on_plan(ways[walk.passes.key])) is not None]
+    if floor not in evidence.table.size_m or not laid:
         return None
     turns = _turns(*evidence.table.size_m[floor])
-    free = [float(np.mean([inside(as_points(turn.of(way))).mean() for way in ways])) for turn in turns]
-    best = int(np.argmax(free))
-    if free[best] < LEAST_FREE or free[best] - free[0] < LEAST_BETTER:
+    free = [_free_share(inside, [turn.of(way) for way in laid]) for turn in turns]
+    walls = {i: walls_crossed(inside, [turns[i].of(way) for way in laid]) for i in range(4) if free[i] >= LEAST_FREE}
+    if not walls:
         return None
-    others = [turns[i] for i in range(1, len(turns)) if i != best and free[best] - free[i] < AS_GOOD]
-    words = (
-        f"{100 * free[best]:.0f} % of the way of {len(ways)} walks is free of the plan's walls then, and "
-        f"{100 * free[0]:.0f} % as the table is"
-    )
-    if others:
-        alike = listed([f"turn_deg = {one.degrees:g}, shift_m = {_numbers(one.shift)}" for one in others])
-        words += f"; as well with {alike}: look at the plan"
+    best = min(walls, key=lambda i: (walls[i], -free[i]))
+    alike = [i for i in walls if not _clearly_more(walls[i], walls[best])]
+    if 0 in alike or (0 not in walls and free[best] - free[0] < LEAST_BETTER):
+        return None
+    words = f"{100 * free[best]:.0f} % of the way of {len(laid)} walks is free of the plan's walls then, "
+    words += f"and {100 * free[0]:.0f} % as the table is"
+    if 0 in walls:
+        words = f"the ways of {len(laid)} walks cross {walls[best]} of the plan's walls then, and {walls[0]} as it is"
+    if others := [turns[i] for i in alike if i != best]:
+        as_well = listed([f"turn_deg = {one.degrees:g}, shift_m = {_numbers(one.shift)}" for one in others])
+        words += f"; as well with {as_well}: look at the plan"
     return turns[best], words
+
+
+def _free_share(inside: Inside, ways: Sequence[ComplexArray]) -> float:
+    """Share of ways that is free of walls, on average."""
+    return float(np.mean([inside(as_points(way[np.isfinite(way)])).mean() for way in ways if np.isfinite(way).any()]))
+
+
+def _clearly_more(walls: int, fewest: int) -> bool:
+    return walls >= FEWEST_MORE + TIMES_MORE * fewest
 
 
 def _numbers(shift: complex) -> list[float]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,21 +17,26 @@ from scipy.ndimage import gaussian_filter
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.diagnosis.evidence import Evidence
+from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.survey.model import SessionKey
 
-CELL_M, SPREAD_M = 1.0, 1.2
-"""Side of a cell, and how far a reading speaks for the cells about it (a Gaussian's sigma)."""
-LEAST_WEIGHT = 0.02
-"""A cell of which other walks say less than this (a reading has 0.11 in its own) says nothing."""
+CELL_M = 1.0
+"""Side of a cell."""
+SPREADS_M = (1.2, 3.6)
+"""How far readings speak for the cells about them (Gaussians' sigmas): nearby ones, and where none is near, farther."""
+FAR_WEIGHT = 0.03
+"""What farther readings say counts as this much near ones (of which one has 0.11 in its own cell)."""
+LEAST_WEIGHT = 0.002
+"""A cell of which other walks say less than this, even from afar, says nothing."""
 STEP_S, REACH_S = 0.5, 60.0
 FEWEST_SCANS, FEWEST_WALKS = 15, 3
 LEAST_INSIDE = 0.6
 """Share of a walk's readings that must lie on its way, and where others heard, at an offset that is tried."""
 GREATEST_DB = 12.0
-LEAST_SIGMAS = 4.0
-"""An offset is believed where the scans fit better by it, on average, by so many of its standard errors ..."""
-LEAST_BETTER = 0.1
-"""... and the squared differences are less by this share at least."""
+BLOCKS, DRAWS = 12, 200
+"""The error of an offset is that of offsets by scans drawn anew (Efron's bootstrap, in blocks of successive scans)."""
+SURE_SIGMAS = 4.0
+"""An offset is believed from so many of its standard errors on."""
 
 
 @dataclass(frozen=True)
@@ -48,46 +54,67 @@ class HeardOnWalk:
     way_s: FloatArray
     way: ComplexArray
 
+    @property
+    def as_way(self) -> Way:
+        """The way from its first frame on."""
+        return Way(self.way_s - self.way_s[0], self.way)
+
     def places(self, offset_s: float) -> ComplexArray:
         """(k,) where the readings were taken if this is added to their times; NaN off the way."""
         return np.asarray(np.interp(self.time_s + offset_s, self.way_s, self.way, left=np.nan, right=np.nan))
 
 
-def wifi_clock_offsets_s(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, float]:
-    """What to add to the times of each walk's scans, seconds; walks of which nobody can tell are left out.
+class ClockOffset(NamedTuple):
+    """What to add to the times of a walk's scans, and the standard error of that, seconds."""
+
+    offset_s: float
+    sigma_s: float
+
+    @property
+    def sure(self) -> bool:
+        """Whether it is believed that the clock is off."""
+        return abs(self.offset_s) > SURE_SIGMAS * self.sigma_s
+
+
+def wifi_clock_offsets(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, ClockOffset]:
+    """By how much the scans of each walk are off; walks of which nobody can tell are left out.
 
     ``heard`` have their ways in the frames of the passes; ``evidence`` lays them onto the plan.
     """
     floors: dict[int, dict[SessionKey, HeardOnWalk]] = defaultdict(dict)
     for walk in evidence.walks:
         key = walk.passes.key
-        if key in heard and (way := walk.on_plan(heard[key].way)) is not None and len(way) > 1:
+        if key in heard and len(heard[key].way) > 1 and (way := walk.on_plan(heard[key].as_way)) is not None:
             floors[key.floor][key] = replace(heard[key], way=way)
-    found: dict[SessionKey, float] = {}
+    found: dict[SessionKey, ClockOffset] = {}
     for walks in floors.values():
         telling = {key: walk for key, walk in walks.items() if len(np.unique(walk.scan)) >= FEWEST_SCANS}
         if len(telling) >= FEWEST_WALKS:
-            offsets = offsets_on_floor_s(list(telling.values()))
+            offsets = offsets_on_floor(list(telling.values()))
             found |= {key: at for key, at in zip(telling, offsets, strict=True) if at is not None}
     return found
 
 
-def offsets_on_floor_s(telling: Sequence[HeardOnWalk]) -> list[float | None]:
-    """The same for walks of one floor whose ways are on its plan."""
-    names = np.unique(np.concatenate([walk.bssid for walk in telling]))
-    ways = np.concatenate([walk.way for walk in telling])
-    corner = complex(ways.real.min(), ways.imag.min()) - complex(CELL_M, CELL_M)
-    far = complex(ways.real.max(), ways.imag.max()) - corner
-    shape = (len(names), int(far.imag / CELL_M) + 2, int(far.real / CELL_M) + 2)
-    cells = _Cells(names, corner, shape)
-    offsets_db = np.zeros(len(telling))
-    for _ in range(2):  # levels of devices differ by constants, which the first maps tell
-        maps = [cells.spread(walk, walk.dbm - db) for walk, db in zip(telling, offsets_db, strict=True)]
-        total = [sum(one[i] for one in maps) for i in range(2)]
-        references = [(total[0] - own[0], total[1] - own[1]) for own in maps]
-        pairs = list(zip(telling, references, strict=True))
-        offsets_db = np.array([float(np.nanmedian(cells.differences(walk, 0.0, of))) for walk, of in pairs])
-    return [_offset_s(cells, walk, of) for walk, of in pairs]
+def offsets_on_floor(telling: Sequence[HeardOnWalk]) -> list[ClockOffset | None]:
+    """The same for walks of one floor whose ways are on its plan.
+
+    What is surely off is corrected, the surest first, before the others are compared with it.
+    """
+    cells = _Cells.of(telling)
+    walks = list(telling)
+    shift_s = np.zeros(len(walks))
+    while True:
+        offsets = [_offset(cells, walk, of) for walk, of in zip(walks, cells.references(walks), strict=True)]
+        off = [i for i, at in enumerate(offsets) if at is not None and at.sure and not shift_s[i]]
+        if not off:
+            return [at and at._replace(offset_s=at.offset_s + by) for at, by in zip(offsets, shift_s, strict=True)]
+        surest = max(off, key=lambda i: abs(offsets[i].offset_s) / offsets[i].sigma_s)
+        shift_s[surest] = offsets[surest].offset_s
+        walks[surest] = replace(walks[surest], time_s=walks[surest].time_s + shift_s[surest])
+
+
+_Levels: TypeAlias = tuple[FloatArray, FloatArray]
+"""Sums of levels (access points, rows, columns) and of their weights."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +125,26 @@ class _Cells:
     corner: complex
     shape: tuple[int, int, int]
 
+    @classmethod
+    def of(cls, walks: Sequence[HeardOnWalk]) -> _Cells:
+        """Cells about the ways of some walks."""
+        names = np.unique(np.concatenate([walk.bssid for walk in walks]))
+        ways = np.concatenate([walk.way[np.isfinite(walk.way)] for walk in walks])
+        corner = complex(ways.real.min(), ways.imag.min()) - complex(CELL_M, CELL_M)
+        far = complex(ways.real.max(), ways.imag.max()) - corner
+        return cls(names, corner, (len(names), int(far.imag / CELL_M) + 2, int(far.real / CELL_M) + 2))
+
+    def references(self, walks: Sequence[HeardOnWalk]) -> list[_Levels]:
+        """For each walk what the others heard; levels of devices differ by constants, which the first maps tell."""
+        offsets_db = np.zeros(len(walks))
+        for _ in range(2):
+            maps = [self._levels(walk, walk.dbm - db) for walk, db in zip(walks, offsets_db, strict=True)]
+            total = [sum(one[i] for one in maps) for i in range(2)]
+            references = [self._spread((total[0] - own[0], total[1] - own[1])) for own in maps]
+            pairs = zip(walks, references, strict=True)
+            offsets_db = np.array([_middle_db(self.differences(walk, 0.0, of)) for walk, of in pairs])
+        return references
+
     def _index(self, walk: HeardOnWalk, offset_s: float) -> tuple[tuple[IntArray, ...], FloatArray]:
         """Cells of readings that lie on the way, and which of all readings do."""
         place = (walk.places(offset_s) - self.corner) / CELL_M
@@ -105,48 +152,66 @@ class _Cells:
         point = np.searchsorted(self.names, walk.bssid[on])
         return (point, place.imag[on].astype(np.int64), place.real[on].astype(np.int64)), on
 
-    def spread(self, walk: HeardOnWalk, dbm: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Sums of levels and weights of a walk's readings, spread over the cells about each."""
+    def _levels(self, walk: HeardOnWalk, dbm: FloatArray) -> _Levels:
+        """Sums of levels and numbers of a walk's readings."""
         index, on = self._index(walk, 0.0)
         sums, weights = np.zeros(self.shape), np.zeros(self.shape)
         np.add.at(sums, index, dbm[on])
         np.add.at(weights, index, 1.0)
-        sigma = (0.0, SPREAD_M / CELL_M, SPREAD_M / CELL_M)
-        return gaussian_filter(sums, sigma, truncate=2.5), gaussian_filter(weights, sigma, truncate=2.5)
+        return sums, weights
 
-    def differences(self, walk: HeardOnWalk, offset_s: float, reference: tuple[FloatArray, FloatArray]) -> FloatArray:
+    def _spread(self, levels: _Levels) -> _Levels:
+        """Levels spread over the cells about each: from near, and for a small part from afar."""
+        near, far = (
+            [gaussian_filter(part, (0.0, at_m / CELL_M, at_m / CELL_M), truncate=2.5) for part in levels]
+            for at_m in SPREADS_M
+        )
+        known = far[1] >= LEAST_WEIGHT
+        mean = np.divide(far[0], far[1], out=np.zeros(self.shape), where=known)
+        return near[0] + FAR_WEIGHT * mean, near[1] + FAR_WEIGHT * known
+
+    def differences(self, walk: HeardOnWalk, offset_s: float, reference: _Levels) -> FloatArray:
         """(k,) levels less those of the reference, dB; NaN where that says nothing."""
         index, on = self._index(walk, offset_s)
         weight = reference[1][index]
+        level = np.divide(reference[0][index], weight, out=np.full(len(weight), np.nan), where=weight >= FAR_WEIGHT)
         found = np.full(len(walk.dbm), np.nan)
-        found[on] = np.where(
-            weight >= LEAST_WEIGHT, walk.dbm[on] - reference[0][index] / np.maximum(weight, LEAST_WEIGHT), np.nan
-        )
+        found[on] = walk.dbm[on] - level
         return found
 
 
-def _offset_s(cells: _Cells, walk: HeardOnWalk, reference: tuple[FloatArray, FloatArray]) -> float | None:
+def _middle_db(difference_db: FloatArray) -> float:
+    known = difference_db[np.isfinite(difference_db)]
+    return float(np.median(known)) if len(known) else 0.0
+
+
+def _offset(cells: _Cells, walk: HeardOnWalk, reference: _Levels) -> ClockOffset | None:
+    """The offset at which a walk heard what others did; None where too few of its readings lie where these heard."""
     tried = np.arange(-REACH_S, REACH_S + STEP_S / 2, STEP_S)
+    squares, count = _squares(cells, walk, reference, tried)
+    possible = (count > 0).sum(axis=1) >= FEWEST_SCANS
+    if not possible.any():
+        return None
+    squares, count, tried = squares[possible], count[possible], tried[possible]
+    block = np.arange(squares.shape[1]) * BLOCKS // squares.shape[1]
+    drawn = np.random.default_rng(0).multinomial(BLOCKS, np.full(BLOCKS, 1 / BLOCKS), DRAWS)[:, block]
+    each = np.where(count > 0, squares / np.maximum(count, 1), 0.0)
+    mean = (drawn @ each.T) / np.maximum(drawn @ (count > 0).T, 1e-9)
+    best_s = tried[np.argmin(mean, axis=1)]
+    return ClockOffset(float(best_s.mean()), float(np.hypot(best_s.std(), STEP_S / np.sqrt(12))))
+
+
+def _squares(cells: _Cells, walk: HeardOnWalk, reference: _Levels, tried: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sums of squared differences, dB^2, of each scan at each offset (offsets, scans), and of how many readings; none
+    at offsets at which too few readings lie where others heard.
+    """
     scans, scan = np.unique(walk.scan, return_inverse=True)
-    by_scan = np.full((len(tried), len(scans)), np.nan)
+    squares, count = np.zeros((2, len(tried), len(scans)))
     for row, offset_s in enumerate(tried.tolist()):
         difference = cells.differences(walk, offset_s, reference)
         known = np.isfinite(difference)
         if known.mean() >= LEAST_INSIDE:
-            squares = np.minimum(np.abs(difference[known] - np.median(difference[known])), GREATEST_DB) ** 2
-            count = np.bincount(scan[known], minlength=len(scans))
-            by_scan[row] = np.where(count, np.bincount(scan[known], squares, len(scans)) / np.maximum(count, 1), np.nan)
-    own = by_scan[len(tried) // 2]
-    possible = np.isfinite(by_scan).sum(axis=1) >= FEWEST_SCANS
-    if not possible.any():
-        return None
-    mean = np.full(len(tried), np.inf)
-    mean[possible] = np.nanmean(by_scan[possible], axis=1)
-    best = int(np.argmin(mean))
-    both = np.isfinite(own) & np.isfinite(by_scan[best])
-    if both.sum() < FEWEST_SCANS:
-        return None
-    better = own[both] - by_scan[best][both]
-    error = float(better.std(ddof=1)) / np.sqrt(both.sum())
-    sure = better.mean() >= max(LEAST_SIGMAS * error, LEAST_BETTER * own[both].mean())
-    return float(tried[best]) if sure else 0.0
+            off = np.minimum(np.abs(difference[known] - np.median(difference[known])), GREATEST_DB)
+            squares[row] = np.bincount(scan[known], off**2, len(scans))
+            count[row] = np.bincount(scan[known], minlength=len(scans))
+    return squares, count

@@ -50,19 +50,30 @@ def _new_places(sights: Sequence[Sight], own: complex) -> Iterator[tuple[complex
     """Places away from the table's on which most sights agree, and their covariances."""
     away = [sight for sight in sights if abs(sight.place - own) > LEAST_M]
     while away:
-        group = max(([other for other in away if _together(one, other)] for one in away), key=len)
-        if len(group) < FEWEST_SIGHTS:
+        groups = [(one, [other for other in away if _together(one, other)]) for one in away]
+        groups = [(one, group) for one, group in groups if len(group) >= FEWEST_SIGHTS]
+        if not groups:
             return
+        _, group = max(groups, key=lambda agreeing: _sharpness(*agreeing))
         found = _mean(group)
         if abs(found[0] - own) > LEAST_MOVED_M:
             yield found
         away = [sight for sight in away if all(sight is not one for one in group)]
 
 
+def _spread(one: Sight, other: Sight) -> FloatArray:
+    """Covariance (2, 2) of how far apart two sights of one place are, m^2."""
+    return np.asarray(one.covariance + other.covariance + 2 * SLACK_M**2 * np.eye(2))
+
+
 def _together(one: Sight, other: Sight) -> bool:
     apart = as_points(np.array(one.place - other.place))
-    spread = one.covariance + other.covariance + 2 * SLACK_M**2 * np.eye(2)
-    return bool(apart @ np.linalg.solve(spread, apart) < TOGETHER)
+    return bool(apart @ np.linalg.solve(_spread(one, other), apart) < TOGETHER)
+
+
+def _sharpness(one: Sight, group: Sequence[Sight]) -> float:
+    """How sharply a group agrees with one of it: what is put nowhere in particular agrees with everything."""
+    return float(sum(1 / np.trace(_spread(one, other)) for other in group))
 
 
 def _mean(sights: Sequence[Sight]) -> tuple[complex, FloatArray]:

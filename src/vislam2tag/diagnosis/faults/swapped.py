@@ -21,13 +21,13 @@ def propose(evidence: Evidence) -> Iterator[Hypothesis]:
     for floor in evidence.floors:
         suspects = [mark for mark in evidence.suspects if mark.floor == floor]
         there = len(evidence.passed(floor))
-        may = [
+        may = {
             (one, other)
             for one, other in permutations(suspects, 2)
             if evidence.may_be_at(one, evidence.table.place[other])
-        ]
+        }
         for one, other in combinations(suspects, 2):
-            if {(one, other), (other, one)} <= set(may):
+            if {(one, other), (other, one)} & may:  # in a walk of few landmarks each bends where it puts the other
                 yield _exchanged(evidence, (one, other), choices(comb(there, 2)))
         for circle in sorted(_circles(evidence, suspects)):
             yield _exchanged(evidence, circle, choices(2 * comb(there, 3)))

@@ -15,8 +15,9 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
-from vislam2tag.diagnosis.told_by_plan import Inside, told_by_plan
-from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets_s
+from vislam2tag.diagnosis.told_by_plan import told_by_plan
+from vislam2tag.diagnosis.walls_crossed import Inside
+from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
@@ -65,11 +66,11 @@ def diagnose(
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
     faults, corrected = found_faults(survey_evidence(survey.site, walks))
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
-    paths = {key: one.way for key, one in heard.items()}
-    faults = told_by_plan(faults, corrected, paths, _walkable_floors(survey))
-    offsets_s = wifi_clock_offsets_s(corrected, heard)
+    ways = {key: one.as_way for key, one in heard.items()}
+    faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))
+    clocks = wifi_clock_offsets(corrected, heard)
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
-    faults += stream_faults({key: replace(one, wifi_offset_s=offsets_s.get(key)) for key, one in signs.items()})
+    faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()})
     faults += [fault for session in sessions for fault in session.faults]
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
