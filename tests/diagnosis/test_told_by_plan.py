@@ -7,7 +7,9 @@ import pytest
 
 from tests.diagnosis.made_walks import PLACES, evidence, made_survey
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.similarity import as_points
 from vislam2tag.diagnosis.laid_way import Way
+from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
@@ -31,10 +33,17 @@ def everywhere(points_m: FloatArray) -> BoolArray:
     return np.ones(len(points_m), dtype=bool)
 
 
-def told(table: dict[str, complex], inside: Inside = near_the_way) -> list[Fault]:
+def way_of(walk: WalkPasses, steps: int = 1) -> Way:
+    """Straight from pass to pass, in so many steps each."""
+    at = np.linspace(0, len(walk.camera) - 1, steps * (len(walk.camera) - 1) + 1)
+    rows = np.arange(len(walk.camera))
+    return Way(np.interp(at, rows, walk.time_s), np.interp(at, rows, walk.camera))
+
+
+def told(table: dict[str, complex], inside: Inside = near_the_way, steps: int = 1) -> list[Fault]:
     walks = made_survey()
     faults, corrected = found_faults(evidence(walks, table))
-    ways = {walk.key: Way(walk.time_s, walk.camera) for walk in walks}
+    ways = {walk.key: way_of(walk, steps) for walk in walks}
     return told_by_plan(faults, corrected, ways, {0: inside})
 
 
@@ -80,19 +89,24 @@ def test_about_which_line_a_table_is_mirrored() -> None:
 
 def test_a_plan_that_hardly_changes_by_half_a_turn_is_told_by_the_walls_crossed() -> None:
     """Few places of a way lie in the walls that it leads through: shares of it would not tell."""
-    true = np.array(list(PLACES.values()))
-    walls = [place for place in complex(WIDTH_M, HEIGHT_M) - true if np.abs(place - true).min() > 4][:5]
+    walks = evidence(made_survey(), PLACES).walks
+    true = np.concatenate([way for walk in walks if (way := walk.on_plan(way_of(walk.passes, 20))) is not None])
+    turned = complex(WIDTH_M, HEIGHT_M) - true
+    walls = turned[np.abs(turned[:, None] - true).min(axis=1) > 1.7][::30]
 
     def inside(points_m: FloatArray) -> BoolArray:
         place = points_m[:, 0] + 1j * points_m[:, 1]
-        on_plan = (np.abs(place.real - WIDTH_M / 2) < WIDTH_M / 2) & (np.abs(place.imag - HEIGHT_M / 2) < HEIGHT_M / 2)
-        return near_the_way(points_m) | (on_plan & (np.abs(place[:, None] - walls).min(axis=1) > 1.2))
+        beside = np.maximum(
+            np.abs(place.real - WIDTH_M / 2) - WIDTH_M / 2, np.abs(place.imag - HEIGHT_M / 2) - HEIGHT_M / 2
+        )
+        return (beside < 2) & (np.abs(place[:, None] - walls).min(axis=1) > 0.8)
 
+    assert inside(as_points(turned)).mean() > 0.9
     table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}
-    (fault,) = told(table, inside)
+    (fault,) = told(table, inside, steps=20)
     assert "turned by 180 degrees" in fault.summary
     assert "cross 0 of the plan's walls then, and " in fault.evidence
-    assert told(PLACES, inside) == []
+    assert told(PLACES, inside, steps=20) == []
 
 
 def test_a_plan_without_walls_in_the_way_tells_nothing() -> None:
