@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from vislam2tag.diagnosis.passes import WalkPasses as WalkPasses
     from vislam2tag.diagnosis.record import Diagnosis as Diagnosis
     from vislam2tag.diagnosis.streams import StreamSigns as StreamSigns
+    from vislam2tag.diagnosis.wifi_clock import ClockOffset as ClockOffset
     from vislam2tag.diagnosis.wifi_clock import HeardOnWalk as HeardOnWalk
     from vislam2tag.evaluation.metrics import ErrorSummary as ErrorSummary
     from vislam2tag.evaluation.record import SessionEvaluation as SessionEvaluation
@@ -244,7 +245,7 @@ _NAMES = {
     "diagnosis.passes": "WalkPasses",
     "diagnosis.record": "Diagnosis",
     "diagnosis.streams": "StreamSigns",
-    "diagnosis.wifi_clock": "HeardOnWalk",
+    "diagnosis.wifi_clock": "ClockOffset HeardOnWalk",
     "evaluation.metrics": "ErrorSummary",
     "evaluation.record": "SessionEvaluation SurveyEvaluation",
     "heights.settings": "HeightSettings",
