@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
-from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, runs_of
 from vislam2tag.diagnosis.evidence import Evidence
 from vislam2tag.diagnosis.laid_way import Way
 from vislam2tag.survey.model import SessionKey
@@ -107,7 +107,10 @@ def offsets_on_floor(telling: Sequence[HeardOnWalk]) -> list[ClockOffset | None]
         offsets = [_offset(cells, walk, of) for walk, of in zip(walks, cells.references(walks), strict=True)]
         off = [i for i, at in enumerate(offsets) if at is not None and at.sure and not shift_s[i]]
         if not off:
-            return [at and at._replace(offset_s=at.offset_s + by) for at, by in zip(offsets, shift_s, strict=True)]
+            return [
+                None if at is None else at._replace(offset_s=at.offset_s + by)
+                for at, by in zip(offsets, shift_s.tolist(), strict=True)
+            ]
         surest = max(off, key=lambda i: abs(offsets[i].offset_s) / offsets[i].sigma_s)
         shift_s[surest] = offsets[surest].offset_s
         walks[surest] = replace(walks[surest], time_s=walks[surest].time_s + shift_s[surest])
@@ -186,18 +189,24 @@ def _middle_db(difference_db: FloatArray) -> float:
 
 
 def _offset(cells: _Cells, walk: HeardOnWalk, reference: _Levels) -> ClockOffset | None:
-    """The offset at which a walk heard what others did; None where too few of its readings lie where these heard."""
+    """The offset at which a walk heard what others did; None where too few of its readings lie where these heard, as it
+    is or from some offset on that fits better and better.
+    """
     tried = np.arange(-REACH_S, REACH_S + STEP_S / 2, STEP_S)
     squares, count = _squares(cells, walk, reference, tried)
-    possible = (count > 0).sum(axis=1) >= FEWEST_SCANS
-    if not possible.any():
+    possible = runs_of((count > 0).sum(axis=1) >= FEWEST_SCANS)
+    about_none = [slice(*run) for run in possible if run[0] <= len(tried) // 2 < run[1]]
+    if not about_none:
         return None
-    squares, count, tried = squares[possible], count[possible], tried[possible]
+    squares, count, tried = (part[about_none[0]] for part in (squares, count, tried))
     block = np.arange(squares.shape[1]) * BLOCKS // squares.shape[1]
     drawn = np.random.default_rng(0).multinomial(BLOCKS, np.full(BLOCKS, 1 / BLOCKS), DRAWS)[:, block]
     each = np.where(count > 0, squares / np.maximum(count, 1), 0.0)
     mean = (drawn @ each.T) / np.maximum(drawn @ (count > 0).T, 1e-9)
-    best_s = tried[np.argmin(mean, axis=1)]
+    best = np.argmin(mean, axis=1)
+    if not 0 < np.median(best) < len(tried) - 1:
+        return None
+    best_s = tried[best]
     return ClockOffset(float(best_s.mean()), float(np.hypot(best_s.std(), STEP_S / np.sqrt(12))))
 
 
