@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
+from vislam2tag.simulation.choices import Climb
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import WritingOptions, simulate
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +69,22 @@ def test_a_sound_survey_has_no_fault(survey: Path) -> None:
 
 def test_apply_and_revert_exclude_each_other(survey: Path) -> None:
     assert "one of them" in the_error(vislam2tag("diagnose", survey, "--apply", "--revert"))
+
+
+def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) -> None:
+    """Floor 1's sheet 111 gets the id 3, which floor 0 has, too; walks went to both floors."""
+    survey = tmp_path / "survey"
+    simulate(regular_survey(4, "none", (0, 1), ("LG",), 1, 150.0, climb=Climb.STAIRS), survey, WritingOptions())
+    for path, mark in (
+        (survey / "floor_1" / "marker_dict.csv", ","),
+        *((at, ";") for at in survey.rglob("initPoses*")),
+    ):
+        path.write_text("\n".join(re.sub(f"^111{mark}", f"3{mark}", line) for line in path.read_text().split("\n")))
+    refused = vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1")
+    assert refused.returncode == 1
+    assert "let `vislam2tag diagnose` tell which sheet it saw when" in refused.stderr
+    said = vislam2tag("diagnose", survey, "--apply", "--jobs", "1")
+    assert "passed the landmark 3 of floor 1, and another floor has one with this id" in said.stdout
+    assert "it brings: 0 % -> 100 % of frames labelled" in said.stdout
+    assert vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
+    assert labelled_share(tmp_path / "labels") > 0.9

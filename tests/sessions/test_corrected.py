@@ -144,6 +144,13 @@ def test_sightings_of_a_span_become_another_landmarks(session: Session) -> None:
     assert corrected_session(session, late) == (session, ())
 
 
+def test_sightings_of_a_span_are_another_floors(session: Session) -> None:
+    entry = {"id": "10", "to": 2, "from_s": 0.5}
+    corrected, uses = corrected_session(session, corrections_of(set_landmark_floor=[entry]))
+    assert corrected.landmarks.ids == ("10", "7", "10 (floor 2)")
+    assert "taken for those of 10 (floor 2)" in uses[0]
+
+
 def test_one_row_of_a_landmark_stays_in_a_frame_where_two_would_be(session: Session) -> None:
     both = corrections_of(rename_landmark=[{"id": "10", "to": "7"}])
     log = corrected_session(session, both)[0].landmarks

@@ -95,6 +95,12 @@ def test_one_such_landmark_needs_a_climb() -> None:
     assert flat.landmarks.storeys.number.tolist() == [1]
 
 
+def test_a_landmark_that_corrections_put_on_another_floor_needs_no_climb() -> None:
+    camera, log = walked(FLAT, "bc")
+    considered = candidate_landmarks(site_of(TWO_FLOORS), KEY.floor, log.ids)
+    assert landmarks_of_session(considered, KEY, camera, log, ["c"]).unused == ()
+
+
 def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:
     chosen = choose(site_of(TWO_FLOORS), FLAT, "bcx")
     _, log = walked(FLAT, "bcx")

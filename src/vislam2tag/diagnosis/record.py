@@ -20,6 +20,8 @@ class FaultKind(StrEnum):
     """... since a date."""
     TWO_PLACES = "two_places"
     """Two sheets with one id."""
+    TWO_FLOORS = "two_floors"
+    """Sheets on two floors with one id, in one walk."""
     WRONG_FLOOR = "wrong_floor"
     """A session lies in another floor's folder."""
     MIRRORED = "mirrored"

@@ -20,6 +20,7 @@ from vislam2tag.survey.corrections.file import (
     ExcludeLandmark,
     ExcludeSpan,
     RenameLandmark,
+    SetLandmarkFloor,
     ShiftClock,
     SwapLandmarks,
 )
@@ -32,8 +33,9 @@ _LONGEST_S = 1e9
 def corrected_session(session: Session, corrections: Corrections) -> tuple[Session, tuple[str, ...]]:
     """Apply the corrections that concern a session, and give one sentence for each use.
 
-    In this order: clocks are shifted, repeated scans marked, landmark ids swapped, then renamed, landmarks
-    excluded (by their corrected id), time spans excluded (their frames become INVALID and lose their landmark rows).
+    In this order: clocks are shifted, repeated scans marked, landmark ids swapped, then renamed, then given to other
+    floors, landmarks excluded (by their corrected id), time spans excluded (their frames become INVALID and lose their
+    landmark rows).
     """
     entries = corrections.for_session(session.key)
     uses: list[str] = []
@@ -44,7 +46,9 @@ def corrected_session(session: Session, corrections: Corrections) -> tuple[Sessi
     for swap in entries.swap_landmarks:
         session = replace(session, landmarks=_swapped(session.landmarks, swap, uses))
     for rename in entries.rename_landmark:
-        session = replace(session, landmarks=_renamed(session, rename, uses))
+        session = replace(session, landmarks=_renamed(session, rename, rename.to, uses))
+    for other in entries.set_landmark_floor:
+        session = replace(session, landmarks=_renamed(session, other, other.name, uses))
     for landmark in entries.exclude_landmark:
         session = replace(session, landmarks=_without(session.landmarks, landmark, uses))
     usable_ns = session.camera.time_ns[session.camera.usable]
@@ -117,7 +121,7 @@ def _swapped(log: LandmarkLog, entry: SwapLandmarks, uses: list[str]) -> Landmar
     return replace(log, ids=tuple(other.get(landmark, landmark) for landmark in log.ids))
 
 
-def _renamed(session: Session, entry: RenameLandmark, uses: list[str]) -> LandmarkLog:
+def _renamed(session: Session, entry: RenameLandmark | SetLandmarkFloor, to: str, uses: list[str]) -> LandmarkLog:
     """Give the rows of a landmark within the span to another one."""
     log, camera = session.landmarks, session.camera
     usable_ns = camera.time_ns[camera.usable]
@@ -128,9 +132,9 @@ def _renamed(session: Session, entry: RenameLandmark, uses: list[str]) -> Landma
     chosen = (log.landmark == log.ids.index(entry.id)) & (at_ns >= first_ns) & (at_ns < end_ns)
     if not chosen.any():
         return log
-    uses.append(f"{int(chosen.sum())} rows of landmark {entry.id} are taken for those of {entry.to}{entry.because()}.")
-    ids = log.ids if entry.to in log.ids else (*log.ids, entry.to)
-    landmark = np.where(chosen, ids.index(entry.to), log.landmark)
+    uses.append(f"{int(chosen.sum())} rows of landmark {entry.id} are taken for those of {to}{entry.because()}.")
+    ids = log.ids if to in log.ids else (*log.ids, to)
+    landmark = np.where(chosen, ids.index(to), log.landmark)
     order = np.lexsort((log.frame, landmark))
     same = (np.diff(landmark[order]) == 0) & (np.diff(log.frame[order]) == 0)
     order = order[np.concatenate(([True], ~same))]  # one row of a landmark in a frame
@@ -185,7 +189,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     )
 
 
-def _span_ns(entry: ExcludeSpan | RenameLandmark, start_ns: int) -> tuple[int, int]:
+def _span_ns(entry: ExcludeSpan | RenameLandmark | SetLandmarkFloor, start_ns: int) -> tuple[int, int]:
     """From and to when an entry holds, boot-clock ns, given the session's first usable frame."""
     return start_ns + _nanoseconds(entry.from_s), start_ns + _nanoseconds(entry.to_s)
 

@@ -22,7 +22,7 @@ from vislam2tag.sessions.told_landmarks import ToldLandmarks
 from vislam2tag.sessions.without_poses import inertial_log, with_presses_as_fixes
 from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.survey.corrections.file import Corrections
-from vislam2tag.survey.corrections.landmarks import corrected_landmarks
+from vislam2tag.survey.corrections.landmarks import corrected_landmarks, named_by_floor
 from vislam2tag.survey.frame_change import FrameChange, changes_from, in_frame_of
 from vislam2tag.survey.model import Floor, SessionRef, Site
 from vislam2tag.survey.settings import SurveySettings
@@ -57,12 +57,13 @@ class SessionTask:
         They are corrected, and in the BCS of the session's floor.
         """
         own = self.ref.key.floor
-        considered, uses = self._corrected(candidate_landmarks(self.site, own, logged))
+        named = named_by_floor(self.site.landmarks, self.corrections, self.ref.key)
+        considered, uses = self._corrected(candidate_landmarks(replace(self.site, landmarks=named), own, logged))
         return in_frame_of(considered, self.site, own), uses
 
     def landmarks_of_all_floors(self) -> Landmarks:
         """The site's landmarks, corrected for the session; ids may repeat from floor to floor."""
-        return self._corrected(self.site.landmarks)[0]
+        return self._corrected(named_by_floor(self.site.landmarks, self.corrections, self.ref.key))[0]
 
     def _corrected(self, landmarks: Landmarks) -> tuple[Landmarks, tuple[str, ...]]:
         return corrected_landmarks(landmarks, self.corrections, self.ref.key, self.landmark_sigma_m)
@@ -111,14 +112,20 @@ class PreparedSession:
 
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
-    with at_hand(task.ref) as ref:
-        read = with_companions(read_session(ref, task.finding_settings), ref.folder)
-    session, session_uses = corrected_session(read, task.corrections)
+    session, session_uses = read_corrected(task)
     session = _with_readings(_on_its_floor(session, task.floor))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
-    mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks)
+    named = [entry.name for entry in task.corrections.for_session(session.key).set_landmark_floor]
+    mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
     landmarks = mine.landmarks if task.told is None else task.told.onto(mine.landmarks)
     return PreparedSession(task, session, landmarks, mine.unused, (*landmark_uses, *session_uses))
+
+
+def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
+    """A session with its corrections applied, and one sentence for each use; raises SessionError as reading it does."""
+    with at_hand(task.ref) as ref:
+        read = with_companions(read_session(ref, task.finding_settings), ref.folder)
+    return corrected_session(read, task.corrections)
 
 
 def _on_its_floor(session: Session, floor: Floor) -> Session:

@@ -22,6 +22,10 @@ SAME_PLACE_M = 1e-3
 """Two entries of one id this near each other are one landmark: files give millimetres."""
 
 
+class AmbiguousLandmarksError(SessionError):
+    """A session saw an id that two floors have at different places."""
+
+
 @dataclass(frozen=True)
 class SessionLandmarks:
     """The landmarks that a session may use, ids unique, with the storeys it may be on.
@@ -61,15 +65,17 @@ def _storeys(site: Site, own: int, numbers: IntArray) -> Storeys:
 
 
 def landmarks_of_session(
-    considered: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog
+    considered: Landmarks, key: SessionKey, camera: CameraTrack, log: LandmarkLog, named: Sequence[str] = ()
 ) -> SessionLandmarks:
     """Choose among the considered landmarks (see :func:`candidate_landmarks`) those that the session may use.
 
     It went to other floors if it logged two landmarks that only they have, or one and it went up or down by
-    :data:`CLIMB_M`. Raises SessionError where it did and a logged id then lies in two places.
+    :data:`CLIMB_M`, or if its corrections say so (``named``: what they call sheets of other floors). Raises
+    AmbiguousLandmarksError where it did and a logged id then lies in two places.
     """
     elsewhere = ids_of_other_floors(considered, key.floor, log.ids)
-    if len(elsewhere) < 2 and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
+    sure = len(elsewhere) > 1 or not set(elsewhere).isdisjoint(named)
+    if not sure and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
         return SessionLandmarks(_own_floor(considered, key.floor), elsewhere)
     _refuse_clashes(considered, key, log.ids, elsewhere)
     # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
@@ -87,7 +93,7 @@ def ambiguous_landmarks(landmarks: Landmarks, own: int, logged: Sequence[str]) -
     if ids_of_other_floors(landmarks, own, logged):
         return landmarks.select([])
     own_first = landmarks.select(np.lexsort((landmarks.floor, landmarks.floor != own)).tolist())
-    pairs = {name: (one, other) for name, one, other in _clashes(own_first, logged) if own_first.floor[one] == own}
+    pairs = {name: (one, other) for name, one, other in clashes(own_first, logged) if own_first.floor[one] == own}
     return own_first.select([row for pair in pairs.values() for row in pair])
 
 
@@ -118,18 +124,19 @@ def _own_floor(considered: Landmarks, own: int) -> Landmarks:
 
 
 def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str], elsewhere: Sequence[str]) -> None:
-    """Raise SessionError where a logged id lies on two floors at places that are not known to be one."""
-    for name, one, other in _clashes(landmarks, logged):
-        raise SessionError(
+    """Raise AmbiguousLandmarksError where a logged id lies on two floors at places that are not known to be one."""
+    for name, one, other in clashes(landmarks, logged):
+        raise AmbiguousLandmarksError(
             f"{key}: saw landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
             f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} "
-            f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; give one of the two sheets another "
-            "id or leave it out by [[exclude_landmark]] in corrections.toml; if the walk never left floor "
+            f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; let `vislam2tag diagnose` tell which sheet "
+            "it saw when, or leave both out by [[exclude_landmark]] in corrections.toml, and give one of them another "
+            "id for later walks; if the walk never left floor "
             f"{key.floor}, add landmark {', '.join(elsewhere)} to its marker_dict.csv"
         )
 
 
-def _clashes(landmarks: Landmarks, logged: Sequence[str]) -> Iterator[tuple[str, int, int]]:
+def clashes(landmarks: Landmarks, logged: Sequence[str]) -> Iterator[tuple[str, int, int]]:
     """Find logged ids whose first row and a further one lie at places that are not known to be one: id, both rows."""
     rows = defaultdict(list)
     for row, name in enumerate(landmarks.ids):

@@ -118,6 +118,7 @@ def test_an_entry_of_each_table_can_be_written() -> None:
         "move_control_point": {"floor": 1, "id": "0", "x": 1.5, "y": 2.5},
         "shift_clock": {"table": "wifi", "offset_s": -0.5},
         "rename_landmark": {"id": "1", "to": "2"},
+        "set_landmark_floor": {"id": "1", "to": 2, "session": "a", "from_s": 1.5},
         "landmark_units": {"floor": 1, "unit": "ft"},
         "turn_landmarks": {"floor": 1, "mirrored": True, "shift_m": [1.0, 2.0]},
         "set_floor": {"session": "a", "to": 2},

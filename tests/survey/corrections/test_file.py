@@ -148,6 +148,16 @@ def test_entries_for_landmarks_of_a_floor_without_sessions_may_have_an_effect(tm
     assert len(unused_corrections(corrections_of(tmp_path, entry.format(4)), [KEY], site)) == 1
 
 
+def test_a_floor_that_lacks_the_landmark_is_a_finding(tmp_path: Path) -> None:
+    survey = open_survey(write_survey(tmp_path, {}))
+    entry = f"[[set_landmark_floor]]\nid = {survey.site.landmarks.ids[0]!r}\nto = 77\n"
+    keys = [ref.key for ref in survey.sessions]
+    (finding,) = unused_corrections(corrections_of(tmp_path, entry), keys, survey.site)
+    assert "in the file of floor 77" in finding.message
+    known = entry.replace("77", str(survey.site.landmarks.floor[0]))
+    assert unused_corrections(corrections_of(tmp_path, known), keys, survey.site) == []
+
+
 def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
     text = EXAMPLE + "[[move_landmark]]\nid = '99'\nx = 1\ny = 2\n"
     survey = open_survey(write_survey(tmp_path, {"corrections.toml": text}))

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError
+from vislam2tag.core.tracks import longest_section
 from vislam2tag.dead_reckoning.bridging import bridged_observations
 from vislam2tag.dead_reckoning.self_check import LeftOut
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.diagnosis.record import Fault, FaultKind
 from vislam2tag.diagnosis.streams import StreamSigns, stream_signs
+from vislam2tag.diagnosis.two_floors import told_floors
 from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
@@ -21,8 +24,10 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import SessionTask, prepared_session, read_corrected
+from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
+from vislam2tag.smoother.observations import FEWEST_FRAMES
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 from vislam2tag.survey.model import SessionKey
@@ -61,11 +66,19 @@ class DiagnosedSession:
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
     """Read a session, reduce it and map it; one that cannot be read becomes an error."""
     try:
-        return _observed(settings, task)
+        return _observed_or_told(settings, task)
     except SessionError as error:
         return DiagnosedSession(task.ref.key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its record names the fault
         return DiagnosedSession(task.ref.key, error=unexpected(task.ref.key, error))
+
+
+def _observed_or_told(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
+    try:
+        return _observed(settings, task)
+    except AmbiguousLandmarksError as error:
+        faults = _floors_of_landmarks(settings, task)
+        return DiagnosedSession(task.ref.key, error=None if faults else str(error), faults=faults)
 
 
 def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -96,6 +109,26 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         share=share,
         heard=_heard(session, observations.odometry),
     )
+
+
+def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[Fault, ...]:
+    """Tell a session that cannot be prepared, since ids of it hang on several floors, on which it passed each."""
+    session, _ = read_corrected(task)
+    camera, log = longest_section(session.camera, session.landmarks)
+    if camera.usable.sum() < FEWEST_FRAMES:
+        return ()
+    considered, _ = task.candidate_landmarks(log.ids)
+    doubtful = {name for name, _, _ in clashes(considered, log.ids)}
+    places: dict[str, complex] = {}
+    sheets: dict[str, dict[int, complex]] = defaultdict(dict)
+    for row in np.flatnonzero(considered.surveyed).tolist():
+        name, at = considered.ids[row], complex(*considered.position_bcs[row])
+        if name in doubtful:
+            sheets[name][int(considered.floor[row])] = at
+        else:
+            places[name] = at
+    observations = bridged_observations(camera, log, settings.mapping.smoother.sighting_range_m)
+    return tuple(told_floors(WalkPasses.of(session.key, observations), places, sheets))
 
 
 def _heard(session: Session, odometry: Odometry) -> HeardOnWalk:

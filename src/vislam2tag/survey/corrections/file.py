@@ -158,6 +158,21 @@ class RenameLandmark(_OfSpan):
     to: _Id
 
 
+class SetLandmarkFloor(_OfSpan):
+    """A landmark's sightings within a time span are of the sheet that has its id on another floor.
+
+    With one such entry for an id, its other sightings are the own floor's.
+    """
+
+    id: _Id
+    to: int
+
+    @property
+    def name(self) -> str:
+        """What the sheet is called in sessions that saw both."""
+        return f"{self.id} (floor {self.to})"
+
+
 class LandmarkUnits(Correction):
     """The coordinates of a floor's landmarks are not in metres."""
 
@@ -208,6 +223,7 @@ class Corrections(Record):
     move_landmark: tuple[MoveLandmark, ...] = ()
     shift_clock: tuple[ShiftClock, ...] = ()
     rename_landmark: tuple[RenameLandmark, ...] = ()
+    set_landmark_floor: tuple[SetLandmarkFloor, ...] = ()
     landmark_units: tuple[LandmarkUnits, ...] = ()
     turn_landmarks: tuple[TurnLandmarks, ...] = ()
     set_floor: tuple[SetFloor, ...] = ()
@@ -264,6 +280,8 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], sit
                 problem = "no session matches"
             elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
                 problem = f"no landmark {entry.id} in the files of the floors it is for"
+            elif isinstance(entry, SetLandmarkFloor) and (entry.to, entry.id) not in known:
+                problem = f"no landmark {entry.id} in the file of floor {entry.to}"
             else:
                 continue
             findings.append(_unused(table, number, problem))

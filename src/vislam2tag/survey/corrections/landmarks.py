@@ -32,20 +32,43 @@ def corrected_landmarks(
     landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its heading.
     """
     landmarks, table_uses = _with_tables_corrected(landmarks, corrections, key)
-    places = list(zip(landmarks.ids, landmarks.floor.tolist(), strict=True))
+    plain = {entry.name: entry.id for entry in corrections.set_landmark_floor}
+    places = [
+        (plain.get(name, name), floor) for name, floor in zip(landmarks.ids, landmarks.floor.tolist(), strict=True)
+    ]
 
     def concerns(entry: ExcludeLandmark | MoveLandmark, name: str, floor: int) -> bool:
         return entry.id == name and entry.applies(replace(key, floor=floor))
 
     gone = {place for place in places for entry in corrections.exclude_landmark if concerns(entry, *place)}
+    kept = [place for place in places if place not in gone]
     chosen = landmarks.select([i for i, place in enumerate(places) if place not in gone])
     uses = list(table_uses)
     for entry in corrections.move_landmark:
-        for index, place in enumerate(zip(chosen.ids, chosen.floor.tolist(), strict=True)):
+        for index, place in enumerate(kept):
             if concerns(entry, *place):
                 _move(chosen, index, entry, default_sigma_m)
                 uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
     return chosen, tuple(uses)
+
+
+def named_by_floor(landmarks: Landmarks, corrections: Corrections, key: SessionKey) -> Landmarks:
+    """Call sheets of other floors as the session's corrections do; of their ids only these and the own floor's stay."""
+    named = {(entry.to, entry.id): entry.name for entry in corrections.set_landmark_floor if entry.applies(key)}
+    if not named:
+        return landmarks
+    told = {name for _, name in named}
+    places = list(zip(landmarks.floor.tolist(), landmarks.ids, strict=True))
+    kept = landmarks.select(
+        [
+            i
+            for i, (floor, name) in enumerate(places)
+            if name not in told or floor == key.floor or (floor, name) in named
+        ]
+    )
+    return replace(
+        kept, ids=tuple(named.get(place, place[1]) for place in zip(kept.floor.tolist(), kept.ids, strict=True))
+    )
 
 
 def with_control_points_corrected(site: Site, corrections: Corrections) -> Site:
