@@ -99,7 +99,7 @@ def test_a_plan_that_hardly_changes_by_half_a_turn_is_told_by_the_walls_crossed(
         beside = np.maximum(
             np.abs(place.real - WIDTH_M / 2) - WIDTH_M / 2, np.abs(place.imag - HEIGHT_M / 2) - HEIGHT_M / 2
         )
-        return (beside < 2) & (np.abs(place[:, None] - walls).min(axis=1) > 0.8)
+        return np.asarray((beside < 2) & (np.abs(place[:, None] - walls).min(axis=1) > 0.8))
 
     assert inside(as_points(turned)).mean() > 0.9
     table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}

@@ -24,8 +24,8 @@ def told_floors(
 ) -> list[Fault]:
     """Say of which floor the sheets were that a walk passed, for ids that several floors have.
 
-    ``places`` has the landmarks of which there is one, ``sheets`` the others by id and floor; complex metres. None where
-    some pass cannot be told: then nothing would be mended.
+    ``places`` has the landmarks of which there is one, ``sheets`` the others by id and floor; complex metres.
+    None where some pass cannot be told: then nothing would be mended.
     """
     target = np.array([places.get(name, np.nan) for name in walk.landmark], dtype=np.complex128)
     found = align(walk, target, anyhow=True)

@@ -105,14 +105,14 @@ def offsets_on_floor(telling: Sequence[HeardOnWalk]) -> list[ClockOffset | None]
     shift_s = np.zeros(len(walks))
     while True:
         offsets = [_offset(cells, walk, of) for walk, of in zip(walks, cells.references(walks), strict=True)]
-        off = [i for i, at in enumerate(offsets) if at is not None and at.sure and not shift_s[i]]
+        off = {i: at for i, at in enumerate(offsets) if at is not None and at.sure and not shift_s[i]}
         if not off:
             return [
                 None if at is None else at._replace(offset_s=at.offset_s + by)
                 for at, by in zip(offsets, shift_s.tolist(), strict=True)
             ]
-        surest = max(off, key=lambda i: abs(offsets[i].offset_s) / offsets[i].sigma_s)
-        shift_s[surest] = offsets[surest].offset_s
+        surest = max(off, key=lambda i: abs(off[i].offset_s) / off[i].sigma_s)
+        shift_s[surest] = off[surest].offset_s
         walks[surest] = replace(walks[surest], time_s=walks[surest].time_s + shift_s[surest])
 
 
