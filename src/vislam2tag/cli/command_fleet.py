@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.run.workers import Executor
 
 HELP = """
-Many surveys under one prefix, with a catalogue (docs/how-to/fleets.md). STORE is a folder, or the address of one in
+Many surveys under one prefix, with a catalogue (docs/how-to/many-surveys.md). STORE is a folder, or the address of one in
 object storage.
 """
 ADD_HELP = """
@@ -174,7 +174,7 @@ def _process_with_progress(
     """Process; return the fleet's totals, and whether anything of this run failed."""
     from vislam2tag.pipeline.fleet.process import SessionOutcome, process_fleet
 
-    with session_bar("sessions") as bar:
+    with session_bar("sessions", lines=True) as bar:
 
         def advance(done: Any, total: int) -> None:
             if isinstance(done, SessionOutcome):

@@ -113,7 +113,9 @@ def _process(
         if dry_run:
             _print_dry_run(survey, out, settings, json, executor=run_all, **options)
             return
-        summary = _process_with_progress(survey, out, settings, executor=run_all, **options)
+        summary = _process_with_progress(
+            survey, out, settings, executor is ExecutorName.DASK, executor=run_all, **options
+        )
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)
@@ -140,7 +142,7 @@ def _print_dry_run(survey: Path, out: Path, settings: Settings, json: bool, **op
     next_step("process, dry run", survey=survey, out=out)
 
 
-def _process_with_progress(survey: Path, out: Path, settings: Settings, **options: Any) -> Summary:
+def _process_with_progress(survey: Path, out: Path, settings: Settings, *, lines: bool, **options: Any) -> Summary:
     from vislam2tag.pipeline.labels.process import process
 
     rounds, compared = 2 if settings.together else 1, 0
@@ -151,7 +153,7 @@ def _process_with_progress(survey: Path, out: Path, settings: Settings, **option
         bar.advance(rounds * total, None)
 
     try:
-        with session_bar("sessions") as bar:
+        with session_bar("sessions", lines=lines) as bar:
             return process(
                 survey,
                 out,

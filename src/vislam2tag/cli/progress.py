@@ -6,18 +6,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from vislam2tag.cli.terminal import visible_console
+from vislam2tag.cli.terminal import progress_is_shown, visible_console
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
+_LINES = 20
+"""So many at most, evenly among the sessions."""
+
 
 class SessionBar:
     """Counts sessions; make it by :func:`session_bar`."""
 
-    def __init__(self, console: Console, bar: Progress) -> None:
-        self._console, self._bar = console, bar
+    def __init__(self, console: Console, bar: Progress, lines: bool) -> None:
+        self._console, self._bar, self._lines = console, bar, lines
         self._task = bar.add_task("", total=None, rate="")
         self._rows = 0
         self.done = 0
@@ -32,8 +35,14 @@ class SessionBar:
         elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
         if error:
             self.fail(error)
-        rate = f"{self.done / elapsed_s:.1f} sessions/s, {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
-        self._bar.update(self._task, advance=1, total=total, rate=rate + f", {self.failed} failed" * bool(self.failed))
+        rate = f"{self.done / elapsed_s:.1f} sessions/s"
+        rows = f", {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
+        failed = f", {self.failed} failed" if self.failed else ""
+        self._bar.update(self._task, advance=1, total=total, rate=f"{rate}{rows}{failed}" if rows else "")
+        if self._lines and self.done * _LINES // total > (self.done - 1) * _LINES // total:
+            left_s = elapsed_s / self.done * max(total - self.done, 0)
+            line = f"{self.done} of {total} sessions, {rate}{rows}{failed}, {left_s:.0f} s left"
+            self._console.print(line, highlight=False)
 
     def fail(self, error: str) -> None:
         """Count a failure and say why."""
@@ -48,8 +57,11 @@ class SessionBar:
 
 
 @contextmanager
-def session_bar(name: str) -> Iterator[SessionBar]:
-    """Show a bar on standard error while sessions are worked at; ``name`` is what is counted."""
+def session_bar(name: str, *, lines: bool = False) -> Iterator[SessionBar]:
+    """Show a bar on standard error while sessions are worked at; ``name`` is what is counted.
+
+    With ``lines``, for work of hours, what is no terminal gets a line now and then.
+    """
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -63,4 +75,4 @@ def session_bar(name: str) -> Iterator[SessionBar]:
     rate = TextColumn("{task.fields[rate]}")
     columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), rate, TimeElapsedColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        yield SessionBar(console, bar)
+        yield SessionBar(console, bar, lines and progress_is_shown() and not console.is_terminal)

@@ -25,6 +25,11 @@ def hide_progress() -> None:
     _shown["progress"] = False
 
 
+def progress_is_shown() -> bool:
+    """Whether nobody has asked for silence."""
+    return _shown["progress"]
+
+
 def say(text: str, *, err: bool = False) -> None:
     """Print a line on standard output, or on standard error."""
     typer.echo(visible(with_addresses(text)), err=err)

@@ -81,8 +81,12 @@ def test_from_bucket_to_bucket_is_as_from_disk_to_disk(survey: Both, tmp_path: P
     written = [request for request in again if request.startswith("PUT") and "probe" not in request]
     assert sorted(written) == ["PUT /bucket/first/report.html", "PUT /bucket/first/summary.json"]
     assert not [request for request in again if "poses.csv" in request], "nothing is read to see that nothing changed"
-    log = json.loads(content(survey.s3.store("first"), f"{LOGS}/{slug_of(survey)}.json"))
-    assert (log["session"], log["error"]) == (slug_of(survey), None)
+    lines = content(survey.s3.store("first"), f"{LOGS}/{slug_of(survey)}.jsonl").splitlines()
+    events = [json.loads(line) for line in lines]
+    assert [event["event"] for event in events] == ["started", "ended"]
+    assert {event["session"] for event in events} == {slug_of(survey)}
+    assert events[-1]["error"] is None
+    assert events[0]["time"] <= events[-1]["time"]
 
 
 def test_in_azure_it_is_as_on_disk(survey: Both, azure: Bucket, tmp_path: Path) -> None:

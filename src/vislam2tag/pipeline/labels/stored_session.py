@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import cache, partial
 from logging import LogRecord
 from pathlib import Path
@@ -117,8 +117,8 @@ def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
         outcome, records = recorded(work, job)
         if outcome.repeated:
             _put(stored, job, version, inputs)
-            log = _log(outcome, records, started, time.monotonic() - since)
-            stored.out.write_text(f"{LOGS}/{job.slug}.json", json.dumps(log, indent=1) + "\n")
+            log = "".join(f"{json.dumps(line)}\n" for line in _log(outcome, records, started, time.monotonic() - since))
+            stored.out.write_text(f"{LOGS}/{job.slug}.jsonl", log)
     for record in records:
         LOG.handle(record)
     return outcome
@@ -189,17 +189,18 @@ def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str) -> No
     stored.out.put_mark(job.slug, result, before, inputs, tables)
 
 
-def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds: float) -> dict[str, object]:
-    return {
-        "session": outcome.slug,
-        "host": platform.node(),
-        "process": os.getpid(),
-        "started": started.isoformat(timespec="milliseconds"),
-        "seconds": round(seconds, 3),
-        "rows": outcome.rows,
-        "error": outcome.error,
-        "messages": [{"level": record.levelname, "text": record.getMessage()} for record in records],
-    }
+def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds: float) -> Iterator[dict[str, object]]:
+    """What is kept of how a session was processed, an event a line: its start, each message, its end."""
+
+    def event(name: str, at: datetime, **details: object) -> dict[str, object]:
+        return {"time": at.isoformat(timespec="milliseconds"), "session": outcome.slug, "event": name} | details
+
+    yield event("started", started, host=platform.node(), process=os.getpid())
+    for record in records:
+        at = datetime.fromtimestamp(record.created, UTC)
+        yield event("message", at, level=record.levelname.lower(), text=record.getMessage())
+    end = started + timedelta(seconds=seconds)
+    yield event("ended", end, seconds=round(seconds, 3), rows=outcome.rows, error=outcome.error)
 
 
 def on_dask(client: Any, tell: Callable[[str], None]) -> Executor:

@@ -22,7 +22,7 @@ from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
 REPORT_FILE = "report.html"
 LOGS = "logs"
-"""One JSON file for each session: how, where and when it was processed."""
+"""A file of JSON lines for each session: how, where and when it was processed."""
 _TRIES = 5
 """For a mark that others write at the same time."""
 
