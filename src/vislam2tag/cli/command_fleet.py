@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.run.workers import Executor
 
 HELP = """
-Many surveys under one prefix, with a catalogue (docs/how-to/many-surveys.md). STORE is a folder, or the address of one in
-object storage.
+Many surveys under one prefix, with a catalogue (docs/how-to/many-surveys.md).
+
+STORE is a folder, or the address of one in object storage.
 """
 ADD_HELP = """
 Enter surveys into a fleet's catalogue, which begins with the first.
