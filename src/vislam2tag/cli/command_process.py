@@ -113,9 +113,8 @@ def _process(
         if dry_run:
             _print_dry_run(survey, out, settings, json, executor=run_all, **options)
             return
-        summary = _process_with_progress(
-            survey, out, settings, executor is ExecutorName.DASK, executor=run_all, **options
-        )
+        on_cluster = executor is ExecutorName.DASK
+        summary = _process_with_progress(survey, out, settings, lines=on_cluster, executor=run_all, **options)
     if json:
         say_json(summary)
         raise typer.Exit(1 if summary.failed else 0)
