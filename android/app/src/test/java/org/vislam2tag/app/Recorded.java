@@ -20,6 +20,8 @@ public final class Recorded {
   private static final RecorderListener NOBODY = new RecorderListener() {
     @Override public void warning(Warning warning) {}
 
+    @Override public void caught(String landmark) {}
+
     @Override public void ended(SessionEnd end) {}
   };
 

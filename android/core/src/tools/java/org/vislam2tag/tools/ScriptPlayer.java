@@ -42,6 +42,8 @@ final class ScriptPlayer {
   private static final RecorderListener DEAF = new RecorderListener() {
     @Override public void warning(Warning warning) {}
 
+    @Override public void caught(String landmark) {}
+
     @Override public void ended(SessionEnd end) {}
   };
 

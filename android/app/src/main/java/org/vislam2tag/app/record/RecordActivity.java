@@ -11,7 +11,9 @@ import android.os.Bundle;
 import android.os.Handler;
 import android.os.IBinder;
 import android.os.Looper;
+import android.view.HapticFeedbackConstants;
 import android.view.MotionEvent;
+import android.view.SoundEffectConstants;
 import android.view.View;
 import android.view.ViewGroup;
 import android.view.WindowManager;
@@ -105,6 +107,9 @@ public final class RecordActivity extends Activity implements ServiceConnection 
     Recording recording = recording();
     if (recording != null) {
       recording.recorder().press();
+      View button = findViewById(R.id.control_point);
+      button.performHapticFeedback(HapticFeedbackConstants.VIRTUAL_KEY);
+      button.playSoundEffect(SoundEffectConstants.CLICK);
     }
   }
 
@@ -117,7 +122,9 @@ public final class RecordActivity extends Activity implements ServiceConnection 
 
   /** Stop stands beside Undo, under a thumb that walks. */
   private void askToStop() {
-    new AlertDialog.Builder(this).setMessage(R.string.stop_question).setNegativeButton(R.string.go_on, null)
+    Recording recording = recording();
+    String sofar = recording == null ? "" : text.summary(recording.recorder().status()) + "\n\n";
+    new AlertDialog.Builder(this).setMessage(sofar + getString(R.string.stop_question)).setNegativeButton(R.string.go_on, null)
         .setPositiveButton(R.string.stop, (dialog, which) -> stop()).show();
   }
 

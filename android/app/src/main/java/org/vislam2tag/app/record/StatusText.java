@@ -44,6 +44,13 @@ final class StatusText {
     return throttled ? scans + " " + words.of(R.string.status_throttled) : scans;
   }
 
+  /** What a collector should know before leaving: a line each for landmarks, losses and radio. */
+  String summary(RecorderStatus status) {
+    WalkStatus walk = status.walk;
+    return words.of(R.string.summary_walk, walk.walkedM, walk.landmarksSeen, walk.longestWithoutLandmarkM) + "\n"
+        + words.of(R.string.summary_lost, walk.lostInAllS) + "\n" + scans(status);
+  }
+
   /** What is left on the phone. */
   String supplies(long freeBytes, int batteryPercent) {
     return words.of(R.string.status_supplies, freeBytes / 1e9, batteryPercent);

@@ -14,6 +14,7 @@ import android.content.pm.ServiceInfo;
 import android.hardware.SensorManager;
 import android.location.LocationManager;
 import android.media.AudioManager;
+import android.media.ToneGenerator;
 import android.net.wifi.WifiManager;
 import android.os.Binder;
 import android.os.Build;
@@ -51,6 +52,8 @@ public final class RecordingService extends Service implements RecorderListener 
   private static final int NOTIFICATION = 1;
   private static final String ARCORE = "com.google.ar.core";
   private static final long WARNING_MS = 300;
+  private static final long CAUGHT_MS = 60;
+  private static final int CAUGHT_LOUDNESS = 80;
   private static final long LONGEST_MS = 12L * 3600 * 1000;
 
   /** What the screen holds of the service. */
@@ -127,8 +130,24 @@ public final class RecordingService extends Service implements RecorderListener 
   }
 
   @Override public void warning(Warning warning) {
+    buzz(WARNING_MS);
+  }
+
+  /** Who walks looks at the way, not at the screen. */
+  @Override public void caught(String landmark) {
+    buzz(CAUGHT_MS);
+    try {
+      ToneGenerator tone = new ToneGenerator(AudioManager.STREAM_NOTIFICATION, CAUGHT_LOUDNESS);
+      tone.startTone(ToneGenerator.TONE_PROP_ACK, (int) CAUGHT_MS);
+      new Handler(Looper.getMainLooper()).postDelayed(tone::release, 5 * CAUGHT_MS);
+    } catch (RuntimeException e) {
+      recording.recorder().event("no_sound", ""); // as while a call holds the phone's sound
+    }
+  }
+
+  private void buzz(long ms) {
     Vibrator vibrator = (Vibrator) getSystemService(VIBRATOR_SERVICE);
-    vibrator.vibrate(VibrationEffect.createOneShot(WARNING_MS, VibrationEffect.DEFAULT_AMPLITUDE));
+    vibrator.vibrate(VibrationEffect.createOneShot(ms, VibrationEffect.DEFAULT_AMPLITUDE));
   }
 
   /** Also when a session ends by itself, as the disk is full: the service ends with it. */

@@ -41,6 +41,13 @@ public class StatusTextTest {
     assertTrue(text.landmarks(status.walk).startsWith(R.string.status_landmarks + "[1, 12"));
   }
 
+  @Test public void beforeTheEndItSumsUp() throws Exception {
+    String[] lines = text.summary(after(TrackingState.TRACKING, "NONE")).split("\n");
+    assertEquals(R.string.summary_walk + "[0.0, 1, 0.0]", lines[0]);
+    assertEquals(R.string.summary_lost + "[0.0]", lines[1]);
+    assertTrue(lines[2].startsWith(R.string.status_scans + "["));
+  }
+
   @Test public void refusedScansAreToldWithTheRemedy() throws Exception {
     Recorded recorded = new Recorded(folder.newFolder());
     String before = text.scans(recorded.recorder.status());

@@ -226,6 +226,13 @@ public final class Recorder {
     for (Warning warning : watch(left)) {
       listener.warning(warning);
     }
+    for (String landmark : caught()) {
+      listener.caught(landmark);
+    }
+  }
+
+  private synchronized List<String> caught() {
+    return walk.takeCaught();
   }
 
   /**

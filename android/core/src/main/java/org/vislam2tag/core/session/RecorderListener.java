@@ -7,6 +7,9 @@ public interface RecorderListener {
   /** A warning came on ({@link RecorderStatus#warnings} tells which are on still). */
   void warning(Warning warning);
 
+  /** A landmark came into view that was not in it for some seconds. */
+  void caught(String landmark);
+
   /** The session ended, by {@link Recorder#stop} or by itself. */
   void ended(SessionEnd end);
 }

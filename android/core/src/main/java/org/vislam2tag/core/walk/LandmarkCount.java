@@ -1,13 +1,19 @@
 package org.vislam2tag.core.walk;
 
-import java.util.HashSet;
+import java.util.ArrayList;
+import java.util.HashMap;
 import java.util.List;
-import java.util.Set;
+import java.util.Map;
 import org.vislam2tag.core.record.TrackedImage;
 
 /** Which landmarks were seen, and how long ago and how far back the last of them was. */
 public final class LandmarkCount {
-  private final Set<String> seen = new HashSet<>();
+  /** So long out of view a landmark is caught anew when it comes again, ns. */
+  private static final long AWAY_NS = 5_000_000_000L;
+
+  private final Map<String, Long> seenNs = new HashMap<>();
+  private final List<String> caught = new ArrayList<>();
+  private double longestM;
   private String lastId;
   private long lastNs;
   private double lastM;
@@ -26,7 +32,11 @@ public final class LandmarkCount {
   public void at(long timeNs, double walkedM, List<TrackedImage> images) {
     for (TrackedImage image : images) {
       if (image.isSeenNow()) {
-        seen.add(image.id);
+        Long before = seenNs.put(image.id, timeNs);
+        if (before == null || timeNs - before >= AWAY_NS) {
+          caught.add(image.id);
+        }
+        longestM = longestM(walkedM);
         lastId = image.id;
         lastNs = timeNs;
         lastM = walkedM;
@@ -36,7 +46,19 @@ public final class LandmarkCount {
 
   /** How many different ones. */
   public int seen() {
-    return seen.size();
+    return seenNs.size();
+  }
+
+  /** Those that came into view since this was called last. */
+  public List<String> takeCaught() {
+    List<String> taken = new ArrayList<>(caught);
+    caught.clear();
+    return taken;
+  }
+
+  /** The longest way without one, m: between two, from the start to the first, or since the last. */
+  public double longestM(double walkedM) {
+    return Math.max(longestM, metresSince(walkedM));
   }
 
   /** The id of the last; null before the first. */

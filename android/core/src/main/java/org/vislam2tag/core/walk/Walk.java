@@ -21,6 +21,7 @@ public final class Walk {
   final Warnings warnings;
   private long lastTrackedNs;
   private boolean everTracked;
+  private long lostNs;
   private long lastArrivedNs = Long.MIN_VALUE;
   TrackedFrame last;
 
@@ -37,6 +38,9 @@ public final class Walk {
     if (last == null) { // the tracker may have been made ready for minutes: nothing was lost in them
       lastTrackedNs = frame.arrival.bootNs;
       landmarks.begin(frame.arrival.bootNs);
+    }
+    if (last != null && !(last.isTracking() && frame.isTracking() && framesCome(frame.arrival.bootNs))) {
+      lostNs += frame.arrival.bootNs - lastArrivedNs;
     }
     last = frame;
     lastArrivedNs = frame.arrival.bootNs;
@@ -75,6 +79,11 @@ public final class Walk {
         framesCome(nowNs) ? motion.turningRadps() : 0);
   }
 
+  /** Landmarks that came into view since this was called last. */
+  public List<String> takeCaught() {
+    return landmarks.takeCaught();
+  }
+
   /** The map of the walk. */
   public WalkMap map() {
     return map;
@@ -91,6 +100,11 @@ public final class Walk {
 
   double speedMps(long nowNs) {
     return framesCome(nowNs) ? motion.speedMps() : 0;
+  }
+
+  /** In all, from the first frame on, s. */
+  double lostInAllS(long nowNs) {
+    return (lostNs + (last == null || framesCome(nowNs) ? 0 : nowNs - lastArrivedNs)) / 1e9;
   }
 
   double lostS(long nowNs) {

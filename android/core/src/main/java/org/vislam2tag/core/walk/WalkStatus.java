@@ -17,6 +17,8 @@ public final class WalkStatus {
   public final String failure;
   /** For how long there has been no tracked frame, s; 0 while it tracks. */
   public final double lostS;
+  /** In all, s: between frames that are not both tracked, or not close to each other. */
+  public final double lostInAllS;
   /** Different landmarks seen. */
   public final int landmarksSeen;
   /** The last one's id; null before the first. */
@@ -24,6 +26,8 @@ public final class WalkStatus {
   /** Since the last landmark was in view, before the first since the start: s and m. */
   public final double sinceLandmarkS;
   public final double sinceLandmarkM;
+  /** The longest way without a landmark, m. */
+  public final double longestWithoutLandmarkM;
   /** The warnings that are on. */
   public final Set<Warning> warnings;
 
@@ -34,10 +38,12 @@ public final class WalkStatus {
     tracking = walk.framesCome(nowNs) ? walk.last.state : null;
     failure = walk.last == null ? "NONE" : walk.last.failure;
     lostS = walk.lostS(nowNs);
+    lostInAllS = walk.lostInAllS(nowNs);
     landmarksSeen = walk.landmarks.seen();
     lastLandmark = walk.landmarks.lastId();
     sinceLandmarkS = walk.landmarks.secondsSince(nowNs);
     sinceLandmarkM = walk.landmarks.metresSince(walkedM);
+    longestWithoutLandmarkM = walk.landmarks.longestM(walkedM);
     warnings = walk.warnings.on();
   }
 }

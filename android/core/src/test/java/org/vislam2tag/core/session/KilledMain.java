@@ -51,6 +51,8 @@ final class KilledMain {
   private static final RecorderListener DEAF = new RecorderListener() {
     @Override public void warning(Warning warning) {}
 
+    @Override public void caught(String landmark) {}
+
     @Override public void ended(SessionEnd end) {}
   };
 

@@ -49,6 +49,8 @@ public class RecorderTest {
       warned.add(warning);
     }
 
+    @Override public void caught(String landmark) {}
+
     @Override public void ended(SessionEnd end) {
       ended.add(end);
     }

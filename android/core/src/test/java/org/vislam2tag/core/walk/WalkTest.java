@@ -140,6 +140,31 @@ public class WalkTest {
     assertEquals("counted from the first frame on", 1, walk.status(nowNs).sinceLandmarkS, 0.05);
   }
 
+  @Test public void aLandmarkIsCaughtWhenItComesIntoView() {
+    go(1, 1, seen("7"));
+    assertEquals(Collections.singletonList("7"), walk.takeCaught());
+    go(4, 1);
+    go(1, 1, seen("7"), remembered("8"));
+    assertEquals("it was away for four seconds only", Collections.emptyList(), walk.takeCaught());
+    go(6, 1);
+    go(1, 1, seen("7"), seen("9"));
+    assertEquals(Arrays.asList("7", "9"), walk.takeCaught());
+  }
+
+  @Test public void theLongestWayWithoutALandmarkAndAllLossesAreKnown() {
+    go(8, 1);
+    go(1, 1, seen("7"));
+    assertEquals(8, walk.status(nowNs).longestWithoutLandmarkM, 0.1);
+    go(3, 1);
+    frame(TrackingState.PAUSED, at(x, 0), false);
+    nowNs += 2_000_000_000L;
+    go(1, 1, seen("7"));
+    assertEquals(8, walk.status(nowNs).longestWithoutLandmarkM, 0.1);
+    assertEquals(2.1, walk.status(nowNs).lostInAllS, 0.05);
+    nowNs += 3_000_000_000L;
+    assertEquals("no frame since", 5.1, walk.status(nowNs).lostInAllS, 0.05);
+  }
+
   @Test public void nobodyIsSentToALandmarkWhereThereIsNone() {
     Walk without = new Walk(new WarningSettings(20, 15, 1, 1.8, 1.6), 0, false);
     for (int i = 1; i < 2000; i++) {
