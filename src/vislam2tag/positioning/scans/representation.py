@@ -35,7 +35,12 @@ class Representation(StrEnum):
 
 def represented(scans: RadioScans, representation: Representation) -> FloatArray:
     """Make the (n, a) matrix of numbers from 0 to 1; 0 where an access point is not heard."""
-    above = np.clip(scans.dense(FAINTEST_DBM) - FAINTEST_DBM, 0.0, -FAINTEST_DBM)
+    return represented_levels(scans.dense(FAINTEST_DBM), representation)
+
+
+def represented_levels(level_dbm: FloatArray, representation: Representation) -> FloatArray:
+    """Return levels, dBm, in an array of any shape, as numbers from 0 to 1."""
+    above = np.clip(level_dbm - FAINTEST_DBM, 0.0, -FAINTEST_DBM)
     if representation is Representation.EXPONENTIAL:
         return np.where(above > 0, np.exp((above + FAINTEST_DBM) / SOFTNESS_DBM), 0.0)
     share = above / -FAINTEST_DBM

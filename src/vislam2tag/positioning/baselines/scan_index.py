@@ -1,0 +1,113 @@
+"""The learned scans nearest to another in signal space, found exactly through an index by access point.
+
+A scan hears few of all access points, and so do those that it shares any with: what two scans have in common is summed
+over the readings of the access points that the one hears (an inverted index, as text search has). No matrix of all
+levels is made.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+
+
+class SignalDistance(StrEnum):
+    """How far two scans are apart."""
+
+    EUCLIDEAN = "euclidean"
+    SORENSEN = "sorensen"
+    COSINE = "cosine"
+
+
+class Apart(NamedTuple):
+    """Groups, such as walks, whose scans are not compared among each other."""
+
+    asked: IntArray
+    """(q,) of the scans that neighbours are looked for."""
+    learned: IntArray
+    """(n,) of the learned ones."""
+
+
+class NearestScans(NamedTuple):
+    """The k nearest of each of ``q`` scans."""
+
+    which: IntArray
+    """(q, k) indices in order of distance."""
+    away: FloatArray
+    """(q, k); infinite for those of the same group."""
+
+
+@dataclass(frozen=True)
+class ScanIndex:
+    """``n`` scans, reading by reading in order of access point, then scan."""
+
+    distance: SignalDistance
+    start: IntArray
+    """(a + 1,) readings ``start[j]`` to ``start[j + 1]`` are those of access point j."""
+    scan: IntArray
+    """(m,) whose reading it is."""
+    level: FloatArray
+    """(m,) from 0 (not heard) to 1."""
+    size: FloatArray
+    """(n,) sum of a scan's levels (``sorensen``), or of their squares."""
+
+    @classmethod
+    def of(cls, scans: RadioScans, level: FloatArray, distance: SignalDistance) -> Self:
+        """Index scans (n) whose readings (m,) have these levels."""
+        order = np.argsort(scans.column, kind="stable")
+        count = np.bincount(scans.column, minlength=len(scans.access_points))
+        size = np.bincount(scans.row, _sizes(level, distance), minlength=len(scans)).astype(np.float64)
+        start = np.concatenate([[0], np.cumsum(count)])
+        return cls(distance, start, scans.row[order].astype(np.int32), level[order], size)
+
+    def __len__(self) -> int:
+        return len(self.size)
+
+    def nearest(self, scans: RadioScans, level: FloatArray, k: int, apart: Apart | None = None) -> NearestScans:
+        """Find the k nearest (all, if fewer) of each of ``q`` scans whose readings (m,) have these levels.
+
+        Of scans equally far the first learned come first. Those of the same group as the scan are infinitely far.
+        """
+        index = np.empty((len(scans), min(k, len(self))), dtype=np.int64)
+        away = np.empty(index.shape)
+        for row in range(len(scans)):
+            own = slice(scans.start[row], scans.start[row + 1])
+            distance = self.away(scans.column[own], level[own])
+            if apart is not None:
+                distance[apart.learned == apart.asked[row]] = np.inf
+            index[row] = _smallest(distance, index.shape[1])
+            away[row] = distance[index[row]]
+        return NearestScans(index, away)
+
+    def away(self, column: IntArray, level: FloatArray) -> FloatArray:
+        """Return the distances (n,) from one scan: its access points (k,) and their levels (k,).
+
+        Where nothing loud enough was heard in either, the greatest.
+        """
+        parts = [slice(self.start[one], self.start[one + 1]) for one in column]
+        scan = np.concatenate([self.scan[:0], *(self.scan[part] for part in parts)])
+        theirs = np.concatenate([self.level[:0], *(self.level[part] for part in parts)])
+        own = np.repeat(level, [part.stop - part.start for part in parts])
+        shared = np.minimum(own, theirs) if self.distance is SignalDistance.SORENSEN else own * theirs
+        common = np.bincount(scan, shared, minlength=len(self))
+        size = _sizes(level, self.distance).sum()
+        if self.distance is SignalDistance.EUCLIDEAN:
+            return np.asarray(np.sqrt(np.maximum(size + self.size - 2 * common, 0.0)))
+        whole = (size + self.size) / 2 if self.distance is SignalDistance.SORENSEN else np.sqrt(size * self.size)
+        return np.asarray(1.0 - np.divide(common, whole, out=np.zeros_like(whole), where=whole > 0))
+
+
+def _smallest(away: FloatArray, k: int) -> IntArray:
+    """(k,) indices of the smallest of distances (n,), in order."""
+    near = np.flatnonzero(away <= np.partition(away, k - 1)[k - 1])
+    return np.asarray(near[np.argsort(away[near], kind="stable")][:k])
+
+
+def _sizes(level: FloatArray, distance: SignalDistance) -> FloatArray:
+    return level if distance is SignalDistance.SORENSEN else level**2

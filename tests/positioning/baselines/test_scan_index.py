@@ -1,0 +1,48 @@
+"""Distances by the index are those that SciPy computes from all levels; order and groups are kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from tests.positioning.radio_world import radio_world
+from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
+from vislam2tag.positioning.scans.representation import Representation, represented, represented_levels
+
+SCIPY = {SignalDistance.SORENSEN: "braycurtis", SignalDistance.EUCLIDEAN: "euclidean", SignalDistance.COSINE: "cosine"}
+LEARNED, _ = radio_world(seed=1)
+ASKED, _ = radio_world(seed=2)
+
+
+def index_of(distance: SignalDistance) -> ScanIndex:
+    return ScanIndex.of(LEARNED, represented_levels(LEARNED.rssi_dbm, Representation.POWED), distance)
+
+
+@pytest.mark.parametrize("distance", SignalDistance)
+def test_distances_are_those_over_all_levels(distance: SignalDistance) -> None:
+    asked = ASKED.over(LEARNED.access_points)
+    expected = cdist(*(represented(scans, Representation.POWED) for scans in (asked, LEARNED)), SCIPY[distance])
+    level = represented_levels(asked.rssi_dbm, Representation.POWED)
+    found = index_of(distance).nearest(asked, level, len(LEARNED))
+    np.testing.assert_allclose(found.away, np.sort(expected, axis=1), atol=1e-12)
+    np.testing.assert_allclose(np.take_along_axis(expected, found.which, axis=1), found.away, atol=1e-12)
+    few = index_of(distance).nearest(asked, level, 3)
+    np.testing.assert_array_equal(few.which, found.which[:, :3])
+
+
+def test_scans_of_the_same_group_are_no_neighbours_and_the_first_of_equals_comes_first() -> None:
+    twice = LEARNED[np.array([4, 5, 4, 5])]
+    index = ScanIndex.of(twice, represented_levels(twice.rssi_dbm, Representation.POWED), SignalDistance.SORENSEN)
+    one = LEARNED[np.array([5])]
+    level = represented_levels(one.rssi_dbm, Representation.POWED)
+    assert index.nearest(one, level, 3).which.tolist() == [[1, 3, 0]]
+    apart = Apart(np.array([7]), np.array([0, 7, 7, 0]))
+    found = index.nearest(one, level, 4, apart)
+    assert found.which.tolist() == [[3, 0, 1, 2]]
+    assert np.isinf(found.away[0, 2:]).all()
+
+
+def test_a_scan_that_shares_nothing_is_as_far_as_can_be() -> None:
+    index = index_of(SignalDistance.SORENSEN)
+    np.testing.assert_array_equal(index.away(np.empty(0, np.int64), np.empty(0)), np.ones(len(LEARNED)))
