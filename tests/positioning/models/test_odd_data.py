@@ -19,6 +19,7 @@ BASELINES: dict[str, dict[str, Any]] = {
     "weighted-knn": {"distance": "cosine"},
     "probabilistic": {},
     "extra-trees": {"trees": 5},
+    "local-kriging": {"k": 10},
 }
 SCANS, PLACES = radio_world(walks=2)
 FIRST_STOREY = np.flatnonzero(PLACES.storey == 0)

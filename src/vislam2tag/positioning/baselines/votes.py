@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.positioning.error_radii import SpreadRadii
+from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
 
@@ -36,9 +36,9 @@ class VotedPositions:
     spread_m: FloatArray
     """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
 
-    def positions(self, places: ScanPlaces, radii: SpreadRadii) -> Positions:
-        """Say it as a model does."""
-        radius_68_m, radius_95_m = radii.radii_m(self.spread_m)
+    def positions(self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray]) -> Positions:
+        """Say it as a model does, with radii (n,) of 68 % and 95 %, metres."""
+        radius_68_m, radius_95_m = radii_m
         return Positions(
             storeys=places.storeys,
             storey=self.storey,
@@ -51,18 +51,45 @@ class VotedPositions:
 
 
 def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
-    """Count votes for places: first the storey, then the position among those on it."""
+    """Count votes for places: first the storey, then the mean of those on it."""
     share = votes.weight / votes.weight.sum(axis=1, keepdims=True)
-    storey_of, xy_of = places.storey[votes.index], places.xy[votes.index]
-    probability = np.stack([(share * (storey_of == s)).sum(axis=1) for s in range(len(places.storeys))], axis=1)
+    probability = _storey_shares(share, votes, places)
     storey = probability.argmax(axis=1)
-    here = share * (storey_of == storey[:, None])
-    xy = _mean(here, xy_of)
+    here = share * (places.storey[votes.index] == storey[:, None])
+    return _placed(share, votes, places, probability, here, _mean(here, places.xy[votes.index]))
+
+
+def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = None) -> VotedPositions:
+    """Count votes for places: first the storey, then the geometric median of those on it (all, if there are none).
+
+    ``further`` (n, s) are shares for storeys by something else; the votes' sum to 1.
+    """
+    share = votes.weight / votes.weight.sum(axis=1, keepdims=True)
+    probability = _storey_shares(share, votes, places)
+    if further is not None:
+        probability = probability + further
+        probability /= probability.sum(axis=1, keepdims=True)
+    storey = probability.argmax(axis=1)
+    here = share * (places.storey[votes.index] == storey[:, None])
+    here = np.where(here.sum(axis=1, keepdims=True) > 0, here, share)
+    return _placed(share, votes, places, probability, here, _median(here, places.xy[votes.index]))
+
+
+def _storey_shares(share: FloatArray, votes: Votes, places: ScanPlaces) -> FloatArray:
+    """(n, s) sums of the shares (n, m)."""
+    storey_of = places.storey[votes.index]
+    return np.stack([(share * (storey_of == s)).sum(axis=1) for s in range(len(places.storeys))], axis=1)
+
+
+def _placed(
+    share: FloatArray, votes: Votes, places: ScanPlaces, probability: FloatArray, here: FloatArray, xy: FloatArray
+) -> VotedPositions:
+    """Put storeys and places together; ``here`` (n, m) are the shares on the storey."""
     z_of = places.z[votes.index]
-    away_m2 = ((xy_of - xy[:, None]) ** 2).sum(axis=2)
+    away_m2 = ((places.xy[votes.index] - xy[:, None]) ** 2).sum(axis=2)
     return VotedPositions(
         storey_probability=probability,
-        storey=storey,
+        storey=probability.argmax(axis=1),
         xy=xy,
         z=_mean(here * np.isfinite(z_of), np.nan_to_num(z_of)[..., None])[:, 0],
         spread_m=np.sqrt((share * away_m2).sum(axis=1)),
@@ -84,3 +111,12 @@ def _mean(weight: FloatArray, values: FloatArray) -> FloatArray:
     total = weight.sum(axis=1)[:, None]
     weighted = (weight[..., None] * values).sum(axis=1)
     return np.asarray(np.divide(weighted, total, out=np.full_like(weighted, np.nan), where=total > 0))
+
+
+def _median(weight: FloatArray, xy: FloatArray) -> FloatArray:
+    """(n, 2) geometric medians of places (n, m, 2), metres, by Weiszfeld's steps from the mean."""
+    pull = weight
+    for _ in range(MEDIAN_STEPS):
+        away_m2 = ((xy - _mean(pull, xy)[:, None]) ** 2).sum(axis=2)
+        pull = weight / np.sqrt(away_m2 + SMOOTH_M**2)
+    return _mean(pull, xy)

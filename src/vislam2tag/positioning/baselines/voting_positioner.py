@@ -55,7 +55,8 @@ class VotingPositioner(Positioner):
         self.progress(1, 1)
 
     def _predict(self, scans: RadioScans) -> Positions:
-        return self._answer(scans).positions(self._places, self.radii_)
+        answer = self._answer(scans)
+        return answer.positions(self._places, self.radii_.radii_m(answer.spread_m))
 
     def arrays(self) -> NamedArrays:
         """Return the scans learned, their places, and the radii."""

@@ -138,7 +138,7 @@ def learned_model(scans: RadioScans, places: ScanPlaces, shape: DensityShape, se
     cells = cells_near(places, shape.cell_m)
     densities = _learned_densities((scans, places), cells, shape.width_m, shape.sharpness, [shape.ridge], setup)
     centres = _centres(len(scans), setup)
-    storeys = _learned_storeys(scans, places, centres)
+    storeys = learned_storeys(scans, places, centres)
     (field,) = learned_fields(scans[centres].dense(), places[centres], [shape.noise_db])
     references = ReferenceScans.of(densities[0].kernel.centre, places.xy[centres])
     networks = _trained_networks(scans, places, cells, shape, setup)
@@ -191,7 +191,7 @@ def _examples(
             yield augmented(level, rng), target
 
 
-def _learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) -> KernelRegression[StoreyKernel]:
+def learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) -> KernelRegression[StoreyKernel]:
     """Regress onto storeys, with kernels around scans (m,), by index; augmented copies made this worse."""
     one_hot = np.eye(len(places.storeys))
     kernel = StoreyKernel.around(levels(scans[centres]))

@@ -118,7 +118,7 @@ def levels(scans: RadioScans) -> FloatArray:
 
 def _above(level: FloatArray, threshold: FloatArray) -> BoolArray:
     """(n, a q) which of the thresholds (q,) the levels (n, a) exceed."""
-    return np.asarray((level[:, :, None] > threshold).reshape(len(level), -1))
+    return np.asarray((level[:, :, None] > threshold).reshape(len(level), level.shape[1] * len(threshold)))
 
 
 def _unit_steps(above: BoolArray) -> FloatArray:

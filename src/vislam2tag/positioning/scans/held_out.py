@@ -22,15 +22,22 @@ def calibration_rows(count: int) -> IntArray:
 def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
     """Number the walks (n,): scans of one are not independent, so that they are left out together.
 
-    Scans without a session, and those of a walk that is alone on one of its storeys (left out, nothing would be known
-    of that storey), count as walks of one scan.
+    Those of :func:`lone_walks` count as walks of one scan.
+    """
+    names, session = np.unique(scans.session, return_inverse=True)
+    return np.where(lone_walks(scans, places), len(names) + np.arange(len(scans)), session)
+
+
+def lone_walks(scans: RadioScans, places: ScanPlaces) -> BoolArray:
+    """Which scans (n,) have no session, or one that is alone on one of its storeys.
+
+    Left out, nothing would be known of that storey.
     """
     names, session = np.unique(scans.session, return_inverse=True)
     visited = np.zeros((len(names), len(places.storeys)), dtype=np.bool_)
     visited[session, places.storey] = True
     alone = (visited & (visited.sum(axis=0) == 1)).any(axis=1)
-    apart = (scans.session == "") | alone[session]
-    return np.where(apart, len(names) + np.arange(len(scans)), session)
+    return np.asarray((scans.session == "") | alone[session])
 
 
 def area_numbers(places: ScanPlaces, side_m: float) -> IntArray:

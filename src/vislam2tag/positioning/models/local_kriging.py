@@ -1,0 +1,183 @@
+"""Kriging in signal space: the scans most alike say, by what they share with each other too, where a scan was taken.
+
+Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; only near ones:
+Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance. The place is
+the geometric median by these weights. All scans are learned from, however many: they are found through an index
+(:mod:`~vislam2tag.positioning.baselines.scan_index`). Storeys are told by votes and by a kernel regression that a drawn
+part of the scans spans (:mod:`~vislam2tag.positioning.cell_density.kernel_regression`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from vislam2tag.common.errors import UsageError
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
+from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, joined_answers, median_votes
+from vislam2tag.positioning.cell_density.density_model import learned_storeys
+from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
+from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel, directions, levels
+from vislam2tag.positioning.checked_arrays import CheckedArrays
+from vislam2tag.positioning.error_radii import HeldOut, QuantileRadii, fitted_quantile_radii
+from vislam2tag.positioning.registry import NamedArrays, Positioner, register
+from vislam2tag.positioning.scans.held_out import calibration_rows, lone_walks, usable_validation, walk_numbers
+from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
+from vislam2tag.positioning.scans.radio_scans import RadioScans
+from vislam2tag.positioning.scans.representation import Representation, represented_levels
+
+EXPONENTS = (1.3, 1.7, 2.2, 2.7)
+"""Powers of levels that are tried by leaving walks out."""
+_CHOSEN_WITH = 400
+"""Most scans that the choice looks at."""
+SHARPNESS, RIDGE = 1.0, 0.3
+"""Of the kernel between directions; by cross-validation on six public sets (docs/results/which-model.md)."""
+LEAST_WEIGHT = 1e-6
+"""Kriging's weights may be negative; a vote cannot."""
+STOREY_REGRESSION = 2.0
+"""What the regression onto storeys counts beside the votes."""
+MOST_CENTRES = 1000
+_COMPARED = 3
+"""So many nearest scans tell how unlike all that was learned a scan is."""
+_AT_ONCE = 128
+
+
+class KrigedAnswer(NamedTuple):
+    """What the nearest scans say of ``n`` scans."""
+
+    voted: VotedPositions
+    unlike: FloatArray
+    """(n,) mean distance from the nearest in signal space, 0 to 1."""
+
+    @property
+    def features(self) -> FloatArray:
+        """(n, 3) what an error may follow: how far the votes lie apart, how unlike the scan is, how torn the storey."""
+        torn = 1.0 - self.voted.storey_probability.max(axis=1)
+        return np.column_stack([np.log(np.maximum(self.voted.spread_m, 0.5)), np.log(self.unlike + 0.01), torn])
+
+
+class LocalKriging(Positioner):
+    """The model; radii are fitted to scans left out with their walk, and to scans left out alone."""
+
+    exponent_: float
+    radii_: QuantileRadii
+    _scans: RadioScans
+    _places: ScanPlaces
+    _index: ScanIndex
+    _storeys: KernelRegression[StoreyKernel]
+    _centres: IntArray
+
+    def __init__(self, *, k: int = 30, seed: int = 0) -> None:
+        """Take how many scans count, and the seed of the draw that spans the regression onto storeys."""
+        self.k = k
+        self.seed = seed
+
+    def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
+        self._check()
+        walk = walk_numbers(scans, places)
+        rows = calibration_rows(len(scans))
+        among = ~lone_walks(scans, places)
+        if among[rows].sum() >= _CHOSEN_WITH / 4:
+            rows = rows[among[rows]]
+        tried = rows[:: max(1, len(rows) // _CHOSEN_WITH)]
+        error_m = {one: self._left_out(scans, places, one, tried, walk).error_m.mean() for one in EXPONENTS}
+        self._learn(scans, places, min(error_m, key=lambda one: error_m[one]) if len(tried) else EXPONENTS[1])
+        self.progress(0.4, 1)
+        self._centres = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:MOST_CENTRES])
+        self._storeys = learned_storeys(scans, places, self._centres)
+        self.progress(0.7, 1)
+        self.radii_ = fitted_quantile_radii(self._held_out(usable_validation(validation), rows, walk))
+        self.progress(1, 1)
+
+    def _check(self) -> None:
+        if self.k < 1:
+            raise UsageError(f"k={self.k}: k must be 1 or more")
+
+    def _learn(self, scans: RadioScans, places: ScanPlaces, exponent: float) -> None:
+        self._scans, self._places, self.exponent_ = scans, places, exponent
+        self._index = ScanIndex.of(scans, self._levels(scans), SignalDistance.SORENSEN)
+
+    def _levels(self, scans: RadioScans) -> FloatArray:
+        """(m,) of all readings."""
+        return np.asarray(represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** self.exponent_)
+
+    def _left_out(
+        self, scans: RadioScans, places: ScanPlaces, exponent: float, rows: IntArray, group: IntArray
+    ) -> HeldOut:
+        """Return errors on scans ``rows`` (q,) of which nothing of their group (n,) was learned."""
+        self._learn(scans, places, exponent)
+        answer = self._kriged(scans[rows], Apart(group[rows], group))
+        return HeldOut(places[rows].distance_m(answer.voted.xy), answer.features, group[rows])
+
+    def _held_out(self, given: LabelledScans | None, rows: IntArray, walk: IntArray) -> tuple[HeldOut, ...]:
+        if given is not None:
+            answer = self._kriged(given[0])
+            held_out = HeldOut(given[1].distance_m(answer.voted.xy), answer.features, np.arange(len(given[0])))
+            return (held_out,)
+        alone = np.arange(len(self._scans))
+        return tuple(self._left_out(self._scans, self._places, self.exponent_, rows, group) for group in (walk, alone))
+
+    def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
+        """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
+        near = self._index.nearest(scans, self._levels(scans), self.k, apart)
+        answers = []
+        for rows in (slice(start, start + _AT_ONCE) for start in range(0, max(len(scans), 1), _AT_ONCE)):
+            block, which = scans[rows], near.which[rows]
+            votes = Votes(which, self._weights(block, which, near.away[rows]))
+            further = STOREY_REGRESSION * self._regressed(block) if apart is None else None
+            answers.append(median_votes(votes, self._places, further))
+        compared = near.away[:, :_COMPARED]
+        return KrigedAnswer(joined_answers(answers), np.where(np.isfinite(compared), compared, 1.0).mean(axis=1))
+
+    def _regressed(self, scans: RadioScans) -> FloatArray:
+        """(n, s) shares of storeys by the regression."""
+        share = np.maximum(self._storeys(levels(scans)), 0.0)
+        return np.asarray(share / np.maximum(share.sum(axis=1, keepdims=True), LEAST_WEIGHT))
+
+    def _weights(self, scans: RadioScans, which: IntArray, away: FloatArray) -> FloatArray:
+        """(n, k) by ordinary kriging from the scans ``which`` (n, k); 0 where they are infinitely ``away`` (n, k)."""
+        used, place = np.unique(which, return_inverse=True)
+        learned, own = directions(levels(self._scans[used])), directions(levels(scans))
+        near = learned[place.reshape(which.shape)]
+        among = np.exp(2 * SHARPNESS * (near @ near.transpose(0, 2, 1) - 1)) + RIDGE * np.eye(which.shape[1])
+        towards = np.exp(2 * SHARPNESS * ((near @ own[:, :, None])[:, :, 0] - 1))
+        right = np.stack([towards, np.ones_like(towards)], axis=2)
+        simple, one = np.moveaxis(np.linalg.solve(among, right), 2, 0)
+        missing = (1 - simple.sum(axis=1, keepdims=True)) / one.sum(axis=1, keepdims=True)
+        weight = np.maximum(simple + missing * one, LEAST_WEIGHT)
+        return np.where(np.isfinite(away), weight, 0.0)
+
+    def _predict(self, scans: RadioScans) -> Positions:
+        answer = self._kriged(scans)
+        return answer.voted.positions(self._places, self.radii_.radii_m(answer.features))
+
+    def arrays(self) -> NamedArrays:
+        """Return the scans learned and their places, the regression onto storeys, and the radii."""
+        return {
+            **self._scans.arrays(),
+            **self._places.arrays(),
+            "exponent": np.array([self.exponent_]),
+            "storey_centre": self._centres,
+            "storey_weight": self._storeys.weight,
+            "storey_mean": self._storeys.mean,
+            **self.radii_.arrays(),
+        }
+
+    def restore(self, arrays: Mapping[str, AnyArray]) -> None:
+        """Take back what :meth:`arrays` gave."""
+        self._check()
+        checked = CheckedArrays(arrays, s=len(self.storeys_))
+        scans = RadioScans.restored(checked, self.access_points_)
+        places = ScanPlaces.restored(checked, self.storeys_)
+        self._learn(scans, places, float(checked.floats("exponent", 1, least=0.1)[0]))
+        self._centres = checked.integers("storey_centre", "m", below=len(scans))
+        kernel = StoreyKernel.around(levels(scans[self._centres]))
+        weight, mean = checked.floats("storey_weight", "m", "s"), checked.floats("storey_mean", "s")
+        self._storeys = KernelRegression(kernel, weight, mean)
+        self.radii_ = QuantileRadii.restored(checked)
+
+
+register("local-kriging", LocalKriging)

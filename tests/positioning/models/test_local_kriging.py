@@ -1,0 +1,61 @@
+"""Kriging in signal space: it finds the place and the storey, its circles hold, and it is saved whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.positioning.radio_world import radio_world
+from vislam2tag.common.errors import UsageError
+from vislam2tag.positioning.metrics import score
+from vislam2tag.positioning.models.local_kriging import LocalKriging
+from vislam2tag.positioning.registry import model_named
+
+
+@pytest.fixture(scope="module")
+def fitted() -> LocalKriging:
+    return LocalKriging().fit(*radio_world(seed=1))
+
+
+def test_it_learns_is_nearer_than_neighbours_and_its_radii_hold(fitted: LocalKriging) -> None:
+    scans, true = radio_world(seed=2)
+    result = score(fitted.predict(scans), true)
+    neighbours = score(model_named("weighted-knn").fit(*radio_world(seed=1)).predict(scans), true)
+    assert result.plane.mean_m is not None
+    assert neighbours.plane.mean_m is not None
+    assert result.plane.mean_m < neighbours.plane.mean_m
+    assert result.floor_hit is not None
+    assert result.floor_hit > 0.95
+    assert result.inside_68 == pytest.approx(0.68, abs=0.12)
+    assert result.inside_95 == pytest.approx(0.95, abs=0.05)
+
+
+def test_a_phone_that_hears_fainter_is_located_alike(fitted: LocalKriging) -> None:
+    scans, true = radio_world(seed=2, offset_db=-6.0)
+    result = score(fitted.predict(scans), true)
+    assert result.plane.mean_m is not None
+    assert result.plane.mean_m < 6
+
+
+def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:
+    again = LocalKriging()
+    again.access_points_, again.storeys_ = fitted.access_points_, fitted.storeys_
+    again.restore(fitted.arrays())
+    scans, _ = radio_world(seed=3)
+    one, other = fitted.predict(scans), again.predict(scans)
+    np.testing.assert_array_equal(one.xy, other.xy)
+    np.testing.assert_array_equal(one.storey_probability, other.storey_probability)
+    np.testing.assert_array_equal(one.radius_95_m, other.radius_95_m)
+
+
+def test_radii_come_from_a_validation_part_where_there_is_one(fitted: LocalKriging) -> None:
+    scans, learned = radio_world(seed=1)
+    away = learned[:]
+    away.xy[:] += 30.0
+    model = LocalKriging().fit(scans, learned, validation=(scans, away))
+    assert np.median(model.predict(scans).radius_68_m) > 25 > np.median(fitted.predict(scans).radius_68_m)
+
+
+def test_wrong_parameters_are_told() -> None:
+    with pytest.raises(UsageError, match="k must be 1 or more"):
+        LocalKriging(k=0).fit(*radio_world(walks=1))
