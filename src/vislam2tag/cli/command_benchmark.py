@@ -79,7 +79,10 @@ def _benchmark(
         ),
     ] = False,
     dataset: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A public data set: tampere, ujiindoorloc, utsindoorloc.")
+        str | None,
+        typer.Option(
+            metavar="NAME", help="A public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library."
+        ),
     ] = None,
     data: Annotated[Path | None, typer.Option(metavar="FILES", help="Folder or archive of --dataset.")] = None,
     json: AsJson = False,

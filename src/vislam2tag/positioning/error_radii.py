@@ -15,6 +15,8 @@ from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""
+_WEIGHTS = (2.0, 1.0)
+"""Of kinds of held-out scans."""
 UNKNOWN_M = 100.0
 """Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
 
@@ -127,7 +129,7 @@ class QuantileRadii:
 def fitted_quantile_radii(kinds: Sequence[HeldOut]) -> QuantileRadii:
     """Fit to kinds of held-out scans, such as of walks that were left out and of scans left out alone.
 
-    Each kind counts the same: features tell them apart where they can.
+    Features tell the kinds apart where they can; where they cannot, the first counts twice.
     """
     features = np.concatenate([kind.features for kind in kinds])
     if not len(features):
@@ -140,7 +142,7 @@ def fitted_quantile_radii(kinds: Sequence[HeldOut]) -> QuantileRadii:
     for share in (SIXTY_EIGHT, NINETY_FIVE):
         line = QuantileRegressor(quantile=share, alpha=0.0).fit(features, log_error, sample_weight=weight * len(weight))
         exceeded = [_exceeded(kind, line, share) for kind in kinds]
-        coefficients.append([line.intercept_ + np.mean(exceeded), *line.coef_])
+        coefficients.append([line.intercept_ + np.average(exceeded, weights=_WEIGHTS[: len(kinds)]), *line.coef_])
     return QuantileRadii(np.array(coefficients), np.stack([features.min(axis=0), features.max(axis=0)]))
 
 

@@ -41,5 +41,7 @@ def test_files_that_do_not_fit_are_told(tmp_path: Path) -> None:
     (folder / "01" / "trn01tms.csv").unlink()
     with pytest.raises(DatasetError, match=r"month 01 has no trn01tms\.csv"):
         read(folder, ImportContext(tmp_path))
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
     with pytest.raises(DatasetError, match="holds no MM/trnNNrss"):
-        read(tmp_path / "db" / "02", ImportContext(tmp_path))
+        read(elsewhere, ImportContext(tmp_path))

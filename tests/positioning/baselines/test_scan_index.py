@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
@@ -10,7 +12,11 @@ from tests.positioning.radio_world import radio_world
 from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
 from vislam2tag.positioning.scans.representation import Representation, represented, represented_levels
 
-SCIPY = {SignalDistance.SORENSEN: "braycurtis", SignalDistance.EUCLIDEAN: "euclidean", SignalDistance.COSINE: "cosine"}
+SCIPY: dict[SignalDistance, Literal["braycurtis", "euclidean", "cosine"]] = {
+    SignalDistance.SORENSEN: "braycurtis",
+    SignalDistance.EUCLIDEAN: "euclidean",
+    SignalDistance.COSINE: "cosine",
+}
 LEARNED, _ = radio_world(seed=1)
 ASKED, _ = radio_world(seed=2)
 
@@ -22,7 +28,8 @@ def index_of(distance: SignalDistance) -> ScanIndex:
 @pytest.mark.parametrize("distance", SignalDistance)
 def test_distances_are_those_over_all_levels(distance: SignalDistance) -> None:
     asked = ASKED.over(LEARNED.access_points)
-    expected = cdist(*(represented(scans, Representation.POWED) for scans in (asked, LEARNED)), SCIPY[distance])
+    one, other = (represented(scans, Representation.POWED) for scans in (asked, LEARNED))
+    expected = cdist(one, other, SCIPY[distance])
     level = represented_levels(asked.rssi_dbm, Representation.POWED)
     found = index_of(distance).nearest(asked, level, len(LEARNED))
     np.testing.assert_allclose(found.away, np.sort(expected, axis=1), atol=1e-12)

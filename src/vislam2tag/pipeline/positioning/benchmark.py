@@ -39,7 +39,13 @@ PROGRAM = "vislam2tag benchmark"
 RECORD_FILE, PAGE_FILE = "benchmark.json", "report.html"
 SCORES_FILE, LATEX_FILE, TIMES_FILE, TABLE_4 = "scores.csv", "scores.tex", "times.csv", "table_4"
 RUNS, TIMES, FIGURES = "runs", "times", "figures"
-PUBLIC = {"tampere": "tampere", "ujiindoorloc": "uji", "utsindoorloc": "uts"}
+PUBLIC = {
+    "tampere": "tampere",
+    "ujiindoorloc": "uji",
+    "utsindoorloc": "uts",
+    "wifine": "wifine",
+    "uji-library": "uji-library",
+}
 """Public data sets by name, and the formats that read them."""
 _KEY_LETTERS = 12
 

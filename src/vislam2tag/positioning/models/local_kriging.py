@@ -40,8 +40,10 @@ LEAST_WEIGHT = 1e-6
 STOREY_REGRESSION = 2.0
 """What the regression onto storeys counts beside the votes."""
 MOST_CENTRES = 1000
-_COMPARED = 3
-"""So many nearest scans tell how unlike all that was learned a scan is."""
+COMPARED = (1, 10, None)
+"""So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
+LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
+"""Smaller ones count as these where logarithms are taken."""
 _AT_ONCE = 128
 
 
@@ -49,14 +51,19 @@ class KrigedAnswer(NamedTuple):
     """What the nearest scans say of ``n`` scans."""
 
     voted: VotedPositions
-    unlike: FloatArray
-    """(n,) mean distance from the nearest in signal space, 0 to 1."""
+    away: FloatArray
+    """(n, k) distances from the nearest in signal space, 0 to 1, ascending."""
 
     @property
     def features(self) -> FloatArray:
-        """(n, 3) what an error may follow: how far the votes lie apart, how unlike the scan is, how torn the storey."""
+        """(n, 5) what an error may follow: how far votes lie apart, how torn the storey, how unlike the scan is.
+
+        The last by three means, of the nearest scan's distance, of ten's and of all.
+        """
+        spread = np.log(np.maximum(self.voted.spread_m, LEAST_SPREAD_M))
         torn = 1.0 - self.voted.storey_probability.max(axis=1)
-        return np.column_stack([np.log(np.maximum(self.voted.spread_m, 0.5)), np.log(self.unlike + 0.01), torn])
+        unlike = (np.log(self.away[:, :count].mean(axis=1) + LEAST_AWAY) for count in COMPARED)
+        return np.column_stack([spread, torn, *unlike])
 
 
 class LocalKriging(Positioner):
@@ -129,8 +136,7 @@ class LocalKriging(Positioner):
             votes = Votes(which, self._weights(block, which, near.away[rows]))
             further = STOREY_REGRESSION * self._regressed(block) if apart is None else None
             answers.append(median_votes(votes, self._places, further))
-        compared = near.away[:, :_COMPARED]
-        return KrigedAnswer(joined_answers(answers), np.where(np.isfinite(compared), compared, 1.0).mean(axis=1))
+        return KrigedAnswer(joined_answers(answers), np.where(np.isfinite(near.away), near.away, 1.0))
 
     def _regressed(self, scans: RadioScans) -> FloatArray:
         """(n, s) shares of storeys by the regression."""
