@@ -151,6 +151,8 @@ if TYPE_CHECKING:
     from vislam2tag.planning.settings import PlanSettings as PlanSettings
     from vislam2tag.positioning.benchmark.protocol import ModelChoice as ModelChoice
     from vislam2tag.positioning.benchmark.record import Benchmark as Benchmark
+    from vislam2tag.positioning.model_choice import ModelTrial as ModelTrial
+    from vislam2tag.positioning.model_choice import TriedModel as TriedModel
     from vislam2tag.positioning.model_file import ModelOrigin as ModelOrigin
     from vislam2tag.positioning.model_file import SavedModel as SavedModel
     from vislam2tag.positioning.model_file import load_model as load_model
@@ -295,6 +297,7 @@ _NAMES = {
     "planning.settings": "CameraSettings PlanSettings",
     "positioning.benchmark.protocol": "ModelChoice",
     "positioning.benchmark.record": "Benchmark",
+    "positioning.model_choice": "ModelTrial TriedModel",
     "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
     "positioning.registry": "Positioner model_named",
     "positioning.scans.learning_data": "LearningData learning_data",

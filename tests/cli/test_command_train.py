@@ -37,6 +37,14 @@ def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
     assert (tmp_path / "a.v2t").read_bytes() == (tmp_path / "b.v2t").read_bytes()
 
 
+def test_without_a_model_a_table_says_which_is_taken(tmp_path: Path) -> None:
+    write_dataset(small_dataset(), tmp_path / "set")
+    done = vislam2tag("train", tmp_path / "set", "--budget-s", "0", "--out", tmp_path / "a.v2t")
+    assert done.returncode == 0, done.stderr
+    for text in ("Cross-validation over walks", "chosen", "local-kriging", "right floor", "learned 44 fingerprints"):
+        assert text in done.stdout
+
+
 def test_wrong_usage_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     arguments = ("train", tmp_path, "--out", tmp_path / "a.v2t")
     assert "is called 'psychic'; there are: " in the_error(vislam2tag(*arguments, "--model", "psychic"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,20 +13,23 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import INTERRUPTED, AsJson, parameters_of
+from vislam2tag.cli.tables import table, table_console
 from vislam2tag.cli.terminal import say, say_json, visible_console
 from vislam2tag.common.plugins import MODELS
 
 if TYPE_CHECKING:
     from vislam2tag.common.progress import Progress
     from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel
+    from vislam2tag.positioning.model_choice import ModelTrial
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
 
 Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it does
-on the test part (`vislam2tag benchmark` compares models). The file holds numbers and text only, a checksum, and what
-the model needs to know: access points, floors, how sure it is. docs/explanation/positioning.md tells what each model
-is.
+on the test part (`vislam2tag benchmark` compares models). Without --model several are tried by leaving walks out,
+alone and the two best together; a table says which is taken, and why. The file holds numbers and text only, a
+checksum, and what the model needs to know: access points, floors, how sure it is. docs/explanation/positioning.md tells
+what each model is.
 
 Models: {", ".join(MODELS.names())}.
 
@@ -34,6 +38,7 @@ interrupted.
 
 \b
 Examples:
+  vislam2tag train fingerprints --out building.v2t
   vislam2tag train fingerprints --model weighted-knn --out building.v2t
   vislam2tag train fingerprints --model weighted-knn --set k=3 \\
       --set distance=cosine --out building.v2t
@@ -52,8 +57,13 @@ def register(app: typer.Typer) -> None:
 def _train(
     dataset: Annotated[Path, typer.Argument(metavar="DS", help="Data set (see vislam2tag dataset).")],
     *,
-    model: Annotated[str, typer.Option(help="Model to train.")],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The model's file, such as building.v2t.")],
+    model: Annotated[
+        str | None, typer.Option(help="Model to train; without it the best in cross-validation over walks.")
+    ] = None,
+    budget_s: Annotated[
+        float, typer.Option(min=0.0, help="How long trying models may take, where none is named, seconds.")
+    ] = 300.0,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="PARAMETER=VALUE", help="A model's parameter; repeatable.")
     ] = None,
@@ -68,7 +78,7 @@ def _train(
 ) -> None:
     from vislam2tag.pipeline.positioning.train import TrainPlan, train
 
-    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx)
+    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx, budget_s)
     begun = time.monotonic()
     try:
         with _bar() as progress:
@@ -86,6 +96,7 @@ def _train(
                 "storeys": trained.saved.model.storeys_,
                 "remarks": trained.saved.model.remarks(),
                 "tested": trained.tested,
+                "tried": trained.trial.tried if trained.trial else (),
             }
         )
         return
@@ -106,6 +117,8 @@ def _bar() -> Iterator[Progress[float]]:
 
 
 def _print(trained: TrainedModel, seconds: float) -> None:
+    if trained.trial is not None:
+        _print_trial(trained.trial)
     model, origin = trained.saved.model, trained.saved.origin
     floors = len(model.storeys_)
     say(
@@ -117,6 +130,19 @@ def _print(trained: TrainedModel, seconds: float) -> None:
     say("not tested: give --split" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
         say(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
+
+
+def _print_trial(trial: ModelTrial) -> None:
+    heads = ("mean error", "right floor", "score", "95 %: behind by")
+    shown = table("Cross-validation over walks (score: mean error + 15 m a wrong floor)", ("model", "why"), heads)
+    for one in trial.tried:
+        numbers = ("-", "-", "-")
+        if math.isfinite(one.score_m):
+            numbers = (f"{one.mean_m:.2f} m", f"{100 * one.floor_hit:.1f} %", f"{one.score_m:.2f} m")
+        behind = "" if one.behind_m is None else f"{one.behind_m[0]:.2f} to {one.behind_m[1]:.2f} m"
+        name = one.name if len(one.models) == 1 else f"{one.name} ({' + '.join(one.models)})"
+        shown.add_row(name, one.why, *numbers, behind)
+    table_console().print(shown)
 
 
 def _tested(tested: HeldOutResult) -> str:

@@ -12,6 +12,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.dataset.folder import write_dataset
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.pipeline.positioning.train import TrainedModel, TrainPlan, train
+from vislam2tag.positioning import model_choice
 from vislam2tag.positioning.model_file import load_model
 
 
@@ -37,6 +38,17 @@ def test_all_labelled_fingerprints_are_learned(folder: Path, tmp_path: Path) -> 
     assert len(saved.model.access_points_) == 10
     assert made.tested is None
     assert steps[-1] == (1, 1)
+
+
+def test_without_a_model_the_best_is_found_and_trained(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model_choice, "CANDIDATES", ("knn", "weighted-knn"))
+    made = train(folder, TrainPlan(None, {}), tmp_path / "model.v2t")
+    assert made.trial is not None
+    assert load_model(tmp_path / "model.v2t").name == made.trial.chosen.name == made.saved.name
+    with pytest.raises(UsageError, match="name it by --model"):
+        train(folder, TrainPlan(None, {"k": 1}), tmp_path / "other.v2t")
 
 
 def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:

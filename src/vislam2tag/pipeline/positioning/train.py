@@ -14,6 +14,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.positioning.metrics import Score, score
+from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models
 from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
 from vislam2tag.positioning.onnx_export import write_onnx
 from vislam2tag.positioning.registry import Positioner, model_named
@@ -26,7 +27,8 @@ SEED = "seed"
 class TrainPlan:
     """What to train, and on what."""
 
-    model: str
+    model: str | None
+    """None: the one that :func:`~vislam2tag.positioning.model_choice.tried_models` finds best."""
     parameters: Mapping[str, Any]
     split: str | None = None
     """Train on the training part of this split only; None: on all labelled fingerprints."""
@@ -36,6 +38,8 @@ class TrainPlan:
     technology: str = "wifi"
     onnx: Path | None = None
     """Write the model as ONNX, too (networks and cell-density)."""
+    budget_s: float = BUDGET_S
+    """How long trying models may take, where none is named."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class TrainedModel:
     saved: SavedModel
     tested: HeldOutResult | None
     """None where there is no test part."""
+    trial: ModelTrial | None = None
+    """None where the model was named."""
 
 
 def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = silent) -> TrainedModel:
@@ -69,16 +75,36 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = 
             raise OutputError(f"{file}: cannot be written (is a folder, or in none); choose another name")
     if plan.onnx is not None and plan.onnx.resolve() == out.resolve():
         raise UsageError(f"--onnx {plan.onnx}: is the file of --out; choose another name")
-    model = model_named(plan.model, **_parameters(plan))
+    _check(plan)
     dataset = open_dataset(folder)
     learned, tested, part = _parts(dataset, plan)
+    trial = tried_models((learned.scans, learned.places), plan.budget_s, progress) if plan.model is None else None
+    name, model = _model(plan, trial)
     model.progress = progress
     model.fit(learned.scans, learned.places)
-    saved = SavedModel(plan.model, model, _origin(dataset, plan.technology, part, len(learned)))
+    saved = SavedModel(name, model, _origin(dataset, plan.technology, part, len(learned)))
     save_model(saved, out)
     if plan.onnx is not None:
-        write_onnx(model, plan.onnx, {"model": plan.model, "origin": saved.origin.model_dump_json()})
-    return TrainedModel(saved, None if tested is None else _tested(model, tested))
+        write_onnx(model, plan.onnx, {"model": name, "origin": saved.origin.model_dump_json()})
+    return TrainedModel(saved, None if tested is None else _tested(model, tested), trial)
+
+
+def _check(plan: TrainPlan) -> None:
+    """Refuse a model or parameters that there are not, before anything is read."""
+    if plan.model is not None:
+        model_named(plan.model, **_parameters(plan.model, plan))
+    elif plan.parameters or plan.seed is not None or plan.onnx is not None:
+        raise UsageError("--set, --seed, --onnx: belong to a model; name it by --model")
+
+
+def _model(plan: TrainPlan, trial: ModelTrial | None) -> tuple[str, Positioner]:
+    """Make the model that was named, or found best, not fitted."""
+    if plan.model is not None:
+        return plan.model, model_named(plan.model, **_parameters(plan.model, plan))
+    if trial is None:
+        raise ValueError("no model is named, and none was tried")
+    chosen = trial.chosen
+    return chosen.name, model_named(chosen.name, **({"models": chosen.models} if len(chosen.models) > 1 else {}))
 
 
 def _tested(model: Positioner, part: LearningData) -> HeldOutResult:
@@ -88,11 +114,11 @@ def _tested(model: Positioner, part: LearningData) -> HeldOutResult:
     return HeldOutResult(score(found, part.places), *map(float, radii))
 
 
-def _parameters(plan: TrainPlan) -> dict[str, Any]:
+def _parameters(model: str, plan: TrainPlan) -> dict[str, Any]:
     if plan.seed is None:
         return dict(plan.parameters)
-    if SEED not in model_named(plan.model).get_params():
-        raise UsageError(f"--seed: nothing in {plan.model} is random")
+    if SEED not in model_named(model).get_params():
+        raise UsageError(f"--seed: nothing in {model} is random")
     return {**plan.parameters, SEED: plan.seed}
 
 

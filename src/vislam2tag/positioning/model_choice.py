@@ -1,0 +1,158 @@
+"""Which model is nearest on walks that it did not learn from, within a time budget, alone or two together."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
+from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.progress import Progress, silent
+from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.positioning.metrics import FLOOR_PENALTY_M, plane_error_m
+from vislam2tag.positioning.models.combined import NAME as COMBINED
+from vislam2tag.positioning.models.combined import mean_positions
+from vislam2tag.positioning.registry import model_named
+from vislam2tag.positioning.scans.held_out import folds, walk_numbers
+from vislam2tag.positioning.scans.places import LabelledScans, Positions
+
+CANDIDATES = ("weighted-knn", "local-kriging", "extra-trees", "cell-density")
+"""Tried in this order, the quickest first."""
+BUDGET_S = 300.0
+GAIN = 0.02
+"""Two models together are taken where they are better by at least this share."""
+_FOLDS = 3
+_PROBED_WITH = 300
+"""A model learns so many scans first, to tell how long all will take."""
+_SEED = 0
+
+
+@dataclass(frozen=True)
+class TriedModel:
+    """A model in cross-validation over walks."""
+
+    name: str
+    models: tuple[str, ...]
+    """Its parts; itself, where it is a single one."""
+    mean_m: float
+    """Mean error in the plane, metres; NaN where it was not tried."""
+    floor_hit: float
+    score_m: float
+    """Mean error and 15 m for each scan on a wrong floor: the least is chosen."""
+    behind_m: tuple[float, float] | None
+    """95 % interval, over walks, of how much greater its score is than the chosen one's; None for few walks."""
+    why: str
+    """In words, why it was chosen, or not."""
+
+
+@dataclass(frozen=True)
+class ModelTrial:
+    """All models that were tried, the chosen one first."""
+
+    tried: tuple[TriedModel, ...]
+
+    @property
+    def chosen(self) -> TriedModel:
+        """The best."""
+        return self.tried[0]
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """Answers to all held-out scans, fold after fold."""
+
+    names: tuple[str, ...]
+    found: tuple[Positions, ...]
+    error_m: FloatArray
+    right: BoolArray
+
+    @property
+    def cost_m(self) -> FloatArray:
+        """(n,) error and penalty of each scan."""
+        return self.error_m + FLOOR_PENALTY_M * ~self.right
+
+
+def tried_models(
+    labelled: LabelledScans,
+    budget_s: float = BUDGET_S,
+    progress: Progress[float] = silent,
+    clock: Callable[[], float] = time.monotonic,
+) -> ModelTrial:
+    """Cross-validate the candidates over walks; of data without walks over scans.
+
+    One that would overrun the budget is left out, but never the first. Raises DatasetError where there are too few
+    scans to leave any out.
+    """
+    scans, places = labelled
+    usable = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
+    scans, places = scans[usable], places[usable]
+    walk = walk_numbers(scans, places)
+    parts = list(folds(walk, _FOLDS, _SEED))
+    if not parts:
+        raise DatasetError("one fingerprint alone tells nothing of models; name one by --model")
+    truth = [(scans[held_out], places[held_out]) for _, held_out in parts]
+    begun, made, too_long = clock(), list[_Outcome](), list[str]()
+    for number, name in enumerate(CANDIDATES):
+        probe = np.sort(np.random.default_rng(_SEED).permutation(len(scans))[:_PROBED_WITH])
+        started = clock()
+        if number and len(probe) < len(scans):
+            model_named(name).fit(scans[probe], places[probe])
+            expected_s = (clock() - started) * len(parts) * len(scans) / len(probe)
+            if clock() - begun + expected_s > budget_s:
+                too_long.append(name)
+                continue
+        found = [
+            model_named(name).fit(scans[learn], places[learn]).predict(asked)
+            for (learn, _), (asked, _) in zip(parts, truth, strict=True)
+        ]
+        made.append(_outcome((name,), found, truth))
+        progress(number + 1, len(CANDIDATES) + 1)
+    best = sorted(made, key=lambda one: float(one.cost_m.mean()))
+    if len(best) > 1:
+        both = [mean_positions(pair) for pair in zip(best[0].found, best[1].found, strict=True)]
+        made.append(_outcome((*best[0].names, *best[1].names), both, truth))
+    chosen = best[0]
+    if len(made[-1].names) > 1 and made[-1].cost_m.mean() < (1 - GAIN) * chosen.cost_m.mean():
+        chosen = made[-1]
+    walks = np.concatenate([walk[held_out] for _, held_out in parts])
+    others = sorted((one for one in made if one is not chosen), key=lambda one: float(one.cost_m.mean()))
+    told = [_told(one, chosen, walks) for one in (chosen, *others)]
+    return ModelTrial((*told, *(_left_out(name) for name in too_long)))
+
+
+def _outcome(names: tuple[str, ...], found: Sequence[Positions], truth: Sequence[LabelledScans]) -> _Outcome:
+    """Compare with the truth; a scan that is unknown errs by as much as the worst."""
+    error_m = np.concatenate([plane_error_m(one, places) for one, (_, places) in zip(found, truth, strict=True)])
+    right = np.concatenate([one.storey == places.storey for one, (_, places) in zip(found, truth, strict=True)])
+    return _Outcome(names, tuple(found), np.where(np.isnan(error_m), np.nanmax(error_m), error_m), right)
+
+
+def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
+    name = COMBINED if len(one.names) > 1 else one.names[0]
+    mean_m, score_m = float(one.error_m.mean()), float(one.cost_m.mean())
+    if one is chosen:
+        why = "chosen: the best" if len(one.names) == 1 else f"chosen: better than each alone by {GAIN:.0%} or more"
+    elif len(one.names) > 1:
+        why = f"not better than {chosen.names[0]} alone by {GAIN:.0%}"
+    else:
+        why = f"{score_m / float(chosen.cost_m.mean()) - 1:.0%} worse"
+    behind_m = None if one is chosen else _behind_m(one.cost_m - chosen.cost_m, walks)
+    return TriedModel(name, one.names, mean_m, float(one.right.mean()), score_m, behind_m, why)
+
+
+def _behind_m(difference_m: FloatArray, walks: FloatArray) -> tuple[float, float] | None:
+    """Interval of a mean difference (n,) over drawn walks (n,)."""
+    names, number = np.unique(walks, return_inverse=True)
+    if len(names) < FEWEST_WALKS:
+        return None
+    sums, counts = np.bincount(number, difference_m), np.bincount(number)
+    times = multiplicities(draws(len(names)))
+    return interval((times @ sums) / (times @ counts))
+
+
+def _left_out(name: str) -> TriedModel:
+    unknown = float("nan")
+    return TriedModel(name, (name,), unknown, unknown, unknown, None, "not tried: longer than the time budget")
