@@ -14,10 +14,10 @@ import polars as pl
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
-from vislam2tag.dataset.reading.archives import folder_of, names_in
 from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 from vislam2tag.dataset.reading.wide_tables import read_columns, read_matrix
 
