@@ -21,7 +21,7 @@ from vislam2tag.receiving.uploads import Uploads
 from vislam2tag.sessions.registry import format_of, open_survey
 
 PLENTY = 10_000_000
-SHARED = [app for app in APPS if app not in ("TUM", "EuRoC", "Stray Scanner, lens of each frame")]
+SHARED = [app for app in APPS if app not in ("TUM", "EuRoC", "MCAP", "Stray Scanner, lens of each frame")]
 
 
 @pytest.fixture

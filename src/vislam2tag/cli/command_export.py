@@ -40,14 +40,17 @@ Formats:
             raw files beside
   hdf5      fingerprints.h5: matrix of levels, positions, floors, devices and
             the parts of every split, for training
+  mcap      a file a session, SLUG.mcap, for Foxglove: poses, transforms, fixes
+            (where there is a georeference), outline of floors, labelled Wi-Fi
+            and BLE; --survey adds the plans' images
   parquet   plain Parquet tables, splits as one table, columns.csv; for
             pandas, Polars, DuckDB, R
   tum       a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and
-            metres in the BCS; evo reads it
+            metres in the BCS; evo reads it; covariances in SLUG_covariance.txt
   uji       UJIIndoorLoc's trainingData.csv and validationData.csv: one column
             an access point, 100 = not heard
 
-gia and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
+gia, mcap and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building the
 data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in
 docs/reference/exporting.md.
 
@@ -77,7 +80,8 @@ def _export(
     ] = None,
     fold: Annotated[str | None, typer.Option(help="Fold of the split, where it has several.")] = None,
     survey: Annotated[
-        Path | None, typer.Option(help="The survey that the labels were made of: its raw files go beside (gia).")
+        Path | None,
+        typer.Option(help="The survey that labels were made of: raw files go beside (gia), plans (mcap)."),
     ] = None,
     include_nomap: IncludeNomap = False,
     hash_bssid: HashBssid = None,

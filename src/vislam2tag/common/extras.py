@@ -14,6 +14,7 @@ _EXTRAS = {
     "receive": ("segno", "starlette", "uvicorn"),
     "positioning": ("safetensors", "sklearn", "tifffile"),
     "hdf5": ("h5py",),
+    "mcap": ("google", "mcap", "mcap_protobuf"),
     "fleet": ("dask", "distributed", "obstore"),
     "models": ("onnx", "onnxscript", "torch"),
 }

@@ -38,6 +38,26 @@ def tum_text(trajectory: Trajectory) -> str:
     return _tum_lines(trajectory.time_ns[labelled], position, np.where(known, orientation, NO_TURN))
 
 
+def covariance_text(trajectory: Trajectory) -> str:
+    """Write the covariances of the lines of :func:`tum_text` as lines ``t xx xy yy``: seconds, m2 in the BCS.
+
+    One that is not known is ``nan``.
+    """
+    labelled = has_position(trajectory.status)
+    entries = trajectory.covariance_bcs[labelled].reshape(-1, 4)[:, (0, 1, 3)]
+    text = io.StringIO()
+    text.write("# time_s xx xy yy (m2)\n")
+    for time, row in zip(trajectory.time_ns[labelled].tolist(), entries.tolist(), strict=True):
+        text.write(f"{_seconds(time)} {' '.join(f'{value:.9g}' for value in row)}\n")
+    return text.getvalue()
+
+
+def _seconds(time_ns: int) -> str:
+    """Whole nanoseconds digit by digit: as a floating-point number of seconds they would be rounded."""
+    seconds, rest = divmod(time_ns, 1_000_000_000)
+    return f"{seconds}.{rest:09d}"
+
+
 def tum_text_of_truth(truth: Truth) -> str:
     """Write a truth the same way, at height 0 and without turn."""
     position = np.column_stack((truth.position_bcs, np.zeros(len(truth.time_ns))))
@@ -45,14 +65,11 @@ def tum_text_of_truth(truth: Truth) -> str:
 
 
 def _tum_lines(time_ns: IntArray, position: FloatArray, orientation: FloatArray) -> str:
-    """Lines of times (n,), positions (n, 3), quaternions (n, 4). Whole nanoseconds are written digit by digit: as a
-    floating-point number of seconds they would be rounded.
-    """
+    """Lines of times (n,), positions (n, 3), quaternions (n, 4)."""
     values = np.column_stack((position, orientation))
     text = io.StringIO()
     for time, row in zip(time_ns.tolist(), values.tolist(), strict=True):
-        seconds, rest = divmod(time, 1_000_000_000)
-        text.write(f"{seconds}.{rest:09d} {' '.join(f'{value:.6f}' for value in row)}\n")
+        text.write(f"{_seconds(time)} {' '.join(f'{value:.6f}' for value in row)}\n")
     return text.getvalue()
 
 

@@ -17,7 +17,7 @@ from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, rec
 from vislam2tag.survey.site_table import is_file
 
 _UNSAFE = re.compile(r"[^\w. -]+")
-_ANY_TRACKER = "tum"
+_ANY_TRACKER = ("mcap", "tum")
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class AppRecording:
     @property
     def device(self) -> str:
         """Device that its folder goes under where nobody says."""
-        of_ios = isinstance(FORMATS.named(self.format), AppFormat) and self.format != _ANY_TRACKER
+        of_ios = isinstance(FORMATS.named(self.format), AppFormat) and self.format not in _ANY_TRACKER
         return "iPhone" if of_ios else self.format
 
 

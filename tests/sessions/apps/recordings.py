@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray
@@ -98,6 +99,27 @@ def euroc(folder: Path) -> None:
     (folder / "poses.toml").write_text('camera = "y-up"\nframe = "z-up"\n', encoding="utf-8")
 
 
+def mcap(folder: Path) -> None:
+    """Foxglove's PoseInFrame in JSON, of a robot's camera."""
+    position, quaternion = Z_UP.apply(POSITION), (Z_UP * TURN * HALF_TURN).as_quat()
+    with (folder / "poses.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("foxglove.PoseInFrame", "jsonschema", b"{}")
+        channel = writer.register_channel("/camera/pose", "json", schema)
+        for i, t in enumerate(TIME_S.tolist()):
+            time_ns = round(t * 1e9)
+            pose = {
+                "position": dict(zip("xyz", position[i].tolist(), strict=True)),
+                "orientation": dict(zip("xyzw", quaternion[i].tolist(), strict=True)),
+            }
+            stamp = {"sec": time_ns // 10**9, "nsec": time_ns % 10**9}
+            message = {"timestamp": stamp, "frame_id": "map", "pose": pose}
+            writer.add_message(channel, time_ns, json.dumps(message).encode(), time_ns)
+        writer.finish()
+    (folder / "poses.toml").write_text('camera = "y-down"\nframe = "z-up"\n', encoding="utf-8")
+
+
 APPS: Mapping[str, tuple[str, Callable[[Path], None]]] = {
     "Stray Scanner": ("stray-scanner", stray_scanner),
     "Stray Scanner, lens of each frame": ("stray-scanner", stray_scanner_with_lens),
@@ -107,5 +129,6 @@ APPS: Mapping[str, tuple[str, Callable[[Path], None]]] = {
     "Polycam": ("polycam", polycam),
     "TUM": ("tum", tum),
     "EuRoC": ("tum", euroc),
+    "MCAP": ("mcap", mcap),
 }
 """By name, the format that recognises it and its writer."""

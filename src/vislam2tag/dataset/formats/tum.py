@@ -9,12 +9,20 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.status import has_position
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession, open_labelled
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, register
-from vislam2tag.evaluation.trajectory_files import tum_text
+from vislam2tag.evaluation.trajectory_files import covariance_text, tum_text
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.labeling.tables import trajectory_of
 
-HOLDS = {TRAJECTORY: ("time_ns", "x", "y", "z", "qx", "qy", "qz", "qw", "session", "device", "floor")}
-EXPORT_HELP = "a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and metres in the BCS; evo reads it"
+HOLDS = {
+    TRAJECTORY: (
+        *("time_ns", "x", "y", "z", "qx", "qy", "qz", "qw", "cov_xx", "cov_xy", "cov_yy"),
+        *("session", "device", "floor"),
+    )
+}
+EXPORT_HELP = (
+    "a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and metres in the BCS, which evo reads; "
+    "SLUG_covariance.txt: t xx xy yy, m2"
+)
 
 
 def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
@@ -37,6 +45,7 @@ def _write(session: LabelledSession, folder: Path) -> bool:
     if not has_position(trajectory.status).any():
         return False
     (folder / f"{session.slug}.tum").write_text(tum_text(trajectory), encoding="utf-8")
+    (folder / f"{session.slug}_covariance.txt").write_text(covariance_text(trajectory), encoding="utf-8")
     return True
 
 

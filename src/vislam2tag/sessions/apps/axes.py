@@ -30,6 +30,18 @@ def from_z_up(position: FloatArray, orientation: FloatArray) -> tuple[FloatArray
     return np.stack((position[:, 0], position[:, 2], -position[:, 1]), axis=1), turned
 
 
+def in_acs(poses: FloatArray, camera: str, frame: str) -> FloatArray:
+    """Poses (n, 7), position and quaternion (x, y, z, w), of a camera with ``y-up`` or ``y-down`` in a frame with
+    ``y-up`` or ``z-up``, as poses of ours.
+    """
+    position, orientation = poses[:, :3], poses[:, 3:]
+    if camera == "y-down":
+        orientation = other_camera(orientation)
+    if frame == "z-up":
+        position, orientation = from_z_up(position, orientation)
+    return np.column_stack((position, orientation))
+
+
 def poses_of_matrices(matrices: FloatArray) -> FloatArray:
     """Poses (n, 7), position and quaternion (x, y, z, w), of matrices (n, 3, 4) from the camera's frame to the ACS.
 

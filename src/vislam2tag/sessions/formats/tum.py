@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
 import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.plain_files import toml_values
 from vislam2tag.common.records import Record
-from vislam2tag.sessions.apps.axes import from_z_up, other_camera, pose_rows
+from vislam2tag.sessions.apps.axes import in_acs, pose_rows
 from vislam2tag.sessions.apps.format import AppFormat
 from vislam2tag.sessions.apps.text import delimited
 from vislam2tag.sessions.registry import register
@@ -33,6 +32,8 @@ class PoseAxes(Record):
 
     camera: Literal["y-up", "y-down"]
     frame: Literal["y-up", "z-up"]
+    topic: str | None = None
+    """Of an MCAP file, whose poses are meant where it has several."""
 
 
 class TumFormat(AppFormat):
@@ -43,21 +44,17 @@ class TumFormat(AppFormat):
 
     def poses(self, reading: SessionFiles) -> pl.DataFrame:
         """Poses of all frames. Raises SessionError where ``poses.toml`` does not say in which axes they are."""
-        axes = _axes(reading)
+        axes = pose_axes(reading)
         file, data = reading.load("poses")
         tum = file.endswith(".tum")
         rows = reading.account("poses", data, delimited(data, file, _TUM if tum else _EUROC, blanks=tum))
         rows = rows.with_columns(ns_of_seconds("time_s")) if tum else rows
         values = rows.select(list(POSE_COLUMNS)).to_numpy()
-        position, orientation = values[:, :3], values[:, 3:]
-        if axes.camera == "y-down":
-            orientation = other_camera(orientation)
-        if axes.frame == "z-up":
-            position, orientation = from_z_up(position, orientation)
-        return pose_rows(rows, np.column_stack((position, orientation)))
+        return pose_rows(rows, in_acs(values, axes.camera, axes.frame))
 
 
-def _axes(reading: SessionFiles) -> PoseAxes:
+def pose_axes(reading: SessionFiles) -> PoseAxes:
+    """Read ``poses.toml``; raises SessionError where it is not there or says something else."""
     expected = 'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it (docs/reference/formats.md)'
     if not reading.has("axes"):
         raise SessionError(
