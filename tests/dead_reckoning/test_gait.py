@@ -57,6 +57,6 @@ def test_a_round_walk_with_a_phone_in_a_pocket_is_not_turned_away() -> None:
     assert walk is not None
     ends = FixLog(fixes.time_ns[[0, -1]], fixes.position_bcs[[0, -1]], ("start", "end"))
     path = walk.path(ends, speed_model(), SETTINGS)
-    at_s = (fixes.time_ns - walk.signals.start_ns) * 1e-9
+    at_s = np.asarray((fixes.time_ns - walk.signals.start_ns) * 1e-9, dtype=np.float64)
     turned_away_m = 2 * np.hypot(20, 15) * np.sin(np.radians(110 / 2))
     assert np.linalg.norm(path.at(at_s)[0] - fixes.position_bcs, axis=1).max() < turned_away_m / 3

@@ -36,12 +36,12 @@ class SessionBar:
         if error:
             self.fail(error)
         rate = f"{self.done / elapsed_s:.1f} sessions/s"
-        rows = f", {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
+        row_rate = f", {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
         failed = f", {self.failed} failed" if self.failed else ""
-        self._bar.update(self._task, advance=1, total=total, rate=f"{rate}{rows}{failed}" if rows else "")
+        self._bar.update(self._task, advance=1, total=total, rate=f"{rate}{row_rate}{failed}" if row_rate else "")
         if self._lines and self.done * _LINES // total > (self.done - 1) * _LINES // total:
             left_s = elapsed_s / self.done * max(total - self.done, 0)
-            line = f"{self.done} of {total} sessions, {rate}{rows}{failed}, {left_s:.0f} s left"
+            line = f"{self.done} of {total} sessions, {rate}{row_rate}{failed}, {left_s:.0f} s left"
             self._console.print(line, highlight=False)
 
     def fail(self, error: str) -> None:

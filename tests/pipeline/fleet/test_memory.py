@@ -44,7 +44,7 @@ class Counting:
         return [SimpleNamespace(slug=str(task), code="code") for task in tasks]
 
 
-def work(job: module.FleetJob) -> FleetOutcome:
+def made_up(job: module.FleetJob) -> FleetOutcome:
     if isinstance(job, SurveyJob):
         return SurveyOutcome(job.survey, {"state": "done"}, None)
     return SessionOutcome(job.survey, Outcome(job.slug, None, True, 1))
@@ -62,7 +62,7 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
             monkeypatch.setattr(module, name, lambda *_: "inputs")
         monkeypatch.setattr(module, "described", lambda _: {})
 
-        def executor(_: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
+        def executor(work: object, todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
             def counted() -> Iterable[Any]:
                 for job in todo:
                     held["now"] += 1
@@ -73,7 +73,7 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int, int],
                 held["now"] -= isinstance(outcome, SessionOutcome)
                 return report(outcome)
 
-            process_all(work, counted(), 1, ended)
+            process_all(made_up, counted(), 1, ended)
 
         totals = process_fleet(fleet, executor=executor)
         assert totals.states == {"done": surveys}
