@@ -45,8 +45,20 @@ def network_hosts(*names: str) -> Iterator[tuple[str, list[Host]]]:
     first = number % 32 * 8
     hosts = [Host(name, f"{bridge}{name}", f"{net}.{first + 2 + i}", []) for i, name in enumerate(names)]
     try:
+        _make(bridge, f"{net}.{first + 1}", hosts)
+        yield f"{net}.{first + 1}", hosts
+    finally:
+        for process in (process for host in hosts for process in host.started):
+            _end(process)
+        for host in hosts:
+            subprocess.run(["ip", "netns", "del", host.namespace], check=False, stderr=subprocess.DEVNULL)
+        subprocess.run(["ip", "link", "del", bridge], check=False, stderr=subprocess.DEVNULL)
+
+
+def _make(bridge: str, address: str, hosts: Sequence[Host]) -> None:
+    try:
         _ip("link", "add", bridge, "type", "bridge")
-        _ip("address", "add", f"{net}.{first + 1}/29", "dev", bridge)
+        _ip("address", "add", f"{address}/29", "dev", bridge)
         _ip("link", "set", bridge, "up")
         for i, host in enumerate(hosts):
             _ip("netns", "add", host.namespace)
@@ -56,16 +68,9 @@ def network_hosts(*names: str) -> Iterator[tuple[str, list[Host]]]:
             _ip("-n", host.namespace, "link", "set", "eth0", "up")
             _ip("-n", host.namespace, "link", "set", "lo", "up")
             # Programs find their own address by the way to elsewhere; nothing is forwarded there.
-            _ip("-n", host.namespace, "route", "add", "default", "via", f"{net}.{first + 1}")
-        yield f"{net}.{first + 1}", hosts
+            _ip("-n", host.namespace, "route", "add", "default", "via", address)
     except (OSError, subprocess.CalledProcessError) as error:
         pytest.skip(f"no network namespaces can be made here: {error}")
-    finally:
-        for process in (process for host in hosts for process in host.started):
-            _end(process)
-        for host in hosts:
-            subprocess.run(["ip", "netns", "del", host.namespace], check=False, stderr=subprocess.DEVNULL)
-        subprocess.run(["ip", "link", "del", bridge], check=False, stderr=subprocess.DEVNULL)
 
 
 def _ip(*arguments: str) -> None:

@@ -6,7 +6,7 @@ names the addresses (:mod:`vislam2tag.cli.terminal`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import wraps
 from pathlib import Path
@@ -73,6 +73,8 @@ def take_addresses(command: Any, name: str) -> Any:
     if command.callback is None:
         return command
     openers, work = _FOLDERS.get(name, {}), command.callback
+    if openers:
+        command.help = _with_names(command.help, [param for param in command.params if param.name in openers])
 
     @wraps(work)
     def with_folders(**values: Any) -> Any:
@@ -90,6 +92,17 @@ def take_addresses(command: Any, name: str) -> Any:
 
     command.callback = with_folders
     return command
+
+
+def _with_names(text: str, parameters: Sequence[Any]) -> str:
+    """A command's help with a sentence, before its exit codes, about which parameters may be addresses."""
+    options = {each.opts[-1] for each in parameters if each.param_type_name == "option"}
+    arguments = [
+        (each.metavar or each.name).strip("[].").upper() for each in parameters if each.opts[-1] not in options
+    ]
+    names = [*arguments, *sorted(options)]
+    said = f"May be addresses in object storage (docs/how-to/fleets.md): {', '.join(names)}."
+    return text.replace("\nExit code:", f"\n{said}\n\nExit code:", 1)
 
 
 def _opened(stack: ExitStack, opener: _Opener | None, command: str, value: Any) -> Any:

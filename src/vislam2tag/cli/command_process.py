@@ -38,8 +38,6 @@ DEFAULT_STRATEGY = Settings().strategy
 HELP = """
 Map every session of a survey and label every reading.
 
-SURVEY and OUT may be addresses of folders in object storage (s3://, az://, gs://): docs/how-to/fleets.md.
-
 Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
 OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
 same OUT finished, and that have not changed since, are not repeated.

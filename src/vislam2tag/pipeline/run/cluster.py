@@ -20,6 +20,15 @@ _CONFIG = {
     "distributed.scheduler.worker-saturation": 1.0,  # none dies with sessions that it has not begun
     "distributed.nanny.pre-spawn-environ.POLARS_MAX_THREADS": 1,
 }
+_KUBERNETES: dict[str, Any] = {
+    "worker_command": ["dask-worker", "--nthreads", "1"],
+    "env": {
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "2",
+        "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
+        "POLARS_MAX_THREADS": "1",
+    },
+}
+"""The same for pods, which this process's settings do not reach."""
 _CONNECT_S = 30
 _PACKAGES = {"ssh": "asyncssh", "slurm": "dask-jobqueue", "kubernetes": "dask-kubernetes"}
 
@@ -105,4 +114,6 @@ def cluster_of(settings: ClusterSettings) -> Any:
         cluster = jobs.SLURMCluster(**{"cores": 1, "processes": 1} | options)
         cluster.scale(jobs=workers)
         return cluster
-    return importlib.import_module("dask_kubernetes.operator").KubeCluster(**{"n_workers": workers} | options)
+    pods = {"n_workers": workers} | _KUBERNETES | options
+    pods["env"] = _KUBERNETES["env"] | options.get("env", {})
+    return importlib.import_module("dask_kubernetes.operator").KubeCluster(**pods)
