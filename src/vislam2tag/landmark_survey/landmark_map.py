@@ -95,8 +95,11 @@ class LandmarkMap:
         return np.sqrt(np.diag(self.covariance)[2 * len(self.position) :])
 
 
-def join(maps: Sequence[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
-    """Join all maps that can be tied to the survey; the order of the maps does not matter."""
+def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SETTLED_M) -> LandmarkMap:
+    """Join all maps that can be tied to the survey; the order of the maps does not matter.
+
+    Re-weighting has converged when no landmark moves any more by ``settled_m``.
+    """
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
         caution = max(CAUTION * RELAXATION**number, 1.0)
@@ -108,7 +111,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors) -> LandmarkMap:
         solved(replace(start, doubts=start.doubts.cautious(CAUTION))),
         step,
         lambda before, after: float(np.abs(after.position - before.position).max(initial=0.0)),
-        tolerance=SETTLED_M,
+        tolerance=settled_m,
         most_rounds=MOST_ROUNDS,
         least_rounds=1 + ceil(log(CAUTION) / -log(RELAXATION)),
     )

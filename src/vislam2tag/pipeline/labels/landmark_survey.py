@@ -17,7 +17,7 @@ from vislam2tag.core.context import Storeys
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.landmark_survey.landmark_map import LandmarkMap, join
+from vislam2tag.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
@@ -201,7 +201,9 @@ def survey_landmarks(
     return join_sessions(survey, sessions, settings.survey.landmark_sigma_m)
 
 
-def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float) -> JointSurvey:
+def join_sessions(
+    survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float, settled_m: float = SETTLED_M
+) -> JointSurvey:
     """Join the local maps of sessions, in whichever order they come."""
     ordered = tuple(sorted(sessions, key=lambda session: session.key))
     site = survey.site.landmarks
@@ -215,7 +217,9 @@ def join_sessions(survey: Survey, sessions: Sequence[ReducedSession], default_si
             numbers = np.array([index[place] for place in session.places], dtype=np.int64)
             mapped.append(session)
             maps.append(replace(session.local, landmark=numbers))
-    return JointSurvey(survey, ordered, tuple(mapped), places, join(maps, _priors(places, site, default_sigma_m)))
+    return JointSurvey(
+        survey, ordered, tuple(mapped), places, join(maps, _priors(places, site, default_sigma_m), settled_m)
+    )
 
 
 def _priors(places: Sequence[LandmarkPlace], site: Landmarks, default_sigma_m: float) -> LandmarkPriors:

@@ -32,6 +32,8 @@ STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""
 ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
 """Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
+SETTLED_SHARE = 0.1
+"""What is rounded need not be solved to the micrometre."""
 ROUNDED_VARIANCE = 100.0
 """... and their variances to so many squares of it (1 cm^2)."""
 
@@ -82,7 +84,7 @@ def told_tasks(
         progress(session, len(todo))
 
     run_all(reduced, todo, report=keep)
-    joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m)
+    joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
     told = _told(joint)
     return [replace(task, told=told.get(task.ref.key)) for task in tasks], odd_findings(references(joint))
 
