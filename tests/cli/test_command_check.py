@@ -42,6 +42,9 @@ def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(surve
     assert not all(room["entered"] for room in rooms)
     assert floor["walk"]["length_m"] > 50
     assert f"{sum(room['entered'] for room in rooms)} of {len(rooms)}" in done.stdout
+    assert "Rooms and corridors with most left to walk" in done.stdout
+    (said,) = json.loads(vislam2tag("check", own, "--json", "--jobs", "1").stdout)["walked"]
+    assert said == floor, "the same without --out"
     assert "floor_0/rooms.csv: these rows have no name, or no x and y in metres" in done.stdout
     page = (tmp_path / "out" / "check.html").read_text()
     assert "walkable, but not walked" in page

@@ -38,6 +38,8 @@ def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> N
     shutil.copytree(survey, copy)
     swap_rows(copy / "floor_0" / "marker_dict.csv", "3", "6")
     (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "99"  # gone')
+    rows = dict(line.split(",", 1) for line in (copy / "floor_0" / "marker_dict.csv").read_text().splitlines())
+    (copy / "floor_0" / "rooms.csv").write_text(f"name,x,y\nLab,{rows['6']}\n")
     before = bytes_of(copy)
     wrong = vislam2tag("process", copy, "--out", tmp_path / "wrong", "--jobs", "1")
     assert wrong.returncode == 0, wrong.stderr
@@ -49,6 +51,7 @@ def test_a_swap_is_named_applied_and_reverted(survey: Path, tmp_path: Path) -> N
     assert said.returncode == 1, said.stderr
     for text in ("Landmarks 3 and 6 of floor 0 hang in each other's place", "[[swap_landmarks]]", "faults: 1 named"):
         assert text in said.stdout
+    assert re.search(r"other's place \(3 in (room )?Lab\)\.", said.stdout), "where 6 is in the table"
     assert bytes_of(copy) == before
 
     assert vislam2tag("diagnose", copy, "--apply", "--jobs", "1").returncode == 0

@@ -132,3 +132,15 @@ def test_a_table_turned_by_a_quarter_lies_beside_the_plan() -> None:
         "shift_m": [45.0, 0.0],
         "reason": "vislam2tag diagnose",
     }
+
+
+def test_places_are_called_as_people_call_them() -> None:
+    """Rooms left and right of x = 20, of which one has a name."""
+    table = with_places(at_1=PLACES["4"], at_4=PLACES["1"], at_5=PLACES["8"])
+    found = evidence(made_survey(), table)
+    rooms = replace(found.table, room_at=lambda floor, place: "room Lab" if place.real < 20 else "")
+    faults, _ = found_faults(replace(found, table=rooms))
+    swapped, moved = sorted((fault.summary for fault in faults), key=len)
+    assert swapped == "landmarks 1 and 4 of floor 0 hang in each other's place (1 in room Lab)"
+    assert moved.startswith("landmark 5 of floor 0 is at (3")
+    assert moved.endswith("from where the table has it, room Lab")

@@ -38,9 +38,9 @@ Check a survey against itself: how good are its labels, which landmarks are bad,
 No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
 the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
 session's labels (docs/results/self-check.md says how well). Landmarks whose predictions are off alike in all sessions
-are named, and on each floor the three places where one more landmark would lower the errors most. With --out also what
-of the walkable space of the plans was walked, which rooms nobody entered, and the walk that would fill it. Nothing is
-written but --out.
+are named, and on each floor the three places where one more landmark would lower the errors most; and what of the
+walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would fill it.
+Nothing is written but --out.
 
 Exit code: 0 all sessions checked (whatever was found), 1 at least one session cannot be read or mapped, 2 wrong usage,
 not a survey, or the folder cannot be written, 130 interrupted.
@@ -66,7 +66,7 @@ def _check(
     survey: SurveyFolder,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Write check.json and check.html there, with what was walked of the plan."),
+        typer.Option(metavar="FOLDER", help="Write check.json and check.html, with maps, there."),
     ] = None,
     landmarks: LandmarkFile = None,
     floor: Floors = None,
@@ -126,6 +126,8 @@ def _print(found: SurveyCheck) -> None:
         console.print(_place_table(found.floors))
     if found.walked:
         console.print(_walked_table(found.walked))
+    if any(floor.areas for floor in found.walked):
+        console.print(_area_table(found.walked))
     for floor in found.walked:
         for line in _walked_lines(floor):
             console.print(line, soft_wrap=True, markup=False)
@@ -227,6 +229,20 @@ def _walked_table(floors: list[WalkedFloor]) -> Table:
         shares = (f"{100 * (share or 0.0):.0f} %" for share in (floor.walked, floor.scanned))
         rooms = f"{entered} of {len(floor.rooms)}"
         rows.add_row(str(floor.number), f"{floor.walkable_m2:.0f} m²", *shares, rooms, fill)
+    return rows
+
+
+def _area_table(floors: list[WalkedFloor]) -> Table:
+    """Of each floor the rooms and corridors of which most was not walked; the page and check.json have all."""
+    from rich.markup import escape
+
+    rows = table(
+        "Rooms and corridors with most left to walk", ("floor", "room or corridor"), ("area", "walked", "scanned")
+    )
+    for floor in floors:
+        for area in sorted(floor.areas, key=lambda area: -area.area_m2 * (1 - area.walked))[:_MOST_ROOMS]:
+            shares = (f"{100 * share:.0f} %" for share in (area.walked, area.scanned))
+            rows.add_row(str(floor.number), escape(area.name), f"{area.area_m2:.0f} m²", *shares)
     return rows
 
 

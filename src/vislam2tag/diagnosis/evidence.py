@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -29,6 +29,11 @@ class Mark(NamedTuple):
     landmark: str
 
 
+def _nameless(floor: int, place: complex) -> str:
+    del floor, place
+    return ""
+
+
 @dataclass(frozen=True)
 class Table:
     """Where the survey has its landmarks: complex metres by floor and id, and the extents of the floors' plans."""
@@ -36,6 +41,8 @@ class Table:
     place: Mapping[Mark, complex]
     size_m: Mapping[int, tuple[float, float]]
     """Width and height of the plans that have them."""
+    room_at: Callable[[int, complex], str] = _nameless
+    """What people call the room or corridor at a place of a floor; empty where nobody says."""
 
     @cached_property
     def floors(self) -> frozenset[int]:

@@ -147,13 +147,15 @@ def _fault(
 
 def _where(mark: Mark, found: tuple[complex, FloatArray], evidence: Evidence) -> str:
     x, y, sigma = _place(found)
-    apart = abs(found[0] - evidence.table.place[mark])
-    return f"({x:g}, {y:g}) +- {sigma:g} m, {apart:.1f} m from where the table has it"
+    own = evidence.table.place[mark]
+    room, own_room = (evidence.table.room_at(mark.floor, at) for at in (found[0], own))
+    at = f"at ({x:g}, {y:g}) +- {sigma:g} m, {abs(found[0] - own):.1f} m from where the table has it"
+    return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
 
 
 def _mis_surveyed(mark: Mark, found: tuple[complex, FloatArray], evidence: Evidence, gain: float) -> Fault:
     x, y, _ = _place(found)
-    summary = f"landmark {mark.landmark} of floor {mark.floor} is at {_where(mark, found, evidence)}"
+    summary = f"landmark {mark.landmark} of floor {mark.floor} is {_where(mark, found, evidence)}"
     values = {"id": mark.landmark, "floor": mark.floor, "x": x, "y": y, "reason": REASON}
     entry = CorrectionEntry(table="move_landmark", values=values)
     return _fault(FaultKind.MIS_SURVEYED, mark, summary, [entry], evidence, gain)
@@ -164,7 +166,7 @@ def _moved_since(
 ) -> Fault:
     x, y, _ = _place(found)
     summary = (
-        f"landmark {mark.landmark} of floor {mark.floor} hangs since {date:%Y-%m-%d %H:%M} or shortly before at "
+        f"landmark {mark.landmark} of floor {mark.floor} hangs since {date:%Y-%m-%d %H:%M} or shortly before "
         f"{_where(mark, found, evidence)}"
     )
     values = {"id": mark.landmark, "floor": mark.floor, "x": x, "y": y, "from": date, "reason": REASON}
@@ -180,8 +182,7 @@ def _two_places(
     gain: float,
 ) -> Fault:
     summary = (
-        f"two sheets of floor {mark.floor} have the id {mark.landmark}: a second one is at "
-        f"{_where(mark, found, evidence)}"
+        f"two sheets of floor {mark.floor} have the id {mark.landmark}: a second one is {_where(mark, found, evidence)}"
     )
     entries = [
         CorrectionEntry(

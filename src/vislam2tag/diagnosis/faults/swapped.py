@@ -69,6 +69,7 @@ def _fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> Fault:
     floor = circle[0].floor
     if len(ids) == 2:
         summary = f"landmarks {ids[0]} and {ids[1]} of floor {floor} hang in each other's place"
+        summary += _rooms(circle, evidence)
     else:
         way = ", ".join(f"{one} where {other} should" for one, other in zip(ids, [*ids[1:], ids[0]], strict=True))
         summary = f"landmarks {listed(ids)} of floor {floor} are mixed up: {way}"
@@ -87,3 +88,10 @@ def _fault(circle: Sequence[Mark], evidence: Evidence, gain: float) -> Fault:
         odds=round(gain, 1),
         corrections=entries,
     )
+
+
+def _rooms(pair: Sequence[Mark], evidence: Evidence) -> str:
+    """In brackets where each of two hangs, for those that hang where people have a name for it."""
+    rooms = [evidence.table.room_at(mark.floor, evidence.table.place[mark]) for mark in reversed(pair)]
+    told = [f"{mark.landmark} in {room}" for mark, room in zip(pair, rooms, strict=True) if room]
+    return f" ({listed(told)})" if told else ""

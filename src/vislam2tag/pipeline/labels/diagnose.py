@@ -64,7 +64,7 @@ def diagnose(
     process_all(partial(observe_session, settings), todo, jobs, keep)
     sessions.sort(key=lambda session: session.key)
     walks = [(session.passes, session.places) for session in sessions if session.passes is not None]
-    faults, corrected = found_faults(survey_evidence(survey.site, walks))
+    faults, corrected = found_faults(survey_evidence(survey, walks))
     heard = {session.key: session.heard for session in sessions if session.heard is not None}
     ways = {key: one.as_way for key, one in heard.items()}
     faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))

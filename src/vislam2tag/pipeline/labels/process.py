@@ -261,7 +261,7 @@ def kept_faults(survey: Survey, refs: Sequence[SessionRef], folder: Output) -> l
         result = folder.result(ref.slug)
         if result is not None and result.passes is not None:
             walks.append(kept_walk(ref.key, result.passes))
-    return found_faults(survey_evidence(survey.site, walks))[0]
+    return found_faults(survey_evidence(survey, walks))[0]
 
 
 def _fault_finding(fault: Fault) -> Finding:

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from typing import TypeVar
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
 from vislam2tag.diagnosis.passes import WalkPasses
 from vislam2tag.pipeline.labels.kept_passes import Places
-from vislam2tag.survey.model import SessionRef, Site
+from vislam2tag.survey.model import SessionRef, Site, Survey
+
+if TYPE_CHECKING:
+    from vislam2tag.walkable.walked.areas import Areas
 
 MOST_WALKS = 40
 """So many walks of a floor are looked at, evenly among all: faults of the survey show in any of them."""
@@ -34,8 +41,39 @@ def _evenly(items: Sequence[_Item]) -> list[_Item]:
     return [items[i] for i in chosen.tolist()]
 
 
-def survey_evidence(site: Site, walks: Iterable[tuple[WalkPasses, Places]]) -> Evidence:
+@dataclass(frozen=True)
+class RoomsOnPlans:
+    """Calls places as people do: by the floors' tables of rooms and by what their plans say."""
+
+    root: Path
+    site: Site
+    _areas: dict[int, Areas | None] = field(default_factory=dict)
+    """Of the floors that were asked for; none where no room has a name."""
+
+    def __call__(self, floor: int, place: complex) -> str:
+        """Room or corridor at a place, complex metres; empty where it has no name."""
+        if floor not in self._areas:
+            with suppress(SurveyError, MissingExtraError, ModuleNotFoundError):
+                self._areas[floor] = self._areas_of(floor)
+        areas = self._areas.setdefault(floor, None)
+        return "" if areas is None else areas.of_place((place.real, place.imag))
+
+    def _areas_of(self, number: int) -> Areas | None:
+        # a sound survey asks for no room, and needs none of these
+        from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
+        from vislam2tag.survey.plans.load import floor_plan
+        from vislam2tag.survey.room_names import names_on_plan, read_room_names
+
+        floor = next((one for one in self.site.floors if one.number == number and one.plan is not None), None)
+        if floor is None:
+            return None
+        names, _ = read_room_names(self.root, number)
+        return floor_areas(floor, names) if names or names_on_plan(floor_plan(floor)) else None
+
+
+def survey_evidence(survey: Survey, walks: Iterable[tuple[WalkPasses, Places]]) -> Evidence:
     """All walks on the places that the survey, its corrections included, gives their landmarks."""
+    site = survey.site
     marks = site.landmarks
     rows = np.flatnonzero(marks.surveyed).tolist()
     place = {Mark(int(marks.floor[i]), marks.ids[i]): complex(*marks.position_bcs[i]) for i in rows}
@@ -48,7 +86,7 @@ def survey_evidence(site: Site, walks: Iterable[tuple[WalkPasses, Places]]) -> E
         for floor in site.floors
         if floor.width_m is not None and floor.height_m is not None
     }
-    table = Table(place, size_m)
+    table = Table(place, size_m, RoomsOnPlans(survey.root, site))
     return Evidence(
         table,
         tuple(

@@ -55,20 +55,20 @@ class Areas:
         return f"{kind} at ({x:.0f}, {y:.0f})"
 
     def of_place(self, place_m: tuple[float, float]) -> str:
-        """What people call the area in which a place lies; empty where it lies in none, or in one without a name."""
-        area = int(self.at(np.array([place_m]))[0])
+        """What people call the area in or beside which a place lies; empty where there is none, or without a name."""
+        area = self._beside(np.array(place_m))
         return self.called(area) if area >= 0 and self.names[area] else ""
 
     def with_names(self, names: Sequence[RoomName]) -> Areas:
         """Call each area as the first of the names that stand in it, or beside it where none does."""
         called = list(self.names)
         for one in names:
-            area = self._of_name(np.array(one.place_m))
+            area = self._beside(np.array(one.place_m))
             if area >= 0 and not called[area]:
                 called[area] = one.name
         return replace(self, names=tuple(called))
 
-    def _of_name(self, place_m: FloatArray) -> int:
+    def _beside(self, place_m: FloatArray) -> int:
         here = int(self.at(place_m)[0])
         if here >= 0:
             return here

@@ -65,8 +65,8 @@ def check(
 
     docs/explanation/self-check.md tells more.
 
-    With ``out`` the findings are written there as ``check.json`` and ``check.html``, with what was walked of the space
-    that can be walked on the plans, found by ``walkable``. ``landmarks`` is a file with the
+    What was walked of the space that can be walked on the plans is found by ``walkable``. With ``out`` all is written
+    there as ``check.json`` and ``check.html``. ``landmarks`` is a file with the
     landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions run in that many processes (call
     it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey or
     ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
@@ -87,7 +87,7 @@ def check(
 
     todo = [session_task(ref, survey, corrections, settings) for ref in refs]
     process_all(partial(check_session, settings), todo, jobs, report)
-    walked = {} if out is None else walked_floors(survey.root, survey.site, collected.places, walkable)
+    walked = walked_floors(survey.root, survey.site, collected.places, walkable)
     found = SurveyCheck(
         version=__version__,
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
