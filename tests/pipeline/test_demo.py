@@ -5,21 +5,57 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tests.pipeline.positioning.serving.test_app import asked
 from tests.surveys import bytes_of
 from vislam2tag.common.errors import OutputError
+from vislam2tag.evaluation.metrics import ErrorSummary
 from vislam2tag.mapping.registry import strategies_for_poses
 from vislam2tag.pipeline import demo
+from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.demo import run_demo
+from vislam2tag.pipeline.positioning.serving.answers import ServedAnswers
+from vislam2tag.pipeline.positioning.train import TrainPlan, train
+from vislam2tag.positioning.model_file import load_model
+from vislam2tag.positioning.scans.learning_data import learning_data
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import regular_survey
 
 
-def test_demo_scores_each_strategy_and_repeats_nothing(tmp_path: Path) -> None:
-    out = tmp_path / "demo"
+@pytest.fixture(scope="module")
+def demonstrated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, ErrorSummary]]:
+    out = tmp_path_factory.mktemp("demonstrated") / "demo"
+    return out, run_demo(out, say=lambda _: None)
+
+
+def test_a_model_learned_from_the_demonstration_answers_over_http(
+    demonstrated: tuple[Path, dict[str, ErrorSummary]], tmp_path: Path
+) -> None:
+    out, _ = demonstrated
+    dataset = build_dataset(out / "smoother", tmp_path / "set", options=BuildOptions(surveys=(out / "survey",)))
+    made = train(tmp_path / "set", TrainPlan("local-kriging", {}), tmp_path / "demo.v2t")
+    learned = learning_data(dataset)
+    scan = learned.scans[np.array([0])]
+    names = (scan.access_points[column] for column in scan.column)
+    scans = [{"scan_id": "first", "readings": dict(zip(names, scan.rssi_dbm.tolist(), strict=True))}]
+    answers = ServedAnswers(load_model(tmp_path / "demo.v2t"), tmp_path / "set")
+    answer = asked(answers, "POST", "/locate", json={"scans": scans})
+    assert answer.status_code == 200
+    (found,) = answer.json()["positions"]
+    expected = made.saved.model.predict(scan)
+    assert (found["x"], found["y"]) == pytest.approx(tuple(expected.xy[0]), abs=0.001)
+    assert 0 < found["radius_68_m"] <= found["radius_95_m"]
+    floors = asked(answers, "GET", "/model").json()["floors"]
+    assert asked(answers, "GET", floors[0]["plan"]).headers["content-type"].startswith("image/")
+
+
+def test_demo_scores_each_strategy_and_repeats_nothing(
+    demonstrated: tuple[Path, dict[str, ErrorSummary]],
+) -> None:
+    out, scores = demonstrated
     said: list[str] = []
-    scores = run_demo(out, say=said.append)
     assert set(scores) == set(strategies_for_poses())
     for entry in scores.values():
         assert entry.labelled_share > 0.4

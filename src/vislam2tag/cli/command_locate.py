@@ -20,6 +20,7 @@ from vislam2tag.positioning.settings import SequenceMethod
 if TYPE_CHECKING:
     from vislam2tag.pipeline.positioning.locate import LocatedScans
 
+LOOPBACK = "127.0.0.1"
 HELP = """
 Say where scans were taken, by a model that `vislam2tag train` saved.
 
@@ -32,6 +33,9 @@ Scans of one walk can help each other: `smoother` looks at the whole walk, `filt
 must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins them:
 CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans that hear
 nothing known then get their place from their neighbours.
+
+With --serve it answers over HTTP on this computer alone, with a page that shows where you are on the plans of --plans;
+docs/how-to/locate.md tells the form.
 
 Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
 
@@ -46,6 +50,7 @@ Examples:
       --out positions.csv
   vislam2tag locate building.v2t walks.csv --track tracker.csv \\
       --out positions.csv
+  vislam2tag locate building.v2t --serve --plans fingerprints
   vislam2tag locate hashed.v2t scans.csv --hash-bssid key.txt \\
       --out positions.csv
 """
@@ -58,7 +63,10 @@ def register(app: typer.Typer) -> None:
 
 def _locate(
     model: Annotated[Path, typer.Argument(help="Model's file (see vislam2tag train).")],
-    scans: Annotated[Path, typer.Argument(help="Scans: CSV, JSON lines, or a data set's folder.")],
+    scans: Annotated[
+        Path | None, typer.Argument(metavar="[SCANS]", help="Scans: CSV, JSON lines, or a data set's folder.")
+    ] = None,
+    *,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Where to write; standard output without it.")
     ] = None,
@@ -72,9 +80,22 @@ def _locate(
     track: Annotated[
         Path | None, typer.Option(metavar="TRACK", help="How the phone moved: CSV, or a folder that process wrote.")
     ] = None,
+    serve: Annotated[
+        bool, typer.Option("--serve", help="Answer over HTTP, on this computer alone, until Ctrl-C; without SCANS.")
+    ] = False,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="With --serve: port to listen on; 0: any.")] = 8780,
+    plans: Annotated[
+        Path | None, typer.Option(metavar="DS", help="With --serve: data set whose plans the page shows.")
+    ] = None,
     json: AsJson = False,
 ) -> None:
-
+    if serve:
+        if scans is not None or out is not None or hash_bssid is not None or sequence is not None or track is not None:
+            raise UsageError("--serve: goes with --port, --plans and --json alone; scans come over HTTP")
+        _serve(model, port, plans, as_json=json)
+        return
+    if scans is None or plans is not None:
+        raise UsageError("give SCANS, or --serve (with --plans)")
     from vislam2tag.dataset.transmitters.privacy import read_key
     from vislam2tag.pipeline.positioning.locate import WalkPlan, locate
     from vislam2tag.positioning.scans.scan_file import JSON_SUFFIXES
@@ -100,6 +121,25 @@ def _locate(
         return
     _print(found, out)
     next_step("locate", err=out is None)
+
+
+def _serve(model: Path, port: int, plans: Path | None, *, as_json: bool) -> None:
+    """Answer until Ctrl-C."""
+    # Only a server needs these; starting quickly matters to all other commands.
+    from vislam2tag.pipeline.positioning.serving.answers import ServedAnswers
+    from vislam2tag.pipeline.positioning.serving.app import locate_app
+    from vislam2tag.positioning.model_file import load_model
+    from vislam2tag.receiving.address import listen
+    from vislam2tag.receiving.connections import serve
+
+    answers = ServedAnswers(load_model(model), plans)
+    with listen(LOOPBACK, port) as opened:
+        url = f"http://{LOOPBACK}:{opened.getsockname()[1]}/"
+        if as_json:
+            say_json({"url": url, "model": answers.model})
+        else:
+            say(f"{url}\nPOST {url}locate takes scans, {url}openapi.json tells how. Ctrl-C ends it.")
+        serve(locate_app(answers), opened)
 
 
 @contextmanager

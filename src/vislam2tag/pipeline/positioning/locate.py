@@ -136,7 +136,7 @@ def locate(
     saved = load_model(model)
     _check_key(saved, key)
     bad = BadLines(scans.name)
-    name = _namer(saved, key)
+    name = namer(saved, key)
     if is_dataset(scans):
         blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
     else:
@@ -178,7 +178,7 @@ def _check_key(saved: SavedModel, key: bytes | None) -> None:
         )
 
 
-def _namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
+def namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
     """Return what makes the model's name of an identifier, whatever case it is written in."""
     points = saved.model.access_points_
     known = {point.lower(): point for point in points} | {point: point for point in points}

@@ -1,0 +1,101 @@
+"""What models cost by the number of fingerprints they learn: time to learn, time to answer, memory; a table and a plot.
+
+    python benchmarks/positioning_scale.py --plot docs/images/positioning_scale.svg
+    python benchmarks/positioning_scale.py --sizes 1000 20000 --models weighted-knn local-kriging
+
+Fingerprints are drawn as in ``positioning_speed.py``. Each model and size has a process of its own; memory is its
+greatest, less what it had with the data alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from positioning_speed import drawn
+
+from vislam2tag.positioning.registry import model_named
+
+SIZES = (1_000, 5_000, 20_000, 50_000, 200_000)
+MODELS = ("weighted-knn", "local-kriging")
+ASKED, ALONE = 500, 50
+_MEBI = 1024
+
+
+class Cost(NamedTuple):
+    """Of one model that learned so many fingerprints."""
+
+    model: str
+    size: int
+    learn_s: float
+    batch_ms: float
+    alone_ms: float
+    memory_mib: float
+
+
+def main() -> None:
+    """Print a line for each model and size, and draw the plot."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
+    parser.add_argument("--models", nargs="+", default=MODELS)
+    parser.add_argument("--plot", type=Path)
+    arguments = parser.parse_args()
+    print("| model | fingerprints | learn | a scan in a batch | a scan alone | memory |\n| --- |" + " ---: |" * 5)
+    costs = []
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        tasks = [(model, size) for size in arguments.sizes for model in arguments.models]
+        for cost in pool.imap(measured, tasks, chunksize=1):
+            print(
+                f"| `{cost.model}` | {cost.size:,} | {cost.learn_s:.1f} s | {cost.batch_ms:.2f} ms | "
+                f"{cost.alone_ms:.2f} ms | {cost.memory_mib:.0f} MiB |",
+                flush=True,
+            )
+            costs.append(cost)
+    if arguments.plot is not None:
+        plot(costs, arguments.plot)
+
+
+def measured(task: tuple[str, int]) -> Cost:
+    """Learn, then answer in a batch and one by one."""
+    name, size = task
+    scans, places = drawn(size + ASKED)
+    learn, asked = scans[slice(0, size)], scans[slice(size, None)]
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    begun = time.perf_counter()
+    model = model_named(name).fit(learn, places[slice(0, size)])
+    learned = time.perf_counter()
+    model.predict(asked)
+    answered = time.perf_counter()
+    for row in range(ALONE):
+        model.predict(asked[slice(row, row + 1)])
+    ended = time.perf_counter()
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    batch_ms, alone_ms = 1000 * (answered - learned) / ASKED, 1000 * (ended - answered) / ALONE
+    return Cost(name, size, learned - begun, batch_ms, alone_ms, grown / _MEBI)
+
+
+def plot(costs: Sequence[Cost], path: Path) -> None:
+    """Draw learning and answering times over sizes, both axes logarithmic."""
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
+    for name in dict.fromkeys(cost.model for cost in costs):
+        own = [cost for cost in costs if cost.model == name]
+        sizes = [cost.size for cost in own]
+        left.loglog(sizes, [cost.learn_s for cost in own], marker="o", label=name)
+        right.loglog(sizes, [cost.batch_ms for cost in own], marker="o", label=f"{name}, in a batch")
+        right.loglog(sizes, [cost.alone_ms for cost in own], marker="x", linestyle="--", label=f"{name}, alone")
+    left.set(xlabel="fingerprints learned", ylabel="time to learn / s")
+    right.set(xlabel="fingerprints learned", ylabel="time to answer a scan / ms")
+    for axes in (left, right):
+        axes.legend(fontsize="small")
+    figure.savefig(path)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""A model that answers over HTTP on this computer: messages -> answers -> application, and its page."""

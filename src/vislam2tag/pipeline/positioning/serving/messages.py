@@ -1,0 +1,85 @@
+"""What goes over HTTP: scans in, positions out; limits are part of the messages, so that OpenAPI tells them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vislam2tag.common.records import FiniteRecord
+from vislam2tag.positioning.scans.scan_file import GREATEST_DBM
+
+MOST_SCANS = 500
+MOST_READINGS = 1000
+"""Of a scan."""
+_LONGEST_NAME = 200
+
+Level = Annotated[float, Field(gt=-GREATEST_DBM, lt=0.0)]
+Name = Annotated[str, Field(min_length=1, max_length=_LONGEST_NAME)]
+
+
+class Scan(FiniteRecord):
+    """What a phone heard at one place."""
+
+    scan_id: Name
+    readings: Annotated[dict[Name, Level], Field(max_length=MOST_READINGS)]
+    """Level in dBm of each access point, by its address."""
+
+
+class LocateRequest(FiniteRecord):
+    """Scans to locate."""
+
+    scans: Annotated[list[Scan], Field(min_length=1, max_length=MOST_SCANS)]
+
+
+class Position(FiniteRecord):
+    """Where a scan was taken, as `vislam2tag locate` writes it; all but id and status are null where it is unknown."""
+
+    scan_id: str
+    status: Literal["ok", "unknown"]
+    building: str | None
+    floor: int | None
+    x: float | None
+    y: float | None
+    z: float | None
+    radius_68_m: float | None
+    radius_95_m: float | None
+    floor_probability: float | None
+
+
+class LocateAnswer(FiniteRecord):
+    """Positions in the order of the scans."""
+
+    positions: list[Position]
+
+
+class ServedFloor(FiniteRecord):
+    """A floor that the model knows; the plan's extent in metres where a plan is served."""
+
+    building: str
+    floor: int
+    plan: str | None
+    """Address of the picture."""
+    width_m: float | None = None
+    height_m: float | None = None
+    lower_left_m: tuple[float, float] = (0.0, 0.0)
+
+
+class ServedModel(FiniteRecord):
+    """What answers."""
+
+    model: str
+    dataset: str
+    frame: str
+    scans: int
+    """How many it learned from."""
+    access_points: int
+    hashed_with: str | None
+    """Name of the key that addresses must be hashed with; null: they are plain."""
+    floors: list[ServedFloor]
+
+
+class Refusal(FiniteRecord):
+    """Why a request was not answered."""
+
+    message: str

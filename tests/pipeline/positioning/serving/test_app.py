@@ -1,0 +1,109 @@
+"""A served model answers scans, refuses what is not, and shows its page; nobody else's page may ask it."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import httpx
+import numpy as np
+import pytest
+
+from tests.positioning.radio_world import radio_world
+from vislam2tag.pipeline.positioning.serving import app as serving_app
+from vislam2tag.pipeline.positioning.serving.answers import MOST_LATEST, ServedAnswers
+from vislam2tag.pipeline.positioning.serving.app import locate_app
+from vislam2tag.pipeline.positioning.serving.messages import MOST_SCANS
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel
+from vislam2tag.positioning.registry import model_named
+
+SCANS, PLACES = radio_world(seed=1)
+
+
+@pytest.fixture(scope="module")
+def saved() -> SavedModel:
+    model = model_named("weighted-knn").fit(SCANS, PLACES)
+    return SavedModel("weighted-knn", model, ModelOrigin(dataset="world", scans=len(SCANS)))
+
+
+def asked(
+    answers: ServedAnswers, method: str, path: str, host: str = "127.0.0.1:8780", **options: Any
+) -> httpx.Response:
+    async def ask() -> httpx.Response:
+        transport = httpx.ASGITransport(app=locate_app(answers))
+        async with httpx.AsyncClient(transport=transport, base_url=f"http://{host}") as client:
+            return await client.request(method, path, **options)
+
+    return asyncio.run(ask())
+
+
+def scan(row: int) -> dict[str, Any]:
+    one = SCANS[np.array([row])]
+    readings = {
+        SCANS.access_points[at].upper(): level for at, level in zip(one.column, one.rssi_dbm.tolist(), strict=True)
+    }
+    return {"scan_id": f"s{row}", "readings": readings}
+
+
+def test_scans_are_located_and_the_page_learns_of_them(saved: SavedModel) -> None:
+    answers = ServedAnswers(saved)
+    deaf = {"scan_id": "deaf", "readings": {"stranger": -50}}
+    answer = asked(answers, "POST", "/locate", json={"scans": [scan(5), deaf]})
+    assert answer.status_code == 200
+    found, unknown = answer.json()["positions"]
+    expected = saved.model.predict(SCANS[np.array([5])])
+    assert (found["x"], found["y"]) == pytest.approx(tuple(expected.xy[0]), abs=0.001)
+    assert (found["status"], found["floor"], unknown["status"], unknown["x"]) == ("ok", 0, "unknown", None)
+    assert asked(answers, "GET", "/latest").json()["positions"] == [found, unknown]
+    for _ in range(2):
+        asked(answers, "POST", "/locate", json={"scans": [scan(row) for row in range(MOST_LATEST)]})
+    assert len(asked(answers, "GET", "/latest").json()["positions"]) == MOST_LATEST
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "message"),
+    [
+        ({"content": b"{}"}, 415, "application/json"),
+        ({"json": {"scans": []}}, 422, "scans"),
+        ({"json": {"scans": [scan(0)] * (MOST_SCANS + 1)}}, 422, "scans"),
+        ({"json": {"scans": [{"scan_id": "s", "readings": {"a": 100}}]}}, 422, "scans.0.readings.a"),
+        ({"json": {"scans": [{"scan_id": "s"}]}}, 422, "readings: Field required; GET /openapi.json"),
+        ({"content": b"[" * 100, "headers": {"content-type": "application/json"}}, 422, "JSON"),
+        ({"content": b" " * 2000, "headers": {"content-type": "application/json"}}, 413, "send fewer scans"),
+    ],
+)
+def test_what_cannot_be_answered_is_told(
+    saved: SavedModel, monkeypatch: pytest.MonkeyPatch, options: dict[str, Any], status: int, message: str
+) -> None:
+    monkeypatch.setattr(serving_app, "MOST_BODY", 1000 if status == 413 else 1 << 20)
+    answer = asked(ServedAnswers(saved), "POST", "/locate", **options)
+    assert answer.status_code == status
+    assert message in answer.json()["message"]
+
+
+def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
+    answers = ServedAnswers(saved)
+    for path, text in (("/", "Where you are"), ("/page.js", '"use strict"'), ("/page.css", "svg")):
+        answer = asked(answers, "GET", path)
+        assert answer.status_code == 200
+        assert text in answer.text
+        assert "script-src 'self'" in answer.headers["content-security-policy"]
+    described = asked(answers, "GET", "/openapi.json").json()
+    assert described["paths"].keys() == {"/locate", "/latest", "/model"}
+    names = described["components"]["schemas"]
+    assert {"LocateRequest", "LocateAnswer", "ServedModel", "Refusal", "Scan", "Position"} <= names.keys()
+    assert names["LocateRequest"]["properties"]["scans"]["maxItems"] == MOST_SCANS
+    model = asked(answers, "GET", "/model").json()
+    assert (model["dataset"], model["access_points"]) == ("world", len(SCANS.access_points))
+    assert [(one["building"], one["plan"]) for one in model["floors"]] == [
+        ("east", None),
+        ("east", None),
+        ("west", None),
+    ]
+    assert asked(answers, "GET", "/plans/0").status_code == 404
+    assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("there is no such address")
+
+
+def test_another_name_that_leads_here_is_refused(saved: SavedModel) -> None:
+    assert asked(ServedAnswers(saved), "GET", "/model", host="evil.example:8780").status_code == 400
+    assert asked(ServedAnswers(saved), "GET", "/model", host="localhost:8780").status_code == 200
