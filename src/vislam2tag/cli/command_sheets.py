@@ -61,6 +61,10 @@ def _sheets(
         Path | None,
         typer.Option(metavar="FOLDER", help="Your own images, ID.png or ID.jpg, in place of generated ones."),
     ] = None,
+    tag: Annotated[
+        bool,
+        typer.Option("--tag", help="Print an AprilTag (36h11) below the picture; ids are 0 to 586."),
+    ] = False,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
@@ -68,7 +72,7 @@ def _sheets(
     from vislam2tag.sheets.sheet_folder import PDF_FILE
 
     settings = settings_of(config, {"sheets.paper": paper, "sheets.width_m": width_m, "sheets.seed": seed})
-    options = SheetOptions(site, ids, images, settings.sheets)
+    options = SheetOptions(site, ids, images, tag, settings.sheets)
     try:
         with session_bar("images and pages") as bar:
             found = make_sheets(options, out, lambda _done, total: bar.advance(total, error=None))

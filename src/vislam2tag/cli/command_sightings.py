@@ -23,8 +23,9 @@ HELP = """
 Find landmarks in the pictures of walks that an iPhone or another camera recorded.
 
 Such walks have poses and pictures, but nobody told their tracker of our landmarks. This looks for them: sheets that
-`sheets` printed (--images, its folder OUT/images), or square tags (--tags with --tag-side-m, whose numbers are the
-landmarks' ids). Each sighting gets a pose by the camera's lens, and a standard deviation by the pixels.
+`sheets` printed (--images, its folder OUT/images), with the tags on them where there are some, square tags (--tags with
+--tag-side-m, whose numbers are the landmarks' ids), or QR codes (--qr-side-m). Each sighting gets a pose by the
+camera's lens, and a standard deviation by the pixels.
 
 Writes sightings.csv into each session's folder, beside the recording, which stays as it is; `process` reads it.
 docs/how-to/iphone.md goes through a survey with an iPhone.
@@ -53,6 +54,12 @@ def _sightings(
     tag_side_m: Annotated[
         float | None, typer.Option(min=0.01, help="Side of a tag's black square, metres.", show_default=False)
     ] = None,
+    qr_side_m: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01, help="Side of QR codes whose text ends in the landmark's id, metres.", show_default=False
+        ),
+    ] = None,
     again: Annotated[bool, typer.Option("--again", help="Look anew where sightings.csv is there already.")] = False,
     json: AsJson = False,
 ) -> None:
@@ -60,9 +67,11 @@ def _sightings(
 
     try:
         with session_bar("sessions") as bar:
-            found = sightings(
-                survey, images, tags, tag_side_m, again, lambda one, total: bar.advance(total, error=one.error or None)
-            )
+
+            def told(one: SightingsFound, total: int) -> None:
+                bar.advance(total, error=one.error or None)
+
+            found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, told)
     except KeyboardInterrupt:
         say("interrupted: sessions that were done keep their sightings; the same command goes on", err=True)
         raise typer.Exit(INTERRUPTED) from None

@@ -73,6 +73,7 @@ FindingKind = Literal[
     "other_code",
     "other_floor",
     "partial_last_line",
+    "pose_convention",
     "pose_lag",
     "presses_on_other_floors",
     "presses_outside_walk",

@@ -36,6 +36,8 @@ class SheetOptions:
     ids: str | None = None
     images: Path | None = None
     """Folder of users' own images; None: they are generated."""
+    tag: bool = False
+    """Print an AprilTag below the picture."""
     settings: SheetSettings = field(default_factory=SheetSettings)
 
 
@@ -55,7 +57,7 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress[int] = sile
     seed = options.settings.seed if options.images is None else None
     with whole_folder(out, is_sheets) as folder:
         images = _images(options, files, names, step)
-        sheets = lay_out_sheets(requests, images, paper, options.settings.width_m)
+        sheets = lay_out_sheets(requests, images, paper, options.settings.width_m, tagged=options.tag)
         record = sheets_record(sheets, images, checked_lookalikes(images, seed, step), seed, findings)
         write_sheets(folder, record, sheets, images, step)
     return record

@@ -20,6 +20,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.page_layout import SCALE_BAR_M, Box, PageLayout
 from vislam2tag.sheets.sheet_requests import SheetRequest
+from vislam2tag.sheets.tags import tag_box, tag_modules
 from vislam2tag.survey.sheet_size import QUIET_M
 
 PLAIN, BOLD = "DejaVuSans", "DejaVuSans-Bold"
@@ -60,6 +61,8 @@ class SheetPage:
 
     request: SheetRequest
     layout: PageLayout
+    tag: int | None = None
+    """Number of the AprilTag below the picture; None: without."""
 
     @property
     def place(self) -> str:
@@ -126,6 +129,10 @@ def _foot(canvas: Canvas, sheet: SheetPage) -> None:
     """Id, QR code, notes and scale bar, below the image."""
     unit, top = sheet.layout.unit_m, sheet.layout.foot_m - 8 * sheet.layout.unit_m
     width = sheet.layout.paper.width_m - 2 * QUIET_M
+    if sheet.tag is not None:
+        box = tag_box(sheet.layout)
+        _modules(canvas, tag_modules(sheet.tag), box)
+        width = box.left_m - 8 * unit - QUIET_M
     _code(canvas, sheet.code, Box(QUIET_M + width - _QR_UNITS * unit, top - _QR_UNITS * unit, _QR_UNITS * unit, 0))
     text_width = width - (_QR_UNITS + 6) * unit
     _text(canvas, sheet.request.landmark, QUIET_M, top - 20 * unit, BOLD, _ID_UNITS * unit, text_width)
@@ -146,7 +153,11 @@ def _scale_bar(canvas: Canvas, left_m: float, low_m: float, unit_m: float) -> No
 
 def _code(canvas: Canvas, text: str, box: Box) -> None:
     """A QR code as black runs, without its own white border: the paper is white."""
-    rows = segno.make_qr(text, error="m").matrix
+    _modules(canvas, segno.make_qr(text, error="m").matrix, box)
+
+
+def _modules(canvas: Canvas, rows: Sequence[bytes | bytearray], box: Box) -> None:
+    """Square modules as black runs."""
     side = box.width_m / len(rows)
     for index, row in enumerate(rows):
         low = box.low_m + (len(rows) - 1 - index) * side

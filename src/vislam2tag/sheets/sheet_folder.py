@@ -26,6 +26,7 @@ from vislam2tag.sheets.page import SheetPage, printable, write_pdf
 from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.quality import ImageQuality
 from vislam2tag.sheets.sheet_requests import SheetRequest
+from vislam2tag.sheets.tags import TAG_FILE, SheetTag, sheet_tag, tag_number, tag_rows
 from vislam2tag.survey.names import landmark_id, unique_slugs
 from vislam2tag.survey.sheet_size import SheetSize
 
@@ -96,11 +97,17 @@ def is_sheets(folder: Path) -> bool:
 
 
 def lay_out_sheets(
-    requests: Sequence[SheetRequest], images: Sequence[LandmarkImage], paper: SheetSize, width_m: float | None
+    requests: Sequence[SheetRequest],
+    images: Sequence[LandmarkImage],
+    paper: SheetSize,
+    width_m: float | None,
+    *,
+    tagged: bool = False,
 ) -> tuple[SheetPage, ...]:
     """Lay out a sheet for each landmark; ``paper`` and ``width_m`` are for those that name none themselves.
 
-    Raises UsageError where an image does not fit, or one id would have images of two widths.
+    ``tagged`` sheets have an AprilTag. Raises UsageError where an image does not fit, one id would have images of two
+    widths, or an id is no number that a tag may have.
     """
     aspects = {image.landmark: image.pixels.shape[0] / image.pixels.shape[1] for image in images}
     widths: dict[str, float] = {}
@@ -113,7 +120,8 @@ def lay_out_sheets(
                 f"landmark {one.landmark}: its image is {widths[one.landmark]:g} m wide on one floor, {width:g} m on "
                 "another; a phone knows an image by one width: use one, or give each its own id"
             )
-        sheets.append(SheetPage(one, page_layout(size, width, aspect, one.landmark)))
+        tag = tag_number(one.landmark) if tagged else None
+        sheets.append(SheetPage(one, page_layout(size, width, aspect, one.landmark), tag))
     return tuple(sheets)
 
 
@@ -177,8 +185,24 @@ def write_sheets(
     for image, row in zip(images, record.images, strict=True):
         Image.fromarray(image.pixels).save(folder / row.file, optimize=True)
     _write_manifest(folder / IMAGE_FOLDER / MANIFEST_FILE, record.images)
+    tags = _tags(sheets)
+    if tags:
+        (folder / IMAGE_FOLDER / TAG_FILE).write_text(tag_rows(tags), encoding="utf-8", newline="")
     write_pdf(folder / PDF_FILE, sheets, {image.landmark: image.pixels for image in images}, progress)
     (folder / RECORD_FILE).write_text(record.model_dump_json(indent=1) + "\n", encoding="utf-8")
+
+
+def _tags(sheets: Sequence[SheetPage]) -> dict[str, SheetTag]:
+    """The tags by landmark; raises UsageError where one landmark's sheets have them at two places."""
+    tags: dict[str, SheetTag] = {}
+    for sheet in sheets:
+        if sheet.tag is not None:
+            own, name = sheet_tag(sheet.tag, sheet.layout), sheet.request.landmark
+            if tags.setdefault(name, own) != own:
+                raise UsageError(
+                    f"landmark {name}: its tag would stand elsewhere on another paper: use one paper for it"
+                )
+    return tags
 
 
 def _page(number: int, sheet: SheetPage) -> PageRecord:

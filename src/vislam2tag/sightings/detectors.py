@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -17,6 +17,7 @@ from vislam2tag.sheets.images import own_files, read_grey
 from vislam2tag.sheets.quality import reference_features
 from vislam2tag.sheets.recognition import ENOUGH_INLIERS, FRAME_FEATURES, Recogniser
 from vislam2tag.sheets.sheet_folder import image_widths
+from vislam2tag.sheets.tags import TAG_FAMILY, SheetTag
 from vislam2tag.survey.names import landmark_id
 
 TAG_FAMILIES = {
@@ -34,6 +35,8 @@ LOOK_FEATURES = 3 * FRAME_FEATURES
 """Features taken of such a picture."""
 TAG_CORNER_PX = 0.5
 """Usual error of a tag's corner per axis, pixels, that was refined on the edges of its black square."""
+QR_CORNER_PX = 1.0
+"""Usual error of a QR code's corner per axis, pixels: they follow from its finder patterns."""
 SHEET_CORNER_PX = 1.5
 """Usual error of a sheet's corner per axis, pixels: it follows from features within the image."""
 
@@ -48,6 +51,8 @@ class Seen:
     corners_px: FloatArray
     sigma_px: float
     size_m: tuple[float, float]
+    centre_m: tuple[float, float] = (0.0, 0.0)
+    """Middle of the corners from that of the landmark, to the right and up as one looks at it."""
 
 
 class Detector(Protocol):
@@ -74,6 +79,45 @@ class TagDetector:
         size = (self._side_m, self._side_m)
         found = zip(np.ravel(numbers if corners else ()).tolist(), corners, strict=True)  # no corners: numbers is None
         return [Seen(str(number), np.asarray(four[0], np.float64), TAG_CORNER_PX, size) for number, four in found]
+
+
+class SheetTagDetector(TagDetector):
+    """Finds the AprilTags that ``sheets`` printed beside pictures, by the file that it wrote beside the images."""
+
+    def __init__(self, tags: Mapping[str, SheetTag]) -> None:
+        super().__init__(TAG_FAMILY, 1.0)
+        self._tags = {tag.number: (landmark, tag) for landmark, tag in tags.items()}
+
+    def find(self, picture: GreyImage) -> Sequence[Seen]:
+        """List the sheets whose tags are in a picture."""
+        seen = []
+        for found in super().find(picture):
+            landmark, tag = self._tags.get(int(found.landmark), (None, None))
+            if landmark is not None and tag is not None:
+                size, centre = (tag.side_m, tag.side_m), (tag.right_m, tag.up_m)
+                seen.append(Seen(landmark, found.corners_px, found.sigma_px, size, centre))
+        return seen
+
+
+class QrDetector:
+    """Finds QR codes of a known side whose text, or what follows its last slash, is the id of a landmark."""
+
+    def __init__(self, side_m: float) -> None:
+        self._detector = cv2.QRCodeDetector()
+        self._side_m = side_m
+
+    def find(self, picture: GreyImage) -> Sequence[Seen]:
+        """List the codes in a picture that can be read."""
+        try:
+            _, texts, corners, _ = self._detector.detectAndDecodeMulti(picture)
+        except cv2.error:  # of some pictures without a code
+            return []
+        size = (self._side_m, self._side_m)
+        return [
+            Seen(landmark_id(text.rpartition("/")[2]), np.asarray(four, np.float64), QR_CORNER_PX, size)
+            for text, four in zip(texts, () if corners is None else corners, strict=False)
+            if text.rpartition("/")[2].strip()
+        ]
 
 
 class SheetDetector:

@@ -39,6 +39,7 @@ def placed(seen: Seen, lens_px: FloatArray) -> Placed | None:
 
     width, height = seen.size_m
     square = np.array(((-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)), np.float64) * (width / 2, height / 2, 0)
+    middle = np.array((*seen.centre_m, 0.0))
     camera = np.array(((lens_px[0], 0, lens_px[2]), (0, lens_px[1], lens_px[3]), (0, 0, 1)), np.float64)
     if not np.isfinite(seen.corners_px).all() or not np.isfinite(camera).all():
         return None
@@ -50,6 +51,9 @@ def placed(seen: Seen, lens_px: FloatArray) -> Placed | None:
         return None
     if not count or not (np.isfinite(turns[0]).all() and np.isfinite(shifts[0]).all()):
         return None
+    if seen.centre_m != (0.0, 0.0):  # the derivative below is that of the landmark's own place
+        shifts = [shifts[0] - cv2.Rodrigues(turns[0])[0] @ middle[:, None]]
+        square = square + middle
     again, derivative = cv2.projectPoints(square, turns[0], shifts[0], camera, np.zeros(4))
     misfit = (again[:, 0] - seen.corners_px) / seen.sigma_px
     if float(np.sqrt(np.mean(misfit**2))) > MISFIT or float(shifts[0][2, 0]) <= 0:

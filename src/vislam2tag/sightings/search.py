@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.sessions.apps.pictures import Pictures
-from vislam2tag.sightings.detectors import Detector
+from vislam2tag.sightings.detectors import Detector, Seen
 from vislam2tag.sightings.pictures import unpacked
 from vislam2tag.sightings.placing import Placed, placed
 
@@ -55,13 +56,29 @@ def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress
         progress(looked, len(quick))
     found, doubtful = [], 0
     for number, picture in unpacked(pictures, np.flatnonzero(near)):
-        for seen in (each for detector in detectors for each in detector.find(picture)):
-            pose = placed(seen, pictures.lens_px[number])
+        sure, unsure = surest([detector.find(picture) for detector in detectors], pictures.lens_px[number])
+        found += [PictureSighting(name, int(pictures.time_ns[number]), pose) for name, pose in sure.items()]
+        doubtful += unsure
+    return Search(tuple(found), doubtful, len(near), len(quick) - looked)
+
+
+def surest(seen: Sequence[Sequence[Seen]], lens_px: FloatArray) -> tuple[dict[str, Placed], int]:
+    """Pose of each landmark in one picture, by what each detector saw, and how many sightings are doubtful.
+
+    Of several detectors (a sheet's picture, its tag) the surest counts. A landmark that one detector sees at two places
+    hangs twice: nobody knows which one it is, and neither counts.
+    """
+    sure: dict[str, Placed] = {}
+    doubtful = 0
+    for of_one in seen:
+        count = Counter(each.landmark for each in of_one)
+        for each in of_one:
+            pose = placed(each, lens_px) if count[each.landmark] == 1 else None
             if pose is None or not pose.sigma_m <= GREATEST_SIGMA_M:
                 doubtful += 1
-            else:
-                found.append(PictureSighting(seen.landmark, int(pictures.time_ns[number]), pose))
-    return Search(tuple(found), doubtful, len(near), len(quick) - looked)
+            elif each.landmark not in sure or pose.sigma_m < sure[each.landmark].sigma_m:
+                sure[each.landmark] = pose
+    return sure, doubtful
 
 
 def _every(time_ns: IntArray, step_s: float) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.sessions.apps.recordings import APPS, POSITION, TIME_S, TURN, ios_logger, stray_scanner, tum
 from vislam2tag.common.errors import SessionError
+from vislam2tag.sessions.formats.stray_scanner import StrayScannerFormat
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import format_of, read_session
 from vislam2tag.survey.model import SessionKey, SessionRef
@@ -133,3 +135,53 @@ def test_readings_of_two_files_are_one_table(tmp_path: Path) -> None:
     sensors = read(tmp_path, "ios-logger").tables["sensors"]
     assert dict(sensors.group_by("sensor").len().iter_rows()) == {"ACC": len(TIME_S), "GYRO": len(TIME_S)}
     assert sensors.filter(sensor="ACC")["v2"][0] == pytest.approx(9.80665)
+
+
+def _long_walk(
+    folder: Path, metre: float = 1.0, second: float = 1.0, camera: str = "y-up", frame: str = "y-up"
+) -> None:
+    """Round a block, looking ahead, as a TUM file in ARKit's axes."""
+    along = np.arange(0, 60, 0.1)
+    corner = np.array(((0, 0), (15, 0), (15, 10), (0, 10), (0, 0)), np.float64)
+    at = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corner, axis=0), axis=1))))
+    x, z = (np.interp(along % at[-1], at, corner[:, i]) for i in (0, 1))
+    heading = np.arctan2(-np.gradient(x), -np.gradient(z))
+    turn = Rotation.from_rotvec(np.column_stack((0 * heading, heading, 0 * heading))).as_quat()
+    rows = np.column_stack((along * second, metre * np.column_stack((x, 0.02 * np.sin(along), z)), turn))
+    (folder / "poses.tum").write_text("".join(" ".join(f"{v:.6f}" for v in row) + "\n" for row in rows.tolist()))
+    (folder / "poses.toml").write_text(f'camera = "{camera}"\nframe = "{frame}"\n', encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "kind", "said"),
+    [
+        ({}, None, ""),
+        ({"metre": 1000.0}, "unknown_unit", "moves at 1e+03 m/s"),
+        ({"second": 1000.0}, "unknown_unit", "moves at 0.001 m/s"),
+        ({"frame": "z-up"}, "pose_convention", "another axis points up"),
+        ({"camera": "y-down"}, "pose_convention", "looks back all the way"),
+    ],
+)
+def test_units_and_axes_that_cannot_be_a_walkers_are_named(
+    wrong: dict[str, Any], kind: str | None, said: str, tmp_path: Path
+) -> None:
+    _long_walk(tmp_path, **wrong)
+    found = [each for each in read(tmp_path, "tum").findings if each.kind in ("unknown_unit", "pose_convention")]
+    assert [each.kind for each in found] == ([] if kind is None else [kind])
+    assert all(said in each.message for each in found)
+
+
+@pytest.mark.parametrize(("metadata", "pictures"), [("metadata", "rgbd"), ("EXR_RGBD/metadata.json", "EXR_RGBD/rgb")])
+def test_record3d_is_refused_with_the_reason(metadata: str, pictures: str, tmp_path: Path) -> None:
+    (tmp_path / pictures).mkdir(parents=True)
+    (tmp_path / metadata).write_text('{"poses": [[0, 0, 0, 1, 0, 0, 0]]}', encoding="utf-8")
+    assert format_of(tmp_path) == "record3d"
+    with pytest.raises(SessionError, match="does not level its frame by gravity"):
+        read(tmp_path, "record3d")
+
+
+def test_a_video_without_its_lens_is_named(tmp_path: Path) -> None:
+    stray_scanner(tmp_path)
+    (tmp_path / "rgb.mp4").write_bytes(b"")
+    with pytest.raises(SessionError, match=r"camera_matrix.csv: expected the camera's 3 x 3 matrix"):
+        StrayScannerFormat().pictures(tmp_path)

@@ -34,16 +34,25 @@ class SightingsFound:
     error: str = ""
 
 
-def _detectors(images: Path | None, family: str | None, side_m: float | None) -> list[Detector]:
-    """Make the detectors of sheets whose images lie in a folder, and of tags of a family with a side in metres.
+def _detectors(
+    images: Path | None, family: str | None, side_m: float | None, qr_side_m: float | None
+) -> list[Detector]:
+    """Make the detectors of sheets whose images lie in a folder, of tags of a family and of QR codes, with their sides.
 
     Raises UsageError where none is asked for, or the family is not known or has no size.
     """
-    from vislam2tag.sightings.detectors import TAG_FAMILIES, SheetDetector, TagDetector
+    from vislam2tag.sheets.tags import read_tags
+    from vislam2tag.sightings.detectors import TAG_FAMILIES, QrDetector, SheetDetector, SheetTagDetector, TagDetector
 
-    if images is None and family is None:
-        raise UsageError("nothing to look for: give --images (a folder of `sheets`), or --tags with --tag-side-m")
+    if images is None and family is None and qr_side_m is None:
+        raise UsageError(
+            "nothing to look for: give --images (a folder of `sheets`), --tags with --tag-side-m, or --qr-side-m"
+        )
     found: list[Detector] = [] if images is None else [SheetDetector(images)]
+    if images is not None and (printed := read_tags(images)):
+        found.append(SheetTagDetector(printed))
+    if qr_side_m is not None:
+        found.append(QrDetector(qr_side_m))
     if family is not None:
         if family not in TAG_FAMILIES:
             raise UsageError(f"--tags {family}: not known; one of {', '.join(TAG_FAMILIES)}")
@@ -58,16 +67,18 @@ def sightings(
     images: Path | None = None,
     tags: str | None = None,
     tag_side_m: float | None = None,
+    qr_side_m: float | None = None,
     again: bool = False,
     progress: Progress[SightingsFound] = silent,
 ) -> list[SightingsFound]:
     """Look through the pictures of each session and write :data:`SIGHTINGS_FILE` into its folder.
 
-    Looked for are sheets whose ``images`` lie in a folder, and ``tags`` of a family with a black square of this side.
+    Looked for are sheets whose ``images`` lie in a folder, ``tags`` of a family with a black square of this side,
+    and QR codes of a side, whose texts end in the id.
     Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
     an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
     """
-    detectors = _detectors(images, tags, tag_side_m)
+    detectors = _detectors(images, tags, tag_side_m, qr_side_m)
     survey = open_survey(root)
     found = []
     for ref in survey.sessions:
