@@ -107,6 +107,8 @@ def _evaluate(
         say_json(found)
     else:
         _print(found)
+        for odd in found.odd_points:
+            say(f"odd one out: {odd.summary}")
         say(f"page: {out / PAGE_FILE}")
         next_step("evaluate, failed" if found.failed or not found.rows else "evaluate", survey=survey)
     if not found.rows:

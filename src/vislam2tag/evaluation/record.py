@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.evaluation.control_points.odd_points import OddPoint, PressOffset
 from vislam2tag.evaluation.point_errors import TruthKind
 
 
@@ -97,6 +98,8 @@ class SessionEvaluation(Record):
     estimates: dict[str, float | None] = {}
     """What was estimated of the truth: a lead, a clock, residuals of a frame; names end with the unit."""
     measured: list[StrategyErrors] = []
+    presses: list[PressOffset] = []
+    """Where the smoother's labels put the control points that were pressed at."""
 
 
 class FigureWithInterval(Record):
@@ -172,6 +175,8 @@ class SurveyEvaluation(Record):
     retention: dict[str, float | None]
     """By strategy, mean over the sessions."""
     sessions: list[SessionEvaluation]
+    odd_points: list[OddPoint] = []
+    """Control points that several sessions put elsewhere, farthest first."""
 
     @property
     def failed(self) -> int:

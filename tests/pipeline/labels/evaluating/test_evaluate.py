@@ -21,6 +21,7 @@ from vislam2tag.pipeline.labels.evaluating.evaluate_session import IDENTIFIED, N
 from vislam2tag.pipeline.labels.evaluating.evaluate_station import AT_CAMERA, AT_PRISM
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import Selection
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.simulation.scenario import Scenario, paper_evaluation
 from vislam2tag.simulation.survey import simulate
@@ -305,3 +306,22 @@ def test_a_station_without_common_points_or_track_says_what_is_missing(station_s
     assert "expected columns" in found.sessions[0].missing[0]
     assert "two common points" in found.sessions[1].missing[0]
     assert found.rows == []
+
+
+def test_a_control_point_that_is_measured_elsewhere_is_named(survey: Path, out: Path, tmp_path: Path) -> None:
+    assert found_in(out).odd_points == []
+    pressed_often = [one.point for session in found_in(out).sessions for one in session.presses]
+    point = max(set(pressed_often), key=pressed_often.count)
+    moved = tmp_path / "survey"
+    shutil.copytree(survey, moved)
+    table = moved / "floor_1/refmarker.csv"
+    control_points = open_survey(moved).site.floor(1).control_points
+    row = control_points.ids.index(point)
+    lines = table.read_text().splitlines()
+    line = int(control_points.source[row].rpartition(":")[2]) - 1
+    x, rest = lines[line].split(",", 1)
+    lines[line] = f"{float(x) + 2.0},{rest}"
+    table.write_text("\n".join(lines) + "\n")
+    odd = evaluate(moved, tmp_path / "out", strategies=("smoother",)).odd_points
+    assert [one.point for one in odd] == [point]
+    assert odd[0].size_m == pytest.approx(2.0, abs=0.8)

@@ -10,6 +10,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.evaluation.control_points.odd_points import odd_points
 from vislam2tag.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.evaluation.pooling import table_rows
 from vislam2tag.evaluation.record import SessionEvaluation, SurveyEvaluation
@@ -149,6 +150,7 @@ def _summed(settings: ProcessSettings, names: Sequence[str], sessions: Sequence[
         drift=survey_drift(sessions, names),
         retention={name: _mean([session.retention.get(name) for session in sessions]) for name in names},
         sessions=list(sessions),
+        odd_points=odd_points((session.floor, session.presses) for session in sessions),
     )
 
 

@@ -14,6 +14,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.tracks import Landmarks, Trajectory
 from vislam2tag.core.visits import find_visits
+from vislam2tag.evaluation.control_points.odd_points import PressOffset, press_offsets
 from vislam2tag.evaluation.control_points.press_truth import (
     is_faulty,
     nearest_point_errors,
@@ -81,6 +82,7 @@ class TruthComparisons:
     missing: list[str] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     estimates: dict[str, float | None] = field(default_factory=dict)
+    presses: list[PressOffset] = field(default_factory=list)
 
 
 def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
@@ -132,6 +134,7 @@ def _evaluate(job: EvaluationJob) -> SessionEvaluation:
         retention={name: retention(sure["local"], sure[name]) for name in chosen},
         estimates=found.estimates,
         measured=found.measured,
+        presses=found.presses,
     )
 
 
@@ -194,6 +197,8 @@ def _at_control_points(
         for name, trajectory in mapped.items():
             points = points_within_sigma(compare(trajectory), job.settings.labels.max_sigma_m)
             found.measured.append(strategy_errors(points, method, name))
+    names = [floor.control_points.ids[point] for point in truth.identities.point[truth.identified].tolist()]
+    found.presses += press_offsets(names, press_errors(reference, truth, own))
     found.findings += press_truth_findings(truth)
     found.estimates |= {"lead_s": rounded(truth.lead.lead_s), "lead_sigma_s": rounded(truth.lead.sigma_s)}
 

@@ -1,0 +1,57 @@
+"""Control points that are not where the file says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vislam2tag.evaluation.control_points.odd_points import PressOffset, odd_points, press_offsets
+from vislam2tag.evaluation.point_errors import PointErrors, TruthKind
+
+SIGMA_M = 0.4
+
+
+def walk(seed: int, moved: dict[str, complex], common: complex = 0j) -> list[PressOffset]:
+    """Presses at eight points, twice each, with the errors stated."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for name in "abcdefgh" * 2:
+        x, y = rng.normal(0, SIGMA_M, 2)
+        off = common - moved.get(name, 0j)
+        made.append(PressOffset(point=name, x_m=x + off.real, y_m=y + off.imag, sigma_m=SIGMA_M))
+    return made
+
+
+def test_where_points_are_as_measured_none_is_odd() -> None:
+    assert odd_points([(0, walk(seed, {})) for seed in range(6)]) == []
+
+
+def test_a_point_measured_a_metre_off_is_named_on_its_floor() -> None:
+    walks = [(1, walk(seed, {"c": 0.8 - 0.6j})) for seed in range(4)]
+    [odd] = odd_points([*walks, *((2, walk(seed, {})) for seed in range(4, 8))])
+    assert (odd.floor, odd.point, odd.sessions) == (1, "c", 4)
+    assert odd.size_m == pytest.approx(1.0, abs=4 * odd.sigma_m)
+    assert "control point c on floor 1" in odd.summary
+
+
+def test_a_session_that_is_off_everywhere_makes_no_point_odd() -> None:
+    assert odd_points([(0, walk(0, {}, common=3 + 1j)), (0, walk(1, {}))]) == []
+
+
+def test_one_session_alone_names_none() -> None:
+    assert odd_points([(0, walk(0, {"a": 5j}))]) == []
+
+
+def test_presses_without_a_label_are_left_out() -> None:
+    errors = PointErrors(
+        TruthKind.CONTROL_POINTS,
+        np.arange(2),
+        np.zeros((2, 2)),
+        np.array([[0.3, -0.1], [np.nan, np.nan]]),
+        np.array([0.3, np.nan]),
+        np.zeros(2),
+        np.array([0.4, 0.4]),
+    )
+    [one] = press_offsets(["a", "b"], errors)
+    assert (one.point, one.x_m, one.y_m) == ("a", 0.3, -0.1)
+    assert one.sigma_m == pytest.approx(0.5)
