@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,10 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.sessions.companions.walks import OtherClock, write_sensor_logger
 from tests.surveys import bytes_of, make_survey
+from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.pipeline.labels.process import process
+from vislam2tag.sessions.companions.clocks import first_clear, possible_alignments
+from vislam2tag.sessions.companions.recording import read_recording
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
 
@@ -165,3 +169,33 @@ def test_a_companion_that_changed_since_is_an_error_of_the_session(without_wifi:
     assert "is not what was attached" in finding["message"]
     (walk / "companions" / "pixel.json").write_text("{}", encoding="utf-8")
     assert "is no tie of a companion" in vislam2tag("inspect", without_wifi).stdout
+
+
+def offset_error_s(found: ClockAlignment, clock: OtherClock) -> float:
+    assert found.offset_ns is not None, found.figures
+    at_ns = np.array([clock.zero_ns + 40_000_000_000])
+    return float((found.ours(clock.of(at_ns)) - at_ns)[0]) * 1e-9
+
+
+def test_a_walk_of_poses_alone_is_tied_to_its_poses(walked: Session, zipped: Path, clock: OtherClock) -> None:
+    none = {name: table.clear() for name, table in walked.tables.items()}
+    possible = possible_alignments(replace(walked, tables=none), read_recording(zipped))
+    assert list(possible) == ["the turns that both felt"]
+    _, found, _ = first_clear(possible)
+    assert found is not None
+    lag_s = walked.camera.pose_lag_s or 0.0
+    assert abs(offset_error_s(found, clock) - lag_s) < 0.02, "poses are stamped when drawn, and labels follow them"
+
+
+def test_without_motion_levels_tell_the_offset_or_taps_do(walked: Session, zipped: Path, clock: OtherClock) -> None:
+    other = read_recording(zipped)
+    by_levels = possible_alignments(walked, other, "levels")
+    assert list(by_levels) == ["access points that both heard"]
+    _, found, _ = first_clear(by_levels)
+    assert found is not None
+    assert abs(offset_error_s(found, clock)) < max(0.5, 3 * found.sigma_s)
+    taps_ns = clock.zero_ns + np.array((3, 11, 12, 31, 55)) * 1_000_000_000
+    tapped = replace(other, taps_ns=clock.of(taps_ns))
+    _, found, _ = first_clear(possible_alignments(replace(walked, presses_ns=taps_ns), tapped, "taps"))
+    assert found is not None
+    assert abs(offset_error_s(found, clock)) < 0.02
