@@ -40,13 +40,13 @@ Formats:
             raw files beside
   hdf5      fingerprints.h5: matrix of levels, positions, floors, devices and
             the parts of every split, for training
-  mcap      a file a session, SLUG.mcap, for Foxglove: poses, transforms, fixes
-            (where there is a georeference), outline of floors, labelled Wi-Fi
-            and BLE; --survey adds the plans' images
+  mcap      a file a session, SLUG.mcap, for Foxglove: poses, transforms,
+            fixes (where there is a georeference), outline of floors, labelled
+            Wi-Fi and BLE; --survey adds the plans' images
   parquet   plain Parquet tables, splits as one table, columns.csv; for
             pandas, Polars, DuckDB, R
   tum       a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and
-            metres in the BCS; evo reads it; covariances in SLUG_covariance.txt
+            metres in the BCS, which evo reads; SLUG_covariance.txt beside
   uji       UJIIndoorLoc's trainingData.csv and validationData.csv: one column
             an access point, 100 = not heard
 
