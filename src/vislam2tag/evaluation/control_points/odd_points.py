@@ -67,8 +67,8 @@ def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[Odd
             common = np.median([one.x_m for one in presses]) + 1j * np.median([one.y_m for one in presses])
             for one in presses:
                 offsets[floor, one.point].append((session, complex(one.x_m, one.y_m) - common, one.sigma_m))
-    found = [one for place, made in offsets.items() if (one := _odd(place, made)) is not None]
-    return sorted(found, key=lambda one: -one.size_m)
+    found = [odd for place, made in offsets.items() if (odd := _odd(place, made)) is not None]
+    return sorted(found, key=lambda odd: -odd.size_m)
 
 
 def _odd(place: tuple[int, str], made: Sequence[tuple[int, complex, float]]) -> OddPoint | None:
