@@ -3,6 +3,7 @@
     python benchmarks/dead_reckoning.py site2/F4                 # with the speed model of the package
     python benchmarks/dead_reckoning.py site1/F1 --cross-validate # learned on the other four fifths of these walks
     python benchmarks/dead_reckoning.py site2/F4 --carried        # other phones, carried otherwise
+    python benchmarks/dead_reckoning.py site2/F4 --together       # beside them walks that help each other
 
 The folder is a floor of the Indoor Location Competition 2.0. The step model is the one that its organisers gave out
 (steps from peaks of the accelerometer, stride from their period and strength, heading from the rotation vector), its
@@ -24,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.dead_reckoning.carrying import held, sampled, swung
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.speed import SpeedModel, speed_model
@@ -59,7 +60,7 @@ Guess = Callable[[Walk, BoolArray], tuple[FloatArray, FloatArray | None]]
 def main() -> None:
     """Print the table of a floor."""
     folder = Path(sys.argv[1])
-    walks, seconds = read_walks(folder)
+    walks, reading = read_walks(folder)
     area = drawn_area(next(floor for floor in read_site(folder.parent)[0].floors if floor.name == folder.name))
     if "--carried" in sys.argv:
         carried_table(walks, area)
@@ -73,15 +74,42 @@ def main() -> None:
         "without the plan": lambda walk, kept: reckoned(walk, kept, own[id(walk)], None),
         "dead reckoning": lambda walk, kept: reckoned(walk, kept, own[id(walk)], area),
     }
-    start = time.perf_counter()
+    if "--together" in sys.argv:
+        ways = helped_ways(walks, own, area)
+    start = time.process_time()
     for walk in walks:
         walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area)
+    solving = (time.process_time() - start) / len(walks)
     print(
-        f"{len(walks)} walks; file to features {seconds:.2f} s, path {(time.perf_counter() - start) / len(walks):.3f} s"
+        f"{len(walks)} walks; processor time of one: {reading:.2f} s from its file to its features, {solving:.2f} s to "
+        f"its path, together {(reading + solving) / counting_s():.2f} times that of counting to ten million"
     )
     print("| way | " + " | ".join(COLUMNS) + " |")
     for name, guess in ways.items():
         print(f"| {name} | " + " | ".join(cell(walks, every, guess) for every in COLUMNS.values()) + " |")
+
+
+def helped_ways(walks: list[Walk], own: dict[int, SpeedModel], area: WalkableArea | None) -> dict[str, Guess]:
+    """Dead reckoning alone and with what the others' paths, through all their taps, tell; with the plan and without."""
+    led = [walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area).way() for walk in walks]
+    others = {id(walk): ways_beside(led, number) for number, walk in enumerate(walks)}
+    return {
+        f"{name}, {how}": lambda walk, kept, plan=plan, told=told: reckoned(
+            walk, kept, own[id(walk)], plan, told.get(id(walk))
+        )
+        for name, plan in (("with the plan", area), ("without the plan", None))
+        for how, told in (("alone", {}), ("together", others))
+    }
+
+
+def ways_beside(led: list[WalkedWays], own: int) -> WalkedWays:
+    """The ways of all walks but one."""
+    others = [(number, way) for number, way in enumerate(led) if number != own]
+    return WalkedWays(
+        np.concatenate([way.position_bcs for _, way in others]),
+        np.concatenate([way.course_rad for _, way in others]),
+        np.repeat([number for number, _ in others], [len(way.walk) for _, way in others]),
+    )
 
 
 def carried_table(walks: list[Walk], area: WalkableArea | None) -> None:
@@ -112,15 +140,23 @@ CARRIED: dict[str, Callable[[InertialLog], InertialLog]] = {
 
 
 def read_walks(folder: Path) -> tuple[list[Walk], float]:
-    """Read the walks of a floor that have two taps or more, and how long one takes on average, seconds."""
-    walks, start = [], time.perf_counter()
+    """Read the walks of a floor that have two taps or more; also the processor time that one takes, seconds."""
+    walks, start = [], time.process_time()
     for path in sorted(folder.glob("path_data_files/*.txt")):
         trace = parse_trace(path.read_bytes(), path.name)
         log = inertial_log(trace.sensors)
         sensed = None if log is None else SensedWalk.of(log)
         if log is not None and sensed is not None and len(trace.taps.time_ns) > 1:
             walks.append(Walk(log, sensed, trace.taps))
-    return walks, (time.perf_counter() - start) / max(len(walks), 1)
+    return walks, (time.process_time() - start) / max(len(walks), 1)
+
+
+def counting_s() -> float:
+    """Processor time of a loop that says how quick this machine is just now, seconds: 0.2 to 0.3 s on an idle one."""
+    start = time.process_time()
+    for _ in range(10_000_000):
+        pass
+    return time.process_time() - start
 
 
 def cross_validated(walks: list[Walk]) -> list[SpeedModel]:
@@ -169,13 +205,13 @@ def between(taps: FixLog, kept: BoolArray, path: FloatArray) -> FloatArray:
 
 
 def reckoned(
-    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None
+    walk: Walk, kept: BoolArray, model: SpeedModel, area: WalkableArea | None, others: WalkedWays | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Positions and covariances at the hidden taps by the path through the kept ones."""
     fixes = FixLog(walk.taps.time_ns[kept], walk.taps.position_bcs[kept], ("",) * int(kept.sum()))
     signals = walk.sensed.signals
     hidden_s = (walk.taps.time_ns[~kept] - signals.start_ns) * 1e-9 - SETTINGS.fix_delay_s
-    return walk.sensed.path(fixes, model, SETTINGS, area).at(np.clip(hidden_s, 0, signals.time_s[-1]))
+    return walk.sensed.path(fixes, model, SETTINGS, area, others).at(np.clip(hidden_s, 0, signals.time_s[-1]))
 
 
 def step_path(log: InertialLog, taps: FixLog) -> FloatArray:

@@ -14,10 +14,11 @@ from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.dead_reckoning.equations import STATES, PathModel, PathState, Ties
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.shared_ways import SharedLines
 from vislam2tag.dead_reckoning.smoothing import smooth_path
 from vislam2tag.dead_reckoning.walls import Walls
 
-SETTINGS = DeadReckoningSettings()
+SETTINGS = DeadReckoningSettings(wall_memory_s=3.0)
 
 
 CORRIDORS = np.zeros((40, 40), dtype=bool)
@@ -50,7 +51,8 @@ def dense(model: PathModel, state: PathState, ties: Ties) -> tuple[FloatArray, F
 @given(seed=st.integers(0, 50), unknown=st.integers(0, 12 * STATES - 1))
 def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> None:
     model, ties, state = made(seed)
-    model = replace(model, walls=WALLS)
+    others = SharedLines(state.position + 1 - 2j, np.exp(1j * state.heading_rad), np.full(len(state.scale), 0.3))
+    model = replace(model, walls=WALLS, lines=others)
     node, kind = divmod(unknown, STATES)
 
     def cost(by: float) -> float:

@@ -92,3 +92,14 @@ class FixLog:
     time_ns: IntArray
     position_bcs: FloatArray
     name: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class WalkedWays:
+    """Where walks led on a floor, at ``w`` moments: ``position_bcs`` (w, 2) metres, ``course_rad`` (w,) from the BCS x
+    axis, ``walk`` (w,) number of the walk.
+    """
+
+    position_bcs: FloatArray
+    course_rad: FloatArray
+    walk: IntArray

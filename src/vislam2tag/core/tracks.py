@@ -14,7 +14,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray, of_landmarks
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState
+from vislam2tag.core.context import AnchorLog, FixLog, InertialLog, PressureLog, Storeys, TrackerState, WalkedWays
 from vislam2tag.core.faults import Contradiction, TrackerEvent
 from vislam2tag.core.notebook import Drawable, Summarised
 from vislam2tag.core.status import Status
@@ -57,6 +57,9 @@ class CameraTrack:
     """Where the walker is known to have been; None where nobody said."""
     area: WalkableArea | None = None
     """Where the session's floor can be walked, for walks without a tracker; None where no drawing of it tells."""
+
+    ways: WalkedWays | None = None
+    """Where other walks led on the session's floor, for walks without a tracker; None where it is mapped alone."""
 
     @property
     def usable(self) -> BoolArray:

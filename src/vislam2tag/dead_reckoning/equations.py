@@ -13,8 +13,10 @@ import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.orientation import wrapped
+from vislam2tag.core.similarity import as_points
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.shared_ways import MEMORY_S, SharedLines
 from vislam2tag.dead_reckoning.walls import Walls
 from vislam2tag.smoother.chain import NormalEquations
 
@@ -59,6 +61,7 @@ class PathModel:
     nodes: Nodes
     settings: DeadReckoningSettings
     walls: Walls | None = None
+    lines: SharedLines | None = None
 
     @property
     def precision(self) -> FloatArray:
@@ -114,6 +117,11 @@ class PathModel:
             pull /= self.settings.wall_sigma_m**2
             diagonal[:, :2, :2] += pull[:, None, None] * away[:, :, None] * away[:, None, :]
             right[:, :2] -= (pull * beyond)[:, None] * away
+        if self.lines is not None:
+            aside, across = self.lines.distance_m(state.position), as_points(self.lines.normal)
+            pull = self._share(MEMORY_S) * self.lines.weight(aside)
+            diagonal[:, :2, :2] += pull[:, None, None] * across[:, :, None] * across[:, None, :]
+            right[:, :2] -= (pull * aside)[:, None] * across
         error, tie_weight = fix_errors(state, ties)
         for axis, part in enumerate((error.real, error.imag)):
             diagonal[:, axis, axis] += np.bincount(ties.node, tie_weight, count)
@@ -145,9 +153,12 @@ class PathModel:
             beyond = self.walls.beyond(state.position)[0] / self.settings.wall_sigma_m
             share = self._share(self.settings.wall_memory_s)
             walls = float((share * (WALL_TAIL + 1) * np.log1p(beyond**2 / WALL_TAIL)).sum())
+        lines = 0.0
+        if self.lines is not None:
+            lines = float((self._share(MEMORY_S) * self.lines.cost(self.lines.distance_m(state.position))).sum())
         motion = self.precision * self.residual(state) ** 2
         first = (state.scale[0] / self.settings.scale_sigma) ** 2
-        return float(motion.sum() + north.sum() + fixes.sum() + first) + walls
+        return float(motion.sum() + north.sum() + fixes.sum() + first) + walls + lines
 
 
 def _wall_weight(beyond: FloatArray) -> FloatArray:

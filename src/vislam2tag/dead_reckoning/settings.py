@@ -36,7 +36,7 @@ class DeadReckoningSettings(FiniteRecord):
     """Walkers keep so far from walls where there is room, metres."""
     wall_sigma_m: float = Field(default=1.0, gt=0)
     """How far they go beyond that, or a plan is off, one standard deviation, metres."""
-    wall_memory_s: float = Field(default=3.0, gt=0)
+    wall_memory_s: float = Field(default=2.0, gt=0)
     """How long that lasts, seconds."""
     standing_s: float = Field(default=2.0, gt=0)
     """Shortest time without steps that counts as standing, seconds."""

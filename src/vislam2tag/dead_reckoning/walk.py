@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import FixLog, InertialLog
+from vislam2tag.core.context import FixLog, InertialLog, WalkedWays
 from vislam2tag.core.similarity import as_complex, as_points
 from vislam2tag.dead_reckoning.equations import PathModel, Ties
 from vislam2tag.dead_reckoning.features import WindowFeatures
@@ -16,11 +16,14 @@ from vislam2tag.dead_reckoning.gait import turned_by_gait
 from vislam2tag.dead_reckoning.heading import Headings
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
+from vislam2tag.dead_reckoning.shared_ways import SharedLines
 from vislam2tag.dead_reckoning.signals import WalkSignals
 from vislam2tag.dead_reckoning.smoothing import SmoothedPath, smooth_path
 from vislam2tag.dead_reckoning.speed import SpeedModel
 from vislam2tag.dead_reckoning.walls import Walls
 
+MOVING = 0.5
+"""From here on somebody rather walks than stands."""
 BEYOND_S = 2.0
 """A fix this long before the first reading or after the last one still holds there."""
 
@@ -50,9 +53,17 @@ class SensedWalk:
         return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
 
     def path(
-        self, fixes: FixLog, speed: SpeedModel, settings: DeadReckoningSettings, area: WalkableArea | None = None
+        self,
+        fixes: FixLog,
+        speed: SpeedModel,
+        settings: DeadReckoningSettings,
+        area: WalkableArea | None = None,
+        ways: WalkedWays | None = None,
     ) -> ReckonedWalk:
-        """Find the path through the fixes, all of which must be usable, and one at least, between an area's walls."""
+        """Find the path through the fixes, all of which must be usable, and one at least.
+
+        It keeps between an area's walls, and where others walked (``ways``) it is drawn onto their lines sideways.
+        """
         at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
         nodes = Nodes.of(self.signals, self.headings, speed_m_s, at_s)
@@ -60,7 +71,12 @@ class SensedWalk:
         walls = None if area is None or not settings.plan_prior else Walls(area, settings.wall_distance_m)
         if walls is not None and not walls.fit(ties.position):
             walls = None
-        return ReckonedWalk(self, nodes, ties, smooth_path(PathModel(nodes, settings, walls), ties), fixes.name)
+        model = PathModel(nodes, settings, walls)
+        alone = ReckonedWalk(self, nodes, ties, smooth_path(model, ties), fixes.name)
+        if ways is None or not len(ways.walk):
+            return alone
+        lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
+        return replace(alone, path=smooth_path(replace(model, lines=lines), ties))
 
     def _moments(self, fixes: FixLog, settings: DeadReckoningSettings) -> FloatArray:
         """When (k,) the walker was at the fixes, seconds since the start."""
@@ -96,6 +112,19 @@ class ReckonedWalk:
         """(n,) direction in the BCS that the walker looks to at each moment of the signals."""
         drift = np.interp(self.sensed.signals.time_s, self.nodes.time_s, self.path.state.heading_rad)
         return np.asarray(drift + self.sensed.headings.turned_rad)
+
+    @property
+    def node_course(self) -> ComplexArray:
+        """(k,) direction in the BCS that the walker looks to at each node, unit; 0 where nobody walks."""
+        course = np.interp(self.nodes.time_s, self.sensed.signals.time_s, self.course_rad)
+        moving = np.interp(self.nodes.time_s, self.sensed.features.time_s, self.sensed.features.moving) > MOVING
+        return np.asarray(moving * np.exp(1j * course))
+
+    def way(self) -> WalkedWays:
+        """Where the walk led, for others on its floor."""
+        walked = np.flatnonzero(self.node_course)
+        course = np.angle(self.node_course[walked])
+        return WalkedWays(self.positions[walked], course, np.zeros(len(walked), dtype=np.int64))
 
     def _between(self, values: FloatArray, time_s: FloatArray) -> FloatArray:
         """Interpolate values (k, ...) of the nodes linearly."""

@@ -10,6 +10,7 @@ import numpy as np
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.sessions.companions.attached import with_companions
 from vislam2tag.sessions.corrected import corrected_session
@@ -40,6 +41,8 @@ class SessionTask:
     finding_settings: FindingSettings = field(default_factory=FindingSettings)
     told: ToldLandmarks | None = None
     """What the survey and all other sessions tell of its landmarks; None where it is mapped alone."""
+    ways: WalkedWays | None = None
+    """Where the other sessions without poses led on its floor; None where it is mapped alone."""
 
     @property
     def floor(self) -> Floor:
@@ -113,7 +116,7 @@ class PreparedSession:
 def prepared_session(task: SessionTask) -> PreparedSession:
     """Read a session, correct it and choose its landmarks; raises SessionError where it cannot be read or used."""
     session, session_uses = read_corrected(task)
-    session = _with_readings(_on_its_floor(session, task.floor))
+    session = _with_readings(_on_its_floor(session, task.floor, task.ways))
     considered, landmark_uses = task.candidate_landmarks(session.landmarks.ids)
     named = [entry.name for entry in task.corrections.for_session(session.key).set_landmark_floor]
     mine = landmarks_of_session(considered, session.key, session.camera, session.landmarks, named)
@@ -136,7 +139,7 @@ def _on_its_floor(session: Session, floor: Floor) -> Session:
     fixes, findings = session.camera.fixes, list[Finding]()
     if session.geographic_fixes is not None:
         fixes, findings = session.geographic_fixes.on(floor)
-    camera = replace(session.camera, fixes=fixes, area=drawn_area(floor))
+    camera = replace(session.camera, fixes=fixes, area=drawn_area(floor), ways=ways)
     return replace(session, camera=camera, findings=(*session.findings, *findings))
 
 

@@ -15,6 +15,8 @@ from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.survey import WritingOptions, simulate
 
 SURVEYED = ("2", "5", "8")
 TOGETHER = ProcessSettings(together=True)
@@ -80,3 +82,20 @@ def test_other_strategies_map_alone(survey: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="leave --together or --strategy out"):
         process(survey, tmp_path / "out", TOGETHER.model_copy(update={"strategy": "local"}))
     assert not (tmp_path / "out").exists()
+
+
+def test_walks_without_poses_help_each_other_on_their_floor_alone(tmp_path: Path) -> None:
+    survey = tmp_path / "survey"
+    options = WritingOptions(without_poses=True)
+    simulate(regular_survey(5, "none", (0, 1), ("LG",), 2, 60.0), survey, options)
+    shutil.rmtree(next((survey / "floor_1/LG").iterdir()))
+    alone, helped = process(survey, tmp_path / "alone"), process(survey, tmp_path / "helped", TOGETHER)
+    assert (alone.failed, helped.failed) == (0, 0)
+    names = {path.name for path in (tmp_path / "alone/wifi").glob("*.parquet")}
+    changed = {
+        name
+        for name in names
+        if (tmp_path / "alone/wifi" / name).read_bytes() != (tmp_path / "helped/wifi" / name).read_bytes()
+    }
+    assert len(names) == 3
+    assert changed == {name for name in names if name.startswith("floor_0")}

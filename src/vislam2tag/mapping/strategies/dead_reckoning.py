@@ -80,7 +80,7 @@ def _reckoned(camera: CameraTrack, area: WalkableArea | None, settings: DeadReck
     spread = np.ptp(fixes.position_bcs, axis=0).max() if usable.sum() > 1 else -1.0
     if spread < (0.0 if np.isfinite(sensed.headings.drift_rad).any() else APART_M):
         return None
-    return sensed.path(fixes, speed_model(), settings, area)
+    return sensed.path(fixes, speed_model(), settings, area, camera.ways)
 
 
 def _seconds(time_ns: IntArray, walk: ReckonedWalk) -> FloatArray:

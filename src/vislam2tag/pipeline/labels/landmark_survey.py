@@ -13,13 +13,14 @@ import numpy as np
 from vislam2tag.common.errors import SessionError, UsageError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.context import Storeys
+from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
 from vislam2tag.heights.estimate import Heights, estimate_heights, vertical_span_m
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
@@ -57,6 +58,8 @@ class ReducedSession:
     error: str | None = None
     converged: bool = True
     """Whether the re-weighting that made its map ended because another round would change nothing that matters."""
+    way: WalkedWays | None = None
+    """Where it led, of a session without poses."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,9 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     key, site = task.ref.key, task.site
     prepared = prepared_session(task).longest_section()
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
+    if camera.without_poses:
+        walk = DeadReckoning(settings.dead_reckoning, settings.heights).reckoned(camera, landmarks)
+        return ReducedSession(key, way=None if walk is None else walk.way())
     if task.frames and (landmarks.floor != key.floor).any():
         raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
     log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])

@@ -16,6 +16,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import of_landmarks
+from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.similarity import as_points
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
@@ -34,6 +35,8 @@ ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
 """Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
 SETTLED_SHARE = 0.1
 """What is rounded need not be solved to the micrometre."""
+ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
+"""... so are the ways of walks without poses ..."""
 ROUNDED_VARIANCE = 100.0
 """... and their variances to so many squares of it (1 cm^2)."""
 
@@ -86,7 +89,21 @@ def told_tasks(
     run_all(reduced, todo, report=keep)
     joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
     told = _told(joint)
-    return [replace(task, told=told.get(task.ref.key)) for task in tasks], odd_findings(references(joint))
+    led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
+    with_told = [replace(task, told=told.get(task.ref.key), ways=_ways_of_others(led, task.ref.key)) for task in tasks]
+    return with_told, odd_findings(references(joint))
+
+
+def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:
+    """Where the other sessions on the floor of one led, rounded; None where there are none, or it has poses."""
+    others = [way for other, way in led.items() if other.floor == key.floor and other != key]
+    if key not in led or not others:
+        return None
+    return WalkedWays(
+        np.concatenate([ROUNDED_WAY_M * np.round(way.position_bcs / ROUNDED_WAY_M) for way in others]),
+        np.concatenate([ROUNDED_WAY_RAD * np.round(way.course_rad / ROUNDED_WAY_RAD) for way in others]),
+        np.repeat(np.arange(len(others)), [len(way.walk) for way in others]),
+    )
 
 
 def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:

@@ -1,0 +1,68 @@
+"""Walks help each other: where others walked the same corridor lengthwise, a walk is drawn onto their way sideways.
+
+Only the offset across the way is taken from others, never a place along it, and no fix of theirs: so nothing attracts a
+walk to where others tapped.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.context import WalkedWays
+from vislam2tag.core.similarity import as_complex, as_points
+
+ASIDE_M, ALONG_M = 2.0, 1.0
+"""Another walk counts at a place if it led by at most so far aside of it, and was logged there ..."""
+PARALLEL = np.cos(np.radians(15))
+"""... and went the same way or against it, within 15 degrees."""
+SIGMA_M = 2.0
+"""How far apart two walks along one corridor usually lead, with Student-t tails ..."""
+TAIL = 3.0
+MEMORY_S = 12.0
+"""... and how long they stay so."""
+
+
+@dataclass(frozen=True)
+class SharedLines:
+    """For each of k nodes a line that other walks share: through ``place`` (k,), complex metres, across ``normal``
+    (k,), unit; ``precision`` (k,) of a walk's distance from it, 1 / m^2, 0 where no other walk led along.
+    """
+
+    place: ComplexArray
+    normal: ComplexArray
+    precision: FloatArray
+
+    @classmethod
+    def of(cls, ways: WalkedWays, position: ComplexArray, course: ComplexArray) -> SharedLines:
+        """Find them for a path: ``position`` (k,) complex metres, ``course`` (k,) unit, 0 where nobody walks."""
+        from scipy.spatial import cKDTree
+
+        others, direction = as_complex(ways.position_bcs), np.exp(1j * ways.course_rad)
+        near = cKDTree(ways.position_bcs).query_ball_point(as_points(position), np.hypot(ASIDE_M, ALONG_M))
+        place, precision = position.copy(), np.zeros(len(position))
+        for k in np.flatnonzero([len(found) > 0 for found in near]).tolist():
+            found = np.array(near[k])
+            offset = (others[found] - position[k]) * course[k].conjugate()
+            parallel = np.abs((direction[found] * course[k].conjugate()).real) > PARALLEL
+            beside = parallel & (np.abs(offset.real) < ALONG_M)
+            walks, number = np.unique(ways.walk[found[beside]], return_inverse=True)
+            if len(walks):
+                each = np.bincount(number, offset.imag[beside]) / np.bincount(number)
+                place[k] += 1j * course[k] * each.mean()
+                precision[k] = 1 / (SIGMA_M**2 * (1 + 1 / len(walks)))
+        return cls(place, 1j * course, precision)
+
+    def distance_m(self, position: ComplexArray) -> FloatArray:
+        """How far (k,) a path (k,), complex metres, leads aside of the lines."""
+        return np.asarray(((position - self.place) * self.normal.conj()).real)
+
+    def weight(self, distance_m: FloatArray) -> FloatArray:
+        """Precisions (k,) at these distances (k,), by Student-t."""
+        return np.asarray(self.precision * (TAIL + 1) / (TAIL + distance_m**2 * self.precision))
+
+    def cost(self, distance_m: FloatArray) -> FloatArray:
+        """Minus twice the logarithm of the likelihood (k,) of these distances (k,)."""
+        return np.asarray((TAIL + 1) * np.log1p(distance_m**2 * self.precision / TAIL))
