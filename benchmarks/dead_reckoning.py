@@ -93,12 +93,15 @@ def helped_ways(walks: list[Walk], own: dict[int, SpeedModel], area: WalkableAre
     """Dead reckoning alone and with what the others' paths, through all their taps, tell; with the plan and without."""
     led = [walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area).way() for walk in walks]
     others = {id(walk): ways_beside(led, number) for number, walk in enumerate(walks)}
+
+    def guess(plan: WalkableArea | None, told: dict[int, WalkedWays]) -> Guess:
+        return lambda walk, kept: reckoned(walk, kept, own[id(walk)], plan, told.get(id(walk)))
+
     return {
-        f"{name}, {how}": lambda walk, kept, plan=plan, told=told: reckoned(
-            walk, kept, own[id(walk)], plan, told.get(id(walk))
-        )
-        for name, plan in (("with the plan", area), ("without the plan", None))
-        for how, told in (("alone", {}), ("together", others))
+        "with the plan, alone": guess(area, {}),
+        "with the plan, together": guess(area, others),
+        "without the plan, alone": guess(None, {}),
+        "without the plan, together": guess(None, others),
     }
 
 

@@ -110,3 +110,10 @@ def test_inertial_readings_that_do_not_belong_to_the_walk_are_not_believed(log: 
     other = replace(log, rate=log.rate + np.cumsum(rng.normal(0, 0.4, log.rate.shape), axis=0))
     trusted, odd = (observed(replace(track(log), inertial=each))[1] for each in (log, other))
     assert odd.jump_m2.sum() > 4 * trusted.jump_m2.sum()
+
+
+def test_stretches_that_would_end_after_the_last_frame_are_not_tried(log: InertialLog) -> None:
+    camera = track(log, shift=0.3, lost_s=(22.5, 27.2))
+    late_ns = np.full(len(camera.time_ns), 50_000_000)
+    late_ns[[0, -1]] = 0, 20_000_000
+    assert np.isfinite(observed(replace(camera, time_ns=camera.time_ns + late_ns))[1].path).all()

@@ -41,9 +41,10 @@ class SharedLines:
         from scipy.spatial import cKDTree
 
         others, direction = as_complex(ways.position_bcs), np.exp(1j * ways.course_rad)
-        near = cKDTree(ways.position_bcs).query_ball_point(as_points(position), np.hypot(ASIDE_M, ALONG_M))
+        reach = float(np.hypot(ASIDE_M, ALONG_M))
+        near = cKDTree(as_points(position)).query_ball_tree(cKDTree(ways.position_bcs), reach)
         place, precision = position.copy(), np.zeros(len(position))
-        for k in np.flatnonzero([len(found) > 0 for found in near]).tolist():
+        for k in np.flatnonzero([bool(found) for found in near]).tolist():
             found = np.array(near[k])
             offset = (others[found] - position[k]) * course[k].conjugate()
             parallel = np.abs((direction[found] * course[k].conjugate()).real) > PARALLEL

@@ -62,7 +62,7 @@ class SensedWalk:
     ) -> ReckonedWalk:
         """Find the path through the fixes, all of which must be usable, and one at least.
 
-        It keeps between an area's walls, and where others walked (``ways``) it is drawn onto their lines sideways.
+        It keeps between an area's walls; without them it is drawn sideways onto the lines of others (``ways``).
         """
         at_s = self._moments(fixes, settings).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
@@ -73,8 +73,8 @@ class SensedWalk:
             walls = None
         model = PathModel(nodes, settings, walls)
         alone = ReckonedWalk(self, nodes, ties, smooth_path(model, ties), fixes.name)
-        if ways is None or not len(ways.walk):
-            return alone
+        if ways is None or not len(ways.walk) or walls is not None:
+            return alone  # beside walls others tell nothing (docs/results/dead_reckoning-tried.md)
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
         return replace(alone, path=smooth_path(replace(model, lines=lines), ties))
 

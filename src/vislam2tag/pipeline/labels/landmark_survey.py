@@ -20,7 +20,6 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.landmark_map import SETTLED_M, LandmarkMap, join
 from vislam2tag.landmark_survey.local_map import LocalMap
 from vislam2tag.mapping.settings import MappingSettings
-from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
@@ -92,6 +91,8 @@ def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
     prepared = prepared_session(task).longest_section()
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
     if camera.without_poses:
+        from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
+
         walk = DeadReckoning(settings.dead_reckoning, settings.heights).reckoned(camera, landmarks)
         return ReducedSession(key, way=None if walk is None else walk.way())
     if task.frames and (landmarks.floor != key.floor).any():

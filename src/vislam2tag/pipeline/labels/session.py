@@ -226,6 +226,6 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
         for array in (task.told.position_bcs, task.told.heading_rad, task.told.joint_covariance):
             digest.update(np.ascontiguousarray(array).tobytes())
     if task.ways is not None:
-        for array in (task.ways.position_bcs, task.ways.course_rad, task.ways.walk):
+        for array in (task.ways.position_bcs, task.ways.course_rad, task.ways.walk.astype(np.float64)):
             digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
