@@ -131,8 +131,8 @@ def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     return corrected_session(read, task.corrections)
 
 
-def _on_its_floor(session: Session, floor: Floor) -> Session:
-    """Give a session without poses what the site knows of its floor: where its fixes and walls are."""
+def _on_its_floor(session: Session, floor: Floor, ways: WalkedWays | None) -> Session:
+    """Give a session without poses what is known of its floor: where its fixes and walls are, and others walked."""
     session = with_presses_as_fixes(session, floor.control_points)
     if not session.camera.without_poses:
         return session
