@@ -33,12 +33,12 @@ STRATEGY = "smoother"
 """The others map with surveyed landmarks alone, as published."""
 ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
 """Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
+ROUNDED_VARIANCE = 100.0
+"""... and their variances to so many squares of it (1 cm^2)."""
 SETTLED_SHARE = 0.1
 """What is rounded need not be solved to the micrometre."""
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
-"""... so are the ways of walks without poses ..."""
-ROUNDED_VARIANCE = 100.0
-"""... and their variances to so many squares of it (1 cm^2)."""
+"""So are the ways of walks without poses."""
 
 
 def refuse_together(strategy: str) -> None:
