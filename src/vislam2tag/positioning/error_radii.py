@@ -15,7 +15,7 @@ from vislam2tag.positioning.scans.places import NINETY_FIVE, SIXTY_EIGHT
 
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""
-_WEIGHTS = (2.0, 1.0)
+_WEIGHTS = (2.0, 1.0, 1.0)
 """Of kinds of held-out scans."""
 UNKNOWN_M = 100.0
 """Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""

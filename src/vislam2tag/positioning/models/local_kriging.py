@@ -24,7 +24,13 @@ from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel, direc
 from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import HeldOut, QuantileRadii, fitted_quantile_radii
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
-from vislam2tag.positioning.scans.held_out import calibration_rows, lone_walks, usable_validation, walk_numbers
+from vislam2tag.positioning.scans.held_out import (
+    area_numbers,
+    calibration_rows,
+    lone_walks,
+    usable_validation,
+    walk_numbers,
+)
 from vislam2tag.positioning.scans.places import LabelledScans, Positions, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented_levels
@@ -34,7 +40,7 @@ EXPONENTS = (1.3, 1.7, 2.2, 2.7)
 _CHOSEN_WITH = 400
 """Most scans that the choice looks at."""
 SHARPNESS, RIDGE = 1.0, 0.3
-"""Of the kernel between directions; by cross-validation on six public sets (docs/results/which-model.md)."""
+"""Of the kernel between directions; by cross-validation on six public sets (docs/results/positioning-change.md)."""
 LEAST_WEIGHT = 1e-6
 """Kriging's weights may be negative; a vote cannot."""
 STOREY_REGRESSION = 2.0
@@ -44,6 +50,8 @@ COMPARED = (1, 10, None)
 """So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
 LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
 """Smaller ones count as these where logarithms are taken."""
+SAME_PLACE_M = 1.0
+"""Side of the squares that are left out, as whoever asks stands between the points that were surveyed."""
 _AT_ONCE = 128
 
 
@@ -67,7 +75,7 @@ class KrigedAnswer(NamedTuple):
 
 
 class LocalKriging(Positioner):
-    """The model; radii are fitted to scans left out with their walk, and to scans left out alone."""
+    """The model; radii are fitted to scans left out with their walk, alone, and with all others of their place."""
 
     exponent_: float
     radii_: QuantileRadii
@@ -125,7 +133,9 @@ class LocalKriging(Positioner):
             held_out = HeldOut(given[1].distance_m(answer.voted.xy), answer.features, np.arange(len(given[0])))
             return (held_out,)
         alone = np.arange(len(self._scans))
-        return tuple(self._left_out(self._scans, self._places, self.exponent_, rows, group) for group in (walk, alone))
+        place = area_numbers(self._places, SAME_PLACE_M)
+        groups = (walk, alone, place) if place.any() else (walk, alone)
+        return tuple(self._left_out(self._scans, self._places, self.exponent_, rows, group) for group in groups)
 
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
         """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
