@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import jobs_of
 from vislam2tag.pipeline.labels.session import Job, still_holds
@@ -69,7 +69,11 @@ class Workspace:
     """Survey and labels as they are now; used by several threads."""
 
     def __init__(self, root: Path, out: Path, settings: Settings, compared: Sequence[Path] = ()) -> None:
-        """Look at the survey; raises SurveyError where it is none or its corrections are wrong for it."""
+        """Look at the survey; raises SurveyError where it is none or its corrections are wrong for it, and UsageError
+        for walks mapped together: the studio maps each again by itself.
+        """
+        if settings.together:
+            raise UsageError("together: the studio maps each walk alone; leave it out of the settings")
         self.root, self.out, self.settings = root, out, settings
         self._scratch = TemporaryDirectory(prefix="vislam2tag-studio-")
         self.outputs = {LABELS: Output(LABELS, out), BEFORE: Output(BEFORE, Path(self._scratch.name))}
