@@ -79,3 +79,9 @@ def test_help_has_examples() -> None:
     done = vislam2tag("locate", "--help")
     assert done.returncode == 0
     assert "--hash-bssid key.txt" in done.stdout
+
+
+def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
+    arguments = ("locate", tmp_path / "model.v2t")
+    assert "scans come over HTTP" in the_error(vislam2tag(*arguments, tmp_path / "scans.csv", "--serve"))
+    assert "give SCANS, or --serve" in the_error(vislam2tag(*arguments))
