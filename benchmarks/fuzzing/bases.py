@@ -16,7 +16,7 @@ from tests.dead_reckoning.ilc20 import make_site
 from tests.receiving.zips import session_zip
 from tests.survey.plans import drawn_floor
 
-from fuzzing.invocation import cli
+from fuzzing.invocation import cli, first_walk
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.settings import part_of, setting_fields
 from vislam2tag.survey.corrections import lines as correction_lines
@@ -166,6 +166,20 @@ def _tables(root: Path, out: Path) -> None:
     heard.write_parquet(out / "heard.parquet")
 
 
+def _attached(root: Path, out: Path) -> None:
+    """A survey with a second device's table that is tied to its first walk."""
+    shutil.copytree(root / "survey", out, dirs_exist_ok=True)
+    (out / "other").mkdir()
+    shutil.copy(root / "tables" / "heard.parquet", out / "other")
+    cli("attach", first_walk(out), out / "other" / "heard.parquet", "--by", "levels")
+
+
+def _fleet(root: Path, out: Path) -> None:
+    """A fleet of one survey, mapped."""
+    _apart(lambda: cli("fleet", "add", out, root / "survey"))
+    _apart(lambda: cli("fleet", "process", out, "--jobs", "1"))
+
+
 def _made_by(*command: str) -> Callable[[Path, Path], None]:
     """A base that one command writes of the data set, into a folder."""
 
@@ -225,6 +239,8 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "labels": _labels("survey"),
     "phonelabels": _labels("phone"),
     "tables": _tables,
+    "attached": _attached,
+    "fleet": _fleet,
     "set": _set,
     "ran": _ran,
     "benchmarked": _benchmarked,
@@ -239,5 +255,8 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "small": _small,
     "received": _received,
 }
-_FOR_COMMANDS = {"phone", "older", "ilc20", "evaluated", "phonelabels", "tables", "ran", "benchmarked", "received"}
+_FOR_COMMANDS = {"phone", "older", "ilc20", "evaluated", "phonelabels", "tables", "ran", "benchmarked", "received"} | {
+    "attached",
+    "fleet",
+}
 """What no reader reads."""

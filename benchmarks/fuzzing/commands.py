@@ -22,13 +22,14 @@ _MODEL = ("model.v2t",)
 _RECEIVED_FILES = ("*", "*/*", "*/*/*", "*/*/*/*", ".receiving/*")
 _SLOW = {"figures", "radio-maps", "benchmark", "benchmark again", "paper", "plan", "plan without", "plan --write"}
 """They take seconds where others take tenths; they run every 20th round."""
-_SLOWER = {"run survey", "run phone", "run ilc20", "run again", "dataset of a survey"}
+_SLOWER = {"run survey", "run phone", "run ilc20", "run again", "dataset of a survey", "fleet process"}
 """They take a second or what other targets attack, too; they run every fourth round, as imports do."""
 
 _OF_A_SURVEY = {
     "inspect": "inspect {base}",
     "process": "process {base} --out {out}/o --jobs 1",
     "check": "check {base} --out {out}/c --jobs 1",
+    "process together": "process {base} --together --out {out}/o --jobs 1",
     "survey-landmarks": "survey-landmarks {base} --out {out}/lm.csv --jobs 1",
     "run": "run {base} --out {out}/r --jobs 1",
     "diagnose": "diagnose {base} --jobs 1",
@@ -75,6 +76,8 @@ _OTHERS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "process ilc20": ("ilc20", _ILC20_FILES, "process {base} --out {out}/o --jobs 1"),
     "inspect ilc20": ("ilc20", _ILC20_FILES, "inspect {base}"),
     "run ilc20": ("ilc20", _ILC20_FILES, "run {base} --out {out}/r --jobs 1"),
+    "process attached": ("attached", ("other/*", "floor_0/*/*/c*/*"), "process {base} --out {out}/o --jobs 1"),
+    **{f"fleet {verb}": ("fleet", ("*", "*/*"), f"fleet {verb} {{base}}") for verb in ("list", "status")},
     "process of the paper": ("older", _SURVEY_FILES, "process {base} --out {out}/o --jobs 1"),
     "evaluate": ("evaluated", _TRUTH_FILES, "evaluate {base} --out {out}/e --jobs 1 --strategy smoother"),
     "evaluate by others": ("evaluated", _TRUTH_FILES, "evaluate {base} --out {out}/e --jobs 1 --strategy local"),
@@ -171,6 +174,15 @@ _WRITE_THERE: dict[str, tuple[str, tuple[str, ...], str]] = {
         ("*.json", "*/*.json", "*/*/*.json", "*/*.parquet", "*/*/*.parquet"),
         "run {all}/survey --out {base} --jobs 1",
     ),
+    "attach": (
+        "attached",
+        ("other/*", "floor_0/*/*/*"),
+        "attach {walk} {base}/other/heard.parquet --by levels --replace",
+    ),
+    **{
+        f"fleet {verb}": ("fleet", ("*", "*/*", "surveys/**/*"), f"fleet {verb} {{base}}")
+        for verb in ("add", "process", "report")
+    },
     "benchmark again": (
         "benchmarked",
         ("*", "*/*"),

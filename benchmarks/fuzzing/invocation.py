@@ -38,14 +38,20 @@ def cli(*arguments: str | Path) -> None:
 
 
 def invoke(line: str, run: Run) -> None:
-    """Run a command line, ``{base}``, ``{all}`` and ``{out}`` in it for folders; ends as :func:`cli`."""
-    arguments = [part.format(base=run.base, all=run.bases, out=run.out) for part in line.split()]
+    """Run a command line, ``{base}``, ``{all}``, ``{out}`` and ``{walk}`` in it for folders; ends as :func:`cli`."""
+    folders = {"base": run.base, "all": run.bases, "out": run.out, "walk": first_walk(run.base)}
+    arguments = [part.format(**folders) for part in line.split()]
     if run.rng.random() < _ODD_SHARE:
         arguments += odd_option(arguments, run)
         print("with", *map(ascii, arguments[len(line.split()) :]), flush=True)
     if run.rng.random() < _APART_SHARE:
         _apart(arguments)
     cli(*arguments)
+
+
+def first_walk(survey: Path) -> Path:
+    """The folder of a survey's first walk; one that is not there where it has none."""
+    return min(survey.glob("floor_0/*/*/"), default=survey / "gone")
 
 
 def _apart(arguments: list[str]) -> None:
