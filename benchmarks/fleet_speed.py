@@ -56,13 +56,13 @@ def main() -> None:
         stored = s3.upload(survey, "survey")
         sessions = sum(1 for _ in survey.glob("floor_*/*/*/poses.csv"))
         with dask_processes(workers=1) as one, dask_processes(workers=2) as two:
-            ways = {
+            ways: dict[str, Callable[[], Took]] = {
                 "local": lambda: _timed(None, lambda: _local(survey, Path(folder) / "labels")),
                 "store": lambda: _timed(s3.process.pid, lambda: _stored(s3, stored)),
                 "dask, 1 worker": lambda: _on_dask(one, 1, survey, Path(folder) / "labels"),
                 "dask, 2 workers": lambda: _on_dask(two, 2, survey, Path(folder) / "labels"),
             }
-            took = defaultdict(list)
+            took: dict[str, list[Took]] = defaultdict(list)
             for repeat in range(options.repeats + 1):
                 for name, way in ways.items():
                     found = way()
