@@ -5,7 +5,8 @@
     python -m tests.studio.faulty_survey faulty && vislam2tag process faulty/survey --out faulty/labels
     python benchmarks/studio_page.py faulty --correct      from a correction to its labels (on a copy)
 
-The frames are those of the page's own trace: intervals between animation frames while the map is dragged and zoomed.
+The frames are those of the page's own trace: intervals between animation frames while the map is dragged and zoomed,
+and how many points of walks were in view at each.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from playwright.sync_api import Page
 
@@ -28,6 +31,12 @@ from tests.studio.running import running_studio  # noqa: E402
 
 BUNDLE = ROOT / "src" / "vislam2tag" / "studio" / "page"
 LATEST_MS = 120_000
+ZOOMS = 4
+SETTLED_MS = 1500
+LEAST_POINTS = 20_000
+TAKEN = "document.querySelector('.map .canvas').trace.frames.splice(0)"
+MIDDLE = 900, 470
+"""Of the map, pixels of the page."""
 
 
 def main() -> None:
@@ -60,22 +69,52 @@ def look(page: Page) -> None:
     print(f"page {sum(map(len, files)) / 1000:.0f} kB, {packed / 1000:.0f} kB packed")
     sessions = page.request.get("/api/sessions").json()["sessions"]
     print(f"{len(sessions)} sessions, {sum(sum(session['frames'].values()) for session in sessions)} frames")
-    for step in range(6):
-        drag(page, step)
-    for turn in range(8):
-        page.mouse.wheel(0, -200 if turn < 4 else 200)
-        page.wait_for_timeout(700)
-    for step in range(6):
-        drag(page, step)
-    print(page.locator(".frames").inner_text())
+    page.wait_for_timeout(SETTLED_MS)
+    trace = Trace(page)
+    for stage in range(2 * ZOOMS + 1):
+        for step in range(4):
+            drag(page, step)
+        trace.of(f"dragged at zoom {min(stage, 2 * ZOOMS - stage)}")
+        if stage < 2 * ZOOMS:
+            page.mouse.move(*MIDDLE)
+            page.mouse.wheel(0, -200 if stage < ZOOMS else 200)
+            page.wait_for_timeout(SETTLED_MS)
+            trace.of("zoomed in" if stage < ZOOMS else "zoomed out")
+    print(f"in all: {told(trace.frames)}")
+
+
+class Trace:
+    """Prints, of the frames since it last did: how many, how quick, and how many points were in view."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.frames = page, list[dict[str, Any]]()
+        page.evaluate(TAKEN)  # those of its start
+
+    def of(self, stage: str) -> None:
+        """Print them under a name."""
+        frames = self.page.evaluate(TAKEN)
+        self.frames += frames
+        if frames:
+            print(f"{stage}: {told(frames)}")
+
+
+def told(frames: Sequence[dict[str, Any]]) -> str:
+    """How quick frames were, and how many points they had in view where not every frame of the labels was."""
+    ms = sorted(frame["ms"] for frame in frames)
+    points = sorted(frame["points"] for frame in frames if not frame["whole"])
+    few = sum(count < LEAST_POINTS for count in points)
+    seen = f", {len(points)} of them thinned, with {points[0]} to {points[-1]} points in view" if points else ""
+    less = f" ({few} with less than {LEAST_POINTS})" if few else ""
+    return f"{len(frames)} frames, 95 % within {ms[int(0.95 * (len(ms) - 1))]:.0f} ms{seen}{less}"
 
 
 def drag(page: Page, step: int) -> None:
     """Move the map to and fro for about a second and a half."""
-    page.mouse.move(900, 450)
+    way = 1 if step % 2 else -1
+    page.mouse.move(*MIDDLE)
     page.mouse.down()
     for moved in range(60):
-        page.mouse.move(900 + (3 * moved if step % 2 else -3 * moved), 450 + moved)
+        page.mouse.move(MIDDLE[0] + way * 3 * moved, MIDDLE[1] + way * moved)
         page.wait_for_timeout(16)
     page.mouse.up()
     page.wait_for_timeout(400)

@@ -3,6 +3,8 @@ narrow screen and by keyboard alone."""
 
 from __future__ import annotations
 
+import io
+import json
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ import numpy as np
 import polars as pl
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from PIL import Image
 from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, expect
 
 from tests.report.browser import running_browser
@@ -31,13 +34,15 @@ def browser() -> Iterator[Browser]:
 
 
 @contextmanager
-def studio_page(browser: Browser, folder: Path, tmp_path: Path, **view: Any) -> Iterator[tuple[Page, Path]]:
+def studio_page(
+    browser: Browser, folder: Path, tmp_path: Path, *options: str, **view: Any
+) -> Iterator[tuple[Page, Path]]:
     """A page on a copy of a survey and its labels; whatever the browser complains about fails the test."""
     survey, labels = tmp_path / "survey", tmp_path / "labels"
     shutil.copytree(folder / "survey", survey)
     shutil.copytree(folder / "labels", labels)
     problems: list[str] = []
-    with running_studio(survey, "--labels", str(labels), "--jobs", "2") as server:
+    with running_studio(survey, "--labels", str(labels), "--jobs", "2", *options) as server:
         context = browser.new_context(base_url=server.url, locale="en", reduced_motion="reduce", **view)
         page = context.new_page()
         page.set_default_timeout(LATEST_MS)
@@ -183,13 +188,58 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
 @pytest.mark.slow
 def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> None:
     view = {"viewport": {"width": 1400, "height": 900}}
-    with studio_page(browser, faulty, tmp_path, **view) as (page, folder):
+    others = [made_otherwise(faulty / "labels", tmp_path / name, shift) for name, shift in (("one", 0.0), ("two", 4.0))]
+    compared = [option for other in others for option in ("--compare", str(other))]
+    with studio_page(browser, faulty, tmp_path, *compared, **view) as (page, folder):
+        compares_two_outputs(page)
         filters(page)
         time_and_span(page)
         drags_a_landmark(page)
         types_a_text_of_corrections(page)
         assert not (folder / "survey" / "corrections.toml").exists()
+        says_it_in_german(page)
         accessible(page)
+
+
+def made_otherwise(labels: Path, other: Path, shift_m: float) -> Path:
+    """A copy of labels, as of another strategy, its walks moved along x."""
+    shutil.copytree(labels, other)
+    run = json.loads((other / "run.json").read_text())
+    run["settings"]["strategy"] = other.name
+    (other / "run.json").write_text(json.dumps(run))
+    for table in (other / "trajectory").glob("*.parquet"):
+        pl.read_parquet(table).with_columns(pl.col("x") + shift_m).write_parquet(table)
+    return other
+
+
+def compares_two_outputs(page: Page) -> None:
+    page.get_by_role("tab", name="Compare").click()
+    page.get_by_label("First").select_option(label="other labels: one (one)")
+    page.get_by_label("Second").select_option(label="other labels: two (two)")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    totals = page.get_by_role("region", name="Totals").locator("tbody tr")
+    expect(totals.first).to_have_text("walks1212", timeout=LATEST_MS)
+    assert totals.last.inner_text().startswith("mean error (m)")
+    walks = page.get_by_role("region", name="Walks").locator("tbody tr")
+    assert [row.locator("td").last.inner_text() for row in walks.all()] == ["4.00"] * 12
+    expect(page.get_by_role("row").filter(has_text="strategy")).to_contain_text("one")
+    line = page.get_by_label("Line between the two maps")
+    pictures = {}
+    for share in (1, 0, 0.5):
+        line.fill(str(share))
+        page.wait_for_timeout(700)
+        content = page.locator(".map .canvas").screenshot(
+            style=".zoom, .legend, .frames, .swipe { visibility: hidden }"
+        )
+        pictures[share] = np.array(Image.open(io.BytesIO(content)).convert("RGB"))
+    middle = pictures[1].shape[1] // 2
+    left, right = slice(0, middle - 2), slice(middle + 2, None)
+    assert (pictures[1][:, left] != pictures[0][:, left]).any()
+    assert (pictures[1][:, right] != pictures[0][:, right]).any()
+    assert (pictures[0.5][:, left] == pictures[1][:, left]).all()
+    assert (pictures[0.5][:, right] == pictures[0][:, right]).all()
+    page.get_by_role("button", name="Stop comparing").click()
+    page.get_by_role("tab", name="Walks").click()
 
 
 def filters(page: Page) -> None:
@@ -258,15 +308,33 @@ def types_a_text_of_corrections(page: Page) -> None:
 
 
 def accessible(page: Page) -> None:
-    """No serious violation in any view, in light and dark, wide and narrow."""
+    """No serious violation in any view, in light and dark, wide and narrow, English and German."""
     for dark in (False, True):
         for width in (1400, 400):
             page.set_viewport_size({"width": width, "height": 900})
-            for tab in ("Walks", "Diagnose", "Landmarks", "Corrections", "Compare"):
-                page.get_by_role("tab", name=tab).click()
+            for tab in page.get_by_role("tab").all():
+                tab.click()
                 found = Axe().run(page).response["violations"]
                 serious = [
                     (one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")
                 ]
-                assert (dark, width, tab, serious) == (dark, width, tab, [])
-        page.get_by_role("button", name="Light or dark").click()
+                assert (dark, width, tab.inner_text(), serious) == (dark, width, tab.inner_text(), [])
+            page.locator(".tools button[lang]").click()
+        page.locator(".tools button").last.click()
+
+
+def says_it_in_german(page: Page) -> None:
+    page.get_by_role("tab", name="Diagnose").click()
+    english = page.locator(".cards h3, .cards h3 + p").all_inner_texts()
+    page.get_by_role("button", name="Deutsch").click()
+    german = page.locator(".cards h3, .cards h3 + p").all_inner_texts()
+    assert len(german) == len(english) == 2 * len(KINDS)
+    assert not set(german) & set(english)
+    assert "die Landmarken 2 und 9 von Stockwerk 1 hängen jeweils am Ort der anderen" in german
+    page.get_by_role("tab", name="Korrekturen").click()
+    page.get_by_text("Als Text ändern").click()
+    page.get_by_label("corrections.toml").fill("[[exclude_span]]\nfloor = 1\nfrom_s = 5\nto_s = 2\n")
+    page.locator(".form").get_by_role("button", name="Änderung zeigen").click()
+    expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein")
+    page.get_by_role("button", name="Schließen").click()
+    page.get_by_role("button", name="English").click()

@@ -67,7 +67,15 @@ def test_a_window_holds_the_frames_in_it_and_numbers_paths_on() -> None:
     assert rows["path"].unique().sort().to_list() == [0, 1]
     assert len(pl.read_ipc_stream(window([(0, made_track())], 2, (2.0, 4.0, 0.0, 2.0))[0])) == 0
     assert len(pl.read_ipc_stream(arrow([], ("t",)))) == 0
-    assert len(pl.read_ipc_stream(overview([(0, made_track())], FRAMES))) == FRAMES
+    assert len(pl.read_ipc_stream(overview([(0, made_track())], FRAMES)[0])) == FRAMES
+
+
+def test_a_path_that_leaves_a_window_ends_there() -> None:
+    away = made_track(x=[abs(frame - 50) / 10 for frame in range(FRAMES)])
+    there = pl.read_ipc_stream(window([(0, away)], 1, (3.0, 9.0, 0.0, 2.0))[0])
+    assert there.group_by("path", maintain_order=True).len().rows() == [(0, 21), (1, 20)]
+    few, stride = window([(0, away)], 1, (3.0, 9.0, 0.0, 2.0), most=10)
+    assert (stride, len(pl.read_ipc_stream(few))) == (5, 9)
 
 
 def test_thinned_charts_keep_extremes() -> None:

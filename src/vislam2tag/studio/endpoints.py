@@ -93,7 +93,7 @@ class OfOutput(FiniteRecord):
 
 
 class WindowQuery(OfOutput):
-    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all."""
+    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all; ``points``: at most so many."""
 
     floor: int
     left: float
@@ -101,6 +101,7 @@ class WindowQuery(OfOutput):
     low: float
     high: float
     sessions: list[int] | None = None
+    points: Annotated[int, Field(ge=1000, le=tracks.WINDOW_POINTS)] = tracks.WINDOW_POINTS
 
     @field_validator("sessions", mode="before")
     @classmethod
@@ -163,7 +164,8 @@ def _overview(studio: Studio, asked: Asked) -> Binary:
     results = [workspace.result(id, output) for id in workspace.now.ids]
     frames = sum(session_view.positioned_frames(result) for result in results if result)
     found = ((i, track) for i, id in enumerate(workspace.now.ids) if (track := workspace.track(id, output)) is not None)
-    return Binary(tracks.overview(found, frames), tracks.ARROW, version=version)
+    content, stride = tracks.overview(found, frames)
+    return Binary(content, tracks.ARROW, {"Studio-Stride": str(stride)}, version)
 
 
 def _window(studio: Studio, asked: Asked) -> Binary:
@@ -176,7 +178,7 @@ def _window(studio: Studio, asked: Asked) -> Binary:
         and session_view.may_be_within(workspace.result(id, query.output), query.floor, box)
         and (track := workspace.track(id, query.output)) is not None
     )
-    content, stride = tracks.window(found, query.floor, box)
+    content, stride = tracks.window(found, query.floor, box, query.points)
     return Binary(content, tracks.ARROW, {"Studio-Stride": str(stride)})
 
 

@@ -20,6 +20,7 @@ ARROW = "application/vnd.apache.arrow.stream"
 OVERVIEW_POINTS = 120_000
 """Of all sessions together, drawn at once by any machine with a browser."""
 WINDOW_POINTS = 400_000
+"""Of one window at most; the page asks for fewer."""
 LONGEST_GAP_S = 1.0
 """A path is interrupted where there is no frame for longer."""
 TABLE_COLUMNS = tuple(name for name in SCHEMAS[TRAJECTORY] if name not in ("device", "session"))
@@ -96,22 +97,33 @@ def track_of(table: pl.DataFrame, start_ns: int) -> Track:
     return Track({name: columns[name].astype(kind, copy=False) for name, kind in FULL.items()}, start_ns)
 
 
-def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> bytes:
-    """All sessions by index, thinned alike so that those with ``frames`` positions in all stay few, as Arrow."""
+def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> tuple[bytes, int]:
+    """All sessions by index, thinned so that those with ``frames`` positions in all stay few, as Arrow; and the stride."""
     stride = max(1, -(-frames // OVERVIEW_POINTS))
-    return arrow([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW)
+    return arrow([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW), stride
 
 
 def window(
-    tracks: Iterable[tuple[int, Track]], floor: int, box: tuple[float, float, float, float]
+    tracks: Iterable[tuple[int, Track]], floor: int, box: tuple[float, float, float, float], most: int = WINDOW_POINTS
 ) -> tuple[bytes, int]:
     """Frames of sessions, by index, within a box (left, right, lower, upper edge) of a floor, as Arrow; and the stride.
 
-    The stride is more than 1 only where there are more than :data:`WINDOW_POINTS`.
+    The stride is more than 1 only where there are more than ``most``. A path that leaves the box ends there; where it
+    comes back, another begins.
     """
-    inside = [(index, track.rows(_within(track, floor, box))) for index, track in tracks]
-    stride = max(1, -(-sum(len(track) for _, track in inside) // WINDOW_POINTS))
+    inside = [(index, _part(track, floor, box)) for index, track in tracks]
+    stride = max(1, -(-sum(len(track) for _, track in inside) // most))
     return arrow([(index, track.rows(slice(None, None, stride))) for index, track in inside], tuple(FULL)), stride
+
+
+def _part(track: Track, floor: int, box: tuple[float, float, float, float]) -> Track:
+    """The frames within a box, their paths numbered anew."""
+    inside = _within(track, floor, box)
+    part = track.rows(inside)
+    left_out = np.cumsum(track.positioned & ~inside)[inside]
+    broken = (np.diff(part.columns["path"]) != 0) | (np.diff(left_out) != 0)
+    path = np.concatenate(([0], np.cumsum(broken)))[: len(part)].astype(FULL["path"])
+    return replace(part, columns={**part.columns, "path": path})
 
 
 def _within(track: Track, floor: int, box: tuple[float, float, float, float]) -> BoolArray:

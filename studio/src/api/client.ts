@@ -46,9 +46,9 @@ export const sessions = async () => (await json<{ sessions: Session[] }>('GET', 
 export const session = (id: string) => json<SessionDetail>('GET', `/api/sessions/${name(id)}`);
 export const overview = (output: string) => track(`/api/tracks?output=${name(output)}`);
 
-/** Every frame in a box [left, low, right, high] of a floor, metres. */
-export const frames = (output: string, floor: number, [left, low, right, high]: number[]) =>
-  track(`/api/tracks/window?output=${name(output)}&floor=${floor}&left=${left}&right=${right}&low=${low}&high=${high}`);
+/** Frames in a box [left, low, right, high] of a floor, metres; every one, or `points` at most. */
+export const frames = (output: string, floor: number, [left, low, right, high]: number[], points: number) =>
+  track(`/api/tracks/window?output=${name(output)}&floor=${floor}&left=${left}&right=${right}&low=${low}&high=${high}&points=${points}`);
 export const walk = (id: string, output: string) => track(`/api/sessions/${name(id)}/track?output=${name(output)}`);
 export const scans = () => track('/api/scans');
 

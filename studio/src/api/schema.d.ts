@@ -1878,6 +1878,7 @@ export interface operations {
                 low: number;
                 high: number;
                 sessions?: number[] | null;
+                points?: number;
             };
             header?: never;
             path?: never;

@@ -1,13 +1,23 @@
-// How long the frames took that were drawn while the map moved.
+// How long the frames took that were drawn while the map moved, and how many points of walks were in view.
 import type Map from 'ol/Map';
 
 const KEPT = 5000;
 
+interface Frame {
+  ms: number;
+  points: number;
+  /** Whether every frame of the labels was drawn. */
+  whole: boolean;
+}
+
 export class FrameTrace {
-  readonly intervals: number[] = [];
+  readonly frames: Frame[] = [];
   private moving = false;
 
-  constructor(map: Map) {
+  constructor(
+    map: Map,
+    private readonly inView: () => Pick<Frame, 'points' | 'whole'>,
+  ) {
     map.on('movestart', () => this.begin());
     // A listener that returns false would keep the event from those after it.
     map.on('moveend', () => {
@@ -21,18 +31,18 @@ export class FrameTrace {
     let last = performance.now();
     const tick = () => {
       const now = performance.now();
-      this.intervals.push(now - last);
-      if (this.intervals.length > KEPT) this.intervals.shift();
+      this.frames.push({ ms: now - last, ...this.inView() });
+      if (this.frames.length > KEPT) this.frames.shift();
       last = now;
       if (this.moving) requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
   }
 
-  /** Number of frames and the interval (ms) that 95 % of them kept; null before the map was moved. */
+  /** Number of frames, and the interval (ms) that 95 % of them kept; null before the map was moved. */
   summary(): { frames: number; within_ms: number } | null {
-    if (!this.intervals.length) return null;
-    const sorted = [...this.intervals].sort((a, b) => a - b);
+    if (!this.frames.length) return null;
+    const sorted = this.frames.map(({ ms }) => ms).sort((a, b) => a - b);
     return { frames: sorted.length, within_ms: sorted[Math.floor(0.95 * (sorted.length - 1))] };
   }
 }

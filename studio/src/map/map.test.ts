@@ -5,7 +5,7 @@ import { at, boxOf, flat, inverse, stacked } from './affine';
 import { colouring } from './colours';
 import { ellipseOf } from './paint';
 import { nearestRow } from './pick';
-import { windowOf } from './window';
+import { Density } from './density';
 
 const floor = (number: number): Floor => ({
   number,
@@ -105,19 +105,11 @@ test('the nearest point of a walk that is shown is picked, within reach', () => 
   expect(nearestRow(points, placing, Uint8Array.of(1, 1), [9, 9], 1)).toBe(-1);
 });
 
-describe('frames fetched for a window', () => {
-  const overview = track([0, 5, 10, 15], [0, 0, 0, 0]);
-
-  test('none where the overview holds every frame', () => {
-    expect(windowOf(overview, [session(0, 4)], 0, [0, -1, 10, 1])).toBeNull();
-  });
-
-  test('a box wider than the view where the overview is thinned', () => {
-    expect(windowOf(overview, [session(0, 4000)], 0, [0, -1, 10, 1])).toEqual([-2, -3, 12, 3]);
-  });
-
-  test('none where too many frames lie in view, or nothing', () => {
-    expect(windowOf(overview, [session(0, 4_000_000)], 0, [0, -1, 10, 1])).toBeNull();
-    expect(windowOf(overview, [session(0, 4000)], 0, [100, 100, 110, 110])).toBeNull();
-  });
+test('points in view are counted by cells that lie whole in it', () => {
+  const density = new Density(100, 70);
+  for (const [x, y] of [[1, 1], [40, 1], [40, 40], [99, 69], [-1, 5], [5, 200]]) density.add(x, y);
+  expect(density.within(0, 0, 128, 96)).toBe(4);
+  expect(density.within(-500, -500, 500, 500)).toBe(4);
+  expect(density.within(32, 0, 96, 64)).toBe(2);
+  expect(density.within(33, 0, 95, 64)).toBe(0);
 });

@@ -1,6 +1,7 @@
 import { expect, test } from 'vitest';
 import { de } from './de';
 import { en } from './en';
+import { said } from './sentences';
 import { clock, named, t, words } from './words.svelte';
 
 const places = (text: string) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
@@ -19,4 +20,19 @@ test('texts follow the language, unknown names are shown as they are', () => {
 
 test('seconds as minutes', () => {
   expect([0, 61.25, -3].map(clock)).toEqual(['0:00.0', '1:01.2', '0:00.0']);
+});
+
+test('sentences of the server are German where the page is, their parts too', () => {
+  const evidence = '7 passes of landmarks fit then, and else hardly any; that the table is mirrored is sure, that it is so from left to right is not: look at the plan';
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from where the table has it')).toMatch(/^landmark 11/);
+  words.language = 'de';
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from where the table has it')).toBe(
+    'Landmarke 11 von Stockwerk 1 ist bei (7.2, 21.93) ± 0.08 m, 2.9 m entfernt von der Angabe der Tabelle',
+  );
+  expect(said(evidence)).toMatch(/^7 Vorbeigänge an Landmarken passen dann, sonst kaum einer; dass die Tabelle gespiegelt ist/);
+  expect(said('landmarks 2, 9 and 4 of floor 1 are mixed up: 2 where 9 should')).toBe(
+    'die Landmarken 2, 9 und 4 von Stockwerk 1 sind durcheinander: 2, wo 9 sein sollte',
+  );
+  expect(said('something else')).toBe('something else');
+  words.language = 'en';
 });

@@ -1,0 +1,76 @@
+"""Every sentence that the server can say about a survey has a German one on the page."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+GERMAN = ROOT / "studio" / "src" / "words" / "sentences.de.json"
+PACKAGES = ("survey", "sessions", "walkable", "diagnosis", "pipeline/labels", "labeling", "studio")
+"""Whose findings, faults and uses of corrections the page shows."""
+NAMES = {"message", "summary", "evidence", "told", "words", "problem"}
+"""Variables and arguments that hold sentences."""
+MAKERS = {"Finding", "at_lines", "Fault"}
+ELSEWHERE = {"ilc20_site.py", "ilc20_trace.py", "getsensordata_lines.py", "getsensordata_log.py", "show.py"}
+"""Of formats that are imported and of other commands."""
+
+
+def templates(tree: ast.AST) -> Iterator[str]:
+    """Sentences in a module, what varies as {1}, {2}, ..."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign | ast.AugAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            if any(isinstance(target, ast.Name) and target.id in NAMES for target in targets):
+                yield from filter(None, map(template, choices(node.value)))
+        elif isinstance(node, ast.Call):
+            maker = getattr(node.func, "attr", None) or getattr(node.func, "id", None)
+            values = [word.value for word in node.keywords if word.arg in NAMES]
+            of_uses = maker == "append" and ast.unparse(node.func).startswith("uses.")
+            for value in (*(node.args if maker in MAKERS or of_uses else ()), *values):
+                yield from filter(None, map(template, choices(value)))
+
+
+def choices(node: ast.expr) -> list[ast.expr]:
+    return [*choices(node.body), *choices(node.orelse)] if isinstance(node, ast.IfExp) else [node]
+
+
+def template(node: ast.expr) -> str | None:
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    if not isinstance(node, ast.JoinedStr):
+        return None
+    parts, varying = list[str](), 0
+    for value in node.values:
+        varying += isinstance(value, ast.FormattedValue)
+        parts.append(str(value.value) if isinstance(value, ast.Constant) else f"{{{varying}}}")
+    return "".join(parts)
+
+
+def test_every_sentence_about_a_survey_is_there_in_german() -> None:
+    whole = {renumbered(english) for english in json.loads(GERMAN.read_text(encoding="utf-8"))}
+    known = whole | {sentence.removeprefix("{}") for sentence in whole}  # some are put on to others
+    spoken = {
+        sentence: file.name
+        for package in PACKAGES
+        for file in sorted((ROOT / "src" / "vislam2tag" / package).rglob("*.py"))
+        if "evaluating" not in file.parts and file.name not in ELSEWHERE
+        for sentence in templates(ast.parse(file.read_text(encoding="utf-8")))
+        if " " in sentence and len(re.findall(r"[a-z]{2,}", sentence)) >= 4
+    }
+    assert len(spoken) > 90
+    missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}
+    assert missing == {}
+
+
+def test_a_german_sentence_has_what_varies_in_the_english_one() -> None:
+    for english, german in json.loads(GERMAN.read_text(encoding="utf-8")).items():
+        assert set(re.findall(r"\{\d+\}", german)) <= set(re.findall(r"\{\d+\}", english)), english
+
+
+def renumbered(sentence: str) -> str:
+    """Without the numbers of what varies: where a sentence is put together, they begin anew."""
+    return re.sub(r"\{\d*\}", "{}", sentence)
