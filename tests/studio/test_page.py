@@ -4,6 +4,7 @@ narrow screen and by keyboard alone."""
 from __future__ import annotations
 
 import io
+import itertools
 import json
 import shutil
 from collections.abc import Callable, Iterator
@@ -24,6 +25,7 @@ from tests.studio.running import running_studio
 LATEST_MS = 120_000
 KINDS = {"swapped", "mis_surveyed", "moved", "wrong_floor"}
 NEAR_M = 0.3
+WITHOUT_TOOLS = ".zoom, .legend, .swipe, .divider { visibility: hidden }"
 Act = Callable[[Locator], None]
 
 
@@ -57,8 +59,8 @@ def studio_page(
 
 
 def complains(message: ConsoleMessage) -> bool:
-    """Tell errors, of the content security policy too, from notes; that a text is refused (422) is part of a test."""
-    return message.type == "error" and "422 (Unprocessable" not in message.text
+    """Tell errors, of the content security policy too, from notes; refused changes (422, 409) are part of a test."""
+    return message.type == "error" and "422 (Unprocessable" not in message.text and "409 (Conflict" not in message.text
 
 
 def foreign(url: str, own: str) -> bool:
@@ -193,10 +195,12 @@ def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> No
     with studio_page(browser, faulty, tmp_path, *compared, **view) as (page, folder):
         compares_two_outputs(page)
         filters(page)
+        shows_everything_on_the_map(page)
         time_and_span(page)
         drags_a_landmark(page)
         types_a_text_of_corrections(page)
         assert not (folder / "survey" / "corrections.toml").exists()
+        follows_what_others_change(page, folder / "survey" / "corrections.toml")
         says_it_in_german(page)
         accessible(page)
 
@@ -229,11 +233,11 @@ def compares_two_outputs(page: Page) -> None:
         line.fill(str(share))
         page.wait_for_timeout(700)
         content = page.locator(".map .canvas").screenshot(
-            style=".zoom, .legend, .frames, .swipe { visibility: hidden }"
+            style=".zoom, .legend, .swipe, .divider { visibility: hidden }"
         )
         pictures[share] = np.array(Image.open(io.BytesIO(content)).convert("RGB"))
     middle = pictures[1].shape[1] // 2
-    left, right = slice(0, middle - 2), slice(middle + 2, None)
+    left, right = slice(0, middle - 25), slice(middle + 25, None)  # beside the line and its handle
     assert (pictures[1][:, left] != pictures[0][:, left]).any()
     assert (pictures[1][:, right] != pictures[0][:, right]).any()
     assert (pictures[0.5][:, left] == pictures[1][:, left]).all()
@@ -253,6 +257,61 @@ def filters(page: Page) -> None:
     expect(page.get_by_text("No walk fits the filter.")).to_be_visible()
     page.get_by_label("Search").fill("")
     page.locator(".filters").get_by_label("Device").select_option("")
+    page.locator(".filters").get_by_label("Date").select_option("2021-12-21")
+    assert 0 < rows.count() < 12
+    assert all("2021-12-21" in row.inner_text() for row in rows.all())
+    page.locator(".filters").get_by_label("Date").select_option("")
+    page.locator(".filters").get_by_label("Finding").select_option("contradicting_landmark")
+    assert 0 < rows.count() < 12
+    assert all("warning" in row.inner_text() for row in rows.all())
+    page.locator(".filters").get_by_label("Finding").select_option("")
+
+
+def shows_everything_on_the_map(page: Page) -> None:
+    """Each thing to be shown changes the picture: bands, scans, layers, colours, all floors above one another."""
+    page.locator(".map-tools summary").click()
+    seen = [picture(page)]
+    for name in ("95 % band", "Wi-Fi scans", "Walkable space", "Contradictions"):
+        page.get_by_label(name).click()
+        seen.append(picture(page))
+    for colour in ("sigma", "speed", "session", "device", "age"):
+        page.get_by_label("Colour by").select_option(colour)
+        seen.append(picture(page))
+    page.get_by_label("Colour by").select_option("status")
+    page.get_by_label("All floors (3-D)").check()
+    seen.append(picture(page))
+    page.get_by_label("Turn").fill("1.5")
+    seen.append(picture(page))
+    page.get_by_label("All floors (3-D)").uncheck()
+    page.locator(".map-tools summary").click()
+    assert all((one != other).any() for one, other in itertools.pairwise(seen))
+
+
+def picture(page: Page) -> np.ndarray[Any, Any]:
+    page.wait_for_timeout(700)
+    content = page.locator(".map .canvas").screenshot(style=WITHOUT_TOOLS)
+    return np.array(Image.open(io.BytesIO(content)).convert("RGB"))
+
+
+def follows_what_others_change(page: Page, corrections: Path) -> None:
+    """What an editor or a second studio writes is seen, and a change made before it is refused, not written over it."""
+    page.get_by_role("tab", name="Landmarks").click()
+    page.locator(".list .row").nth(3).click()
+    page.locator(".chosen").get_by_role("button", name="Show the change").first.click()
+    save = page.get_by_role("button", name="Save and map again")
+    expect(save).to_be_visible()
+    theirs = '# theirs\n[[exclude_session]]\nsession = "nobody\'s"\n'
+    corrections.write_text(theirs)
+    save.click()
+    expect(page.get_by_role("alert")).to_contain_text("was changed meanwhile")
+    assert corrections.read_text() == theirs
+    page.get_by_role("button", name="Close").last.click()
+    page.get_by_role("tab", name="Corrections").click()
+    entry = page.locator(".cards > li")
+    expect(entry).to_contain_text("nobody's")
+    expect(entry).to_contain_text("has no effect")
+    corrections.unlink()
+    expect(page.get_by_text("There are no corrections.")).to_be_visible()
 
 
 def time_and_span(page: Page) -> None:
@@ -261,6 +320,15 @@ def time_and_span(page: Page) -> None:
     expect(moment).to_contain_text("/ 2:", timeout=LATEST_MS)
     page.get_by_role("button", name="One second on").click()
     expect(moment).to_contain_text("0:01.0")
+    page.keyboard.press(".")
+    expect(moment).to_contain_text("0:02.0")
+    page.keyboard.press("Shift+F")  # nothing before it
+    expect(moment).to_contain_text("0:02.0")
+    page.keyboard.press("F")
+    finding = moment.inner_text()
+    page.keyboard.press("Shift+L")
+    expect(moment).not_to_have_text(finding)
+    page.locator(".time .slider").fill("1")
     page.keyboard.press("[")
     page.get_by_label("Jump to").select_option("landmark")
     page.get_by_role("button", name="Next").click()

@@ -38,11 +38,4 @@ export class FrameTrace {
     };
     requestAnimationFrame(tick);
   }
-
-  /** Number of frames, and the interval (ms) that 95 % of them kept; null before the map was moved. */
-  summary(): { frames: number; within_ms: number } | null {
-    if (!this.frames.length) return null;
-    const sorted = this.frames.map(({ ms }) => ms).sort((a, b) => a - b);
-    return { frames: sorted.length, within_ms: sorted[Math.floor(0.95 * (sorted.length - 1))] };
-  }
 }

@@ -28,8 +28,6 @@ export const de: Record<Word, string> = {
   'map.scans': 'WLAN-Suchen',
   'map.band': '95-%-Band',
   'map.events': 'Ereignisse der Aufnahme',
-  'map.frames': '95 % von {count} Bildern in {ms} ms',
-  'map.frames_hint': 'Bilder, die gezeichnet wurden, während sich die Karte bewegte',
   'colour.status': 'Status',
   'colour.sigma': 'Sigma',
   'colour.speed': 'Geschwindigkeit',

@@ -26,8 +26,6 @@ export const en = {
   'map.scans': 'Wi-Fi scans',
   'map.band': '95 % band',
   'map.events': 'Events of the walk',
-  'map.frames': '95 % of {count} frames within {ms} ms',
-  'map.frames_hint': 'Frames drawn while the map moved',
   'colour.status': 'status',
   'colour.sigma': 'sigma',
   'colour.speed': 'speed',

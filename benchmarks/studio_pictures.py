@@ -1,0 +1,148 @@
+"""Pictures of each view of the studio, light and dark, for the documentation.
+
+    python -m tests.studio.faulty_survey faulty && vislam2tag process faulty/survey --out faulty/labels
+    python benchmarks/studio_pictures.py faulty docs/images
+
+The survey is copied first; nothing in the folder is changed. Every picture is to be looked at before it is committed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Browser, Page
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.report.browser import running_browser  # noqa: E402
+from tests.studio.running import running_studio  # noqa: E402
+
+SETTLED_MS = 2500
+"""The map has been drawn and animations have ended."""
+LATEST_MS = 120_000
+DESKTOP = {"width": 1200, "height": 760}
+PHONE = {"width": 400, "height": 800}
+
+
+def walks(page: Page) -> None:
+    """A walk with its time."""
+    page.get_by_role("tab").nth(0).click()
+    page.locator(".list .row").first.click()
+    page.locator(".charts .u-title").first.wait_for()
+    page.locator(".time .slider").fill("47")
+
+
+def diagnose(page: Page) -> None:
+    """Faults with their places."""
+    back = page.get_by_role("button", name="← All walks")
+    if back.count():
+        back.click()
+    page.get_by_role("tab").nth(1).click()
+    page.locator("li[data-kind=mis_surveyed] .line button").first.click()
+
+
+def landmarks(page: Page) -> None:
+    """A landmark to be corrected."""
+    page.get_by_role("tab").nth(2).click()
+    page.locator(".list .row").nth(10).click()
+
+
+def change(page: Page) -> None:
+    """A change before it is saved."""
+    page.get_by_label("x (m)").fill("7.2")
+    page.get_by_label("y (m)").fill("21.93")
+    page.locator(".chosen button.main").click()
+
+
+def corrections(page: Page) -> None:
+    """The change, saved."""
+    page.get_by_role("dialog").locator("button.main").click()
+    page.get_by_text("Labels are new.").wait_for()
+    page.get_by_role("tab").nth(3).click()
+    page.locator("details summary", has_text="Edit").click()
+
+
+def compare(page: Page) -> None:
+    """Labels before and after the change, swiped."""
+    page.get_by_role("tab").nth(4).click()
+    page.get_by_label("Second").select_option(label="before the last change")
+    page.locator(".form button.main").click()
+
+
+def floors(page: Page) -> None:
+    """All floors above one another."""
+    page.locator(".form button:not(.main)").click()
+    page.get_by_role("tab").nth(0).click()
+    page.locator(".map-tools select").nth(1).select_option("device")
+    page.locator(".map-tools summary").click()
+    page.locator(".map-tools .choices input").first.check()
+    page.locator(".map-tools summary").click()
+
+
+VIEWS: dict[str, Callable[[Page], None]] = {
+    view.__name__: view for view in (walks, diagnose, landmarks, change, corrections, compare, floors)
+}
+
+
+def main() -> None:
+    """Take the pictures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="holds survey and labels")
+    parser.add_argument("out", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as copied:
+        folder = Path(shutil.copytree(options.folder, Path(copied) / "copy"))
+        labels = ("--labels", str(folder / "labels"), "--jobs", "2")
+        with running_studio(folder / "survey", *labels) as server, running_browser() as browser:
+            address = f"{server.url}/#{server.token}"
+            for scheme in ("light", "dark"):
+                page = opened(browser, address, scheme, DESKTOP, "en")
+                for name, view in VIEWS.items():
+                    view(page)
+                    take(page, options.out / f"studio_{name}_{scheme}.webp")
+                page.get_by_role("button", name="Undo").click()
+                page.locator("button[aria-label=Redo]:enabled").wait_for()
+                page.get_by_text("Labels are new.").wait_for()
+                address = str(page.request.post("/api/invitations", data={}).json()["url"])
+                page.close()
+                page = opened(browser, address, scheme, PHONE, "de")
+                diagnose(page)
+                take(page, options.out / f"studio_phone_{scheme}.webp")
+                address = str(page.request.post("/api/invitations", data={}).json()["url"])
+                page.close()
+
+
+def opened(browser: Browser, address: str, scheme: str, size: dict[str, int], locale: str) -> Page:
+    """The page, entered by an address that is good for one browser."""
+    own = address.partition("/#")[0]
+    context = browser.new_context(
+        base_url=own,
+        color_scheme=scheme,
+        viewport=size,
+        has_touch=size is PHONE,
+        locale=locale,
+        reduced_motion="reduce",
+    )
+    page = context.new_page()
+    page.set_default_timeout(LATEST_MS)
+    page.goto(address)
+    page.locator(".map canvas").first.wait_for()
+    return page
+
+
+def take(page: Page, file: Path) -> None:
+    """Write a picture, small."""
+    page.wait_for_timeout(SETTLED_MS)
+    Image.open(io.BytesIO(page.screenshot())).save(file, "webp", quality=70, method=6)
+
+
+if __name__ == "__main__":
+    main()
