@@ -15,9 +15,10 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 from PIL import Image
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, ViewportSize
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -28,8 +29,8 @@ from tests.studio.running import running_studio  # noqa: E402
 SETTLED_MS = 2500
 """The map has been drawn and animations have ended."""
 LATEST_MS = 120_000
-DESKTOP = {"width": 1200, "height": 760}
-PHONE = {"width": 400, "height": 800}
+DESKTOP = ViewportSize(width=1200, height=760)
+PHONE = ViewportSize(width=400, height=800)
 
 
 def walks(page: Page) -> None:
@@ -55,8 +56,17 @@ def landmarks(page: Page) -> None:
     page.locator(".list .row").nth(10).click()
 
 
+def radio(page: Page) -> None:
+    """The strongest signal of all access points."""
+    page.get_by_role("tab", name="Radio").click()
+    page.get_by_role("button", name="Make radio maps of these labels").click()
+    page.get_by_text("of the mapped cells are drawn").wait_for()
+    page.get_by_role("button", name="Show all").click()
+
+
 def change(page: Page) -> None:
     """A change before it is saved."""
+    landmarks(page)
     page.get_by_label("x (m)").fill("7.2")
     page.get_by_label("y (m)").fill("21.93")
     page.locator(".chosen button.main").click()
@@ -66,13 +76,13 @@ def corrections(page: Page) -> None:
     """The change, saved."""
     page.get_by_role("dialog").locator("button.main").click()
     page.get_by_text("Labels are new.").wait_for()
-    page.get_by_role("tab").nth(3).click()
+    page.get_by_role("tab", name="Corrections").click()
     page.locator("details summary", has_text="Edit").click()
 
 
 def compare(page: Page) -> None:
     """Labels before and after the change, swiped."""
-    page.get_by_role("tab").nth(4).click()
+    page.get_by_role("tab", name="Compare").click()
     page.get_by_label("Second").select_option(label="before the last change")
     page.locator(".form button.main").click()
 
@@ -87,8 +97,10 @@ def floors(page: Page) -> None:
     page.locator(".map-tools summary").click()
 
 
+Scheme: TypeAlias = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 VIEWS: dict[str, Callable[[Page], None]] = {
-    view.__name__: view for view in (walks, diagnose, landmarks, change, corrections, compare, floors)
+    view.__name__: view for view in (walks, diagnose, radio, landmarks, change, corrections, compare, floors)
 }
 
 
@@ -103,7 +115,7 @@ def main() -> None:
         labels = ("--labels", str(folder / "labels"), "--jobs", "2")
         with running_studio(folder / "survey", *labels) as server, running_browser() as browser:
             address = f"{server.url}/#{server.token}"
-            for scheme in ("light", "dark"):
+            for scheme in SCHEMES:
                 page = opened(browser, address, scheme, DESKTOP, "en")
                 for name, view in VIEWS.items():
                     view(page)
@@ -120,7 +132,7 @@ def main() -> None:
                 page.close()
 
 
-def opened(browser: Browser, address: str, scheme: str, size: dict[str, int], locale: str) -> Page:
+def opened(browser: Browser, address: str, scheme: Scheme, size: ViewportSize, locale: str) -> Page:
     """The page, entered by an address that is good for one browser."""
     own = address.partition("/#")[0]
     context = browser.new_context(

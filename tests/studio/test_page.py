@@ -25,7 +25,6 @@ from tests.studio.running import running_studio
 LATEST_MS = 120_000
 KINDS = {"swapped", "mis_surveyed", "moved", "wrong_floor"}
 NEAR_M = 0.3
-WITHOUT_TOOLS = ".zoom, .legend, .swipe, .divider { visibility: hidden }"
 Act = Callable[[Locator], None]
 
 
@@ -196,6 +195,7 @@ def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> No
         compares_two_outputs(page)
         filters(page)
         shows_everything_on_the_map(page)
+        draws_radio_maps(page)
         time_and_span(page)
         drags_a_landmark(page)
         types_a_text_of_corrections(page)
@@ -289,7 +289,7 @@ def shows_everything_on_the_map(page: Page) -> None:
 
 def picture(page: Page) -> np.ndarray[Any, Any]:
     page.wait_for_timeout(700)
-    content = page.locator(".map .canvas").screenshot(style=WITHOUT_TOOLS)
+    content = page.locator(".map .canvas").screenshot(caret="initial")
     return np.array(Image.open(io.BytesIO(content)).convert("RGB"))
 
 
@@ -312,6 +312,29 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
     expect(entry).to_contain_text("has no effect")
     corrections.unlink()
     expect(page.get_by_text("There are no corrections.")).to_be_visible()
+
+
+def draws_radio_maps(page: Page) -> None:
+    page.get_by_role("tab", name="Radio").click()
+    before = picture(page)
+    page.get_by_role("button", name="Make radio maps of these labels").click()
+    points = page.locator(".list .row")
+    expect(points.first).to_contain_text("dBm at", timeout=LATEST_MS)
+    expect(page.get_by_text("100.0 % of the mapped cells are drawn.")).to_be_visible()
+    strongest = picture(page)
+    page.get_by_label("Only from").fill("-60")
+    expect(page.get_by_text("of the mapped cells are drawn.")).not_to_contain_text("100.0 %")
+    fewer = picture(page)
+    page.get_by_label("Search access points").fill("nothing like it")
+    expect(page.get_by_text("Nothing fits.")).to_be_visible()
+    page.get_by_label("Search access points").fill("")
+    points.first.click()
+    expect(page.get_by_label("Map of")).to_have_value("mean_dbm")
+    one = picture(page)
+    page.get_by_role("tab", name="Walks").click()
+    page.get_by_role("button", name="Show all").click()
+    pictures = [before, strongest, fewer, one, picture(page)]
+    assert all((one != other).any() for one, other in itertools.pairwise(pictures))
 
 
 def time_and_span(page: Page) -> None:

@@ -22,8 +22,9 @@ from vislam2tag.common.errors import OutputError, SessionError, SurveyError, Usa
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.studio.corrections_view import corrections_view
-from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, NoQuery, Studio
+from vislam2tag.studio.endpoints import ENDPOINTS, Asked, Binary, Endpoint, Studio
 from vislam2tag.studio.guard import MOST_BODY, OwnHeaders
+from vislam2tag.studio.queries import NoQuery
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 from vislam2tag.survey.corrections.lines import ChangedMeanwhileError
 

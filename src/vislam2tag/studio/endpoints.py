@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, TypeVar
+from typing import TypeVar
 
 import numpy as np
-from pydantic import Field, field_validator
 
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.receiving.address import code_of, url_for
@@ -22,7 +21,17 @@ from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue
 from vislam2tag.studio.layer_registry import LAYERS
 from vislam2tag.studio.messages import SessionDetail, SessionList, SurveyView
-from vislam2tag.studio.outputs import LABELS
+from vislam2tag.studio.queries import (
+    CompareQuery,
+    FloorQuery,
+    NoQuery,
+    OfOutput,
+    PlanQuery,
+    RadioQuery,
+    SeriesQuery,
+    WindowQuery,
+)
+from vislam2tag.studio.radio.messages import RadioView
 from vislam2tag.studio.work_messages import (
     ComparisonView,
     CorrectionsText,
@@ -41,7 +50,6 @@ from vislam2tag.studio.work_messages import (
 )
 from vislam2tag.studio.workspace import Workspace
 
-Text = Annotated[str, Field(max_length=300)]
 _Record = TypeVar("_Record", bound=FiniteRecord)
 
 
@@ -80,61 +88,6 @@ class Binary:
     media_type: str
     headers: dict[str, str] = field(default_factory=dict)
     version: str | None = None
-
-
-class NoQuery(FiniteRecord):
-    """An endpoint without parameters."""
-
-
-class OfOutput(FiniteRecord):
-    """Of which labels."""
-
-    output: Text = LABELS
-
-
-class WindowQuery(OfOutput):
-    """Part of a floor, metres in its BCS; ``sessions``: indices with commas, absent: all; ``points``: at most so many."""
-
-    floor: int
-    left: float
-    right: float
-    low: float
-    high: float
-    sessions: list[int] | None = None
-    points: Annotated[int, Field(ge=1000, le=tracks.WINDOW_POINTS)] = tracks.WINDOW_POINTS
-
-    @field_validator("sessions", mode="before")
-    @classmethod
-    def _split(cls, value: object) -> object:
-        return [part for part in value.split(",") if part] if isinstance(value, str) else value
-
-
-class SeriesQuery(OfOutput):
-    """A span of a walk, seconds after its first frame, and how many points of each series may come."""
-
-    points: Annotated[int, Field(ge=2, le=100_000)] = 2000
-    start: float = Field(default=-1e9, alias="from")
-    end: float = Field(default=1e9, alias="to")
-
-
-class PlanQuery(FiniteRecord):
-    """Longer side of the picture, pixels; ``stamp`` is the plan's, for the browser to keep it."""
-
-    side: Annotated[int, Field(ge=64, le=survey_view.MOST_PIXELS)] = 2048
-    stamp: Text = ""
-
-
-class CompareQuery(FiniteRecord):
-    """Names of two outputs."""
-
-    a: Text
-    b: Text
-
-
-class FloorQuery(FiniteRecord):
-    """A floor by its number."""
-
-    floor: int
 
 
 def _survey(studio: Studio, _asked: Asked) -> SurveyView:
@@ -251,6 +204,21 @@ def _layer(studio: Studio, asked: Asked) -> LayerView:
     return LayerView(features=layer.features(studio.workspace, asked.of(FloorQuery).floor))
 
 
+def _radio(studio: Studio, _asked: Asked) -> RadioView:
+    made = studio.jobs.radio
+    if made is None:
+        return RadioView(state="none", floors=[], changes=[])
+    return made[0].view(stale=made[1] != studio.workspace.refresh().labels)
+
+
+def _radio_map(studio: Studio, asked: Asked) -> Binary:
+    query, made = asked.of(RadioQuery), studio.jobs.radio
+    if made is None:
+        raise KeyError("radio map")
+    _, cells = made[0].layer(query.floor, query.technology, query.layer, query.bssid)
+    return Binary(tracks.arrow_stream({"v": cells.ravel()}), tracks.ARROW)
+
+
 def _invite(studio: Studio, _asked: Asked) -> Invitation:
     url = url_for(studio.guard.host, studio.guard.port, studio.guard.invite())
     return Invitation(url=url, code=code_of(url))
@@ -290,5 +258,7 @@ ENDPOINTS = (
     Endpoint("GET", "/api/compare", _compare, ComparisonView, CompareQuery),
     Endpoint("GET", "/api/layers", _layers, Layers),
     Endpoint("GET", "/api/layers/{name}", _layer, LayerView, FloorQuery),
+    Endpoint("GET", "/api/radio", _radio, RadioView),
+    Endpoint("GET", "/api/radio/map", _radio_map, None, RadioQuery),
     Endpoint("POST", "/api/invitations", _invite, Invitation),
 )

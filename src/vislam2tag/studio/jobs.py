@@ -1,4 +1,4 @@
-"""Jobs, one after the other: sessions are mapped again in workers that wait ready, and faults are looked for."""
+"""Jobs, one after the other: sessions are mapped again in workers that wait ready, faults looked for, maps made."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -28,6 +28,7 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.workers import done_in, worker_pool
 from vislam2tag.studio.messages import NewLabels
 from vislam2tag.studio.outputs import BEFORE
+from vislam2tag.studio.radio.maps import Radio, made_radio, radio_job
 from vislam2tag.studio.work_messages import Job, JobRequest
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.survey.corrections.file import Corrections
@@ -36,6 +37,8 @@ from vislam2tag.survey.model import Survey
 KEPT = 50
 """Jobs that are still told of when they have ended."""
 MOST_WAITING = 20
+LOOK_S = 0.2
+"""So often it is looked whether a job was taken back meanwhile."""
 IDLE_S = 3.0
 """Summary and report are made again when nothing else was asked for so long."""
 _BEFORE_FILES = ((TRAJECTORY, "parquet"), ("wifi", "parquet"), (RESULTS, "json"))
@@ -60,6 +63,8 @@ class JobQueue:
         """Whether summary and report are older than the labels."""
         self.diagnosis: tuple[Diagnosis, str] | None = None
         """The last one, and the version of the sessions that it was made of."""
+        self.radio: tuple[Radio, str] | None = None
+        """The last radio maps, and the version of the labels that they were made of."""
         self._thread = threading.Thread(target=self._run, name="studio jobs")
         self._thread.start()
 
@@ -139,7 +144,7 @@ class JobQueue:
         began = time.monotonic()
         job = self._update(number, state="running")
         try:
-            (self._diagnose if job.kind == "diagnose" else self._process)(number, pool)
+            {"process": self._process, "diagnose": self._diagnose, "radio": self._radio}[job.kind](number, pool)
         except _CancelledError:
             return
         except Exception as error:  # whatever it is, the server goes on and the page is told
@@ -213,6 +218,16 @@ class JobQueue:
         version = self._workspace.refresh().sessions
         found = diagnose(self._workspace.root, self._workspace.settings, jobs=self._workers, progress=progress)
         self.diagnosis = found, version
+
+    def _radio(self, number: int, pool: ProcessPoolExecutor) -> None:
+        version = self._workspace.refresh().labels
+        made = pool.submit(made_radio, radio_job(self._workspace))
+        while not made.done():
+            if self._is_cancelled(number):
+                made.cancel()
+                raise _CancelledError
+            wait([made], LOOK_S)
+        self.radio = made.result(), version
 
     def _finish(self, pool: ProcessPoolExecutor) -> None:
         """Make summary and report of the labels as they are."""

@@ -14,8 +14,9 @@ from typing import Any
 from pydantic.json_schema import models_json_schema
 
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.studio.endpoints import ENDPOINTS, Endpoint, NoQuery
+from vislam2tag.studio.endpoints import ENDPOINTS, Endpoint
 from vislam2tag.studio.messages import NewLabels, Versions
+from vislam2tag.studio.queries import NoQuery
 from vislam2tag.studio.work_messages import EnterRequest, Problem
 
 _REFERENCE = "#/components/schemas/{model}"

@@ -98,7 +98,7 @@ def track_of(table: pl.DataFrame, start_ns: int) -> Track:
 
 
 def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> tuple[bytes, int]:
-    """All sessions by index, thinned so that those with ``frames`` positions in all stay few, as Arrow; and the stride."""
+    """All sessions by index, thinned so that ``frames`` positions in all become few, as Arrow; and the stride."""
     stride = max(1, -(-frames // OVERVIEW_POINTS))
     return arrow([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW), stride
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -12,6 +12,7 @@ from vislam2tag.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
 from vislam2tag.survey.corrections.edits import Change
 
+JobKind: TypeAlias = Literal["process", "diagnose", "radio"]
 MOST_CHANGES = 100
 MOST_SESSIONS = 10_000
 
@@ -101,9 +102,9 @@ class CorrectionTables(FiniteRecord):
 
 
 class JobRequest(FiniteRecord):
-    """What to do: map sessions (None: all whose labels are stale or missing), or look for faults."""
+    """What to do: map sessions (None: all whose labels are stale or missing), look for faults, or make radio maps."""
 
-    kind: Literal["process", "diagnose"]
+    kind: JobKind
     sessions: Annotated[list[str] | None, Field(max_length=MOST_SESSIONS)] = None
 
 
@@ -111,7 +112,7 @@ class Job(FiniteRecord):
     """A job and how far it is."""
 
     id: int
-    kind: Literal["process", "diagnose"]
+    kind: JobKind
     state: Literal["queued", "running", "done", "failed", "cancelled"]
     done: int
     total: int

@@ -69,6 +69,8 @@ export function readSeries(buffer: ArrayBuffer): Series[] {
   return runs(number).map(([from, to]) => ({ number: number[from], t: t.slice(from, to), v: v.slice(from, to) }));
 }
 
+export const readCells = (buffer: ArrayBuffer): Float32Array => Float32Array.from(columns(buffer).get('v') ?? []);
+
 /** [from, to) of each run of equal values. */
 export function runs(values: ArrayLike<number>): [number, number][] {
   const found: [number, number][] = [];

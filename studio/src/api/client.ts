@@ -1,6 +1,6 @@
 // Requests to the server. What it refuses is a Refusal with its sentence.
-import type { Change, Comparison, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, SessionDetail, Session, Survey } from './model';
-import { type Series, type Track, readSeries, readTrack } from './arrow';
+import type { Change, Comparison, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
+import { type Series, type Track, readCells, readSeries, readTrack } from './arrow';
 
 export class Refusal extends Error {
   constructor(readonly problem: Problem) {
@@ -68,6 +68,11 @@ export const cancel = (id: number) => json<Job>('DELETE', `/api/jobs/${id}`);
 export const diagnosis = () => json<Diagnosis>('GET', '/api/diagnosis');
 export const invite = async () => (await json<{ url: string }>('POST', '/api/invitations', {})).url;
 export const compare = (a: string, b: string) => json<Comparison>('GET', `/api/compare?a=${name(a)}&b=${name(b)}`);
+export const makeRadio = () => json<Job>('POST', '/api/jobs', { kind: 'radio' });
+export const radio = () => json<Radio>('GET', '/api/radio');
+/** Cells of a layer, row by row from the lower edge. */
+export const radioMap = async (floor: number, technology: string, layer: string, bssid: string) =>
+  readCells(await (await request('GET', `/api/radio/map?floor=${floor}&technology=${name(technology)}&layer=${layer}&bssid=${name(bssid)}`)).arrayBuffer());
 export const layers = async () => (await json<{ layers: LayerInfo[] }>('GET', '/api/layers')).layers;
 export const features = async (layer: string, floor: number) =>
   (await json<{ features: Feature[] }>('GET', `/api/layers/${name(layer)}?floor=${floor}`)).features;

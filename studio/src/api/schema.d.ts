@@ -196,6 +196,38 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/radio": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_radio"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/radio/map": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_radio_map"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/scans": {
         parameters: {
             query?: never;
@@ -344,6 +376,32 @@ export interface components {
             values: {
                 [key: string]: unknown;
             };
+        };
+        /**
+         * ChangedPoint
+         * @description An access point that changed; places are centres of cells, BCS metres.
+         */
+        ChangedPoint: {
+            /** Base Floor */
+            base_floor: number | null;
+            /** Base X */
+            base_x: number | null;
+            /** Base Y */
+            base_y: number | null;
+            /** Bssid */
+            bssid: string;
+            /** Change */
+            change: string;
+            /** Difference Db */
+            difference_db: number;
+            /** Later Floor */
+            later_floor: number | null;
+            /** Later X */
+            later_x: number | null;
+            /** Later Y */
+            later_y: number | null;
+            /** Ssid */
+            ssid: string | null;
         };
         /**
          * ComparedSession
@@ -814,7 +872,7 @@ export interface components {
              * Kind
              * @enum {string}
              */
-            kind: "process" | "diagnose";
+            kind: "process" | "diagnose" | "radio";
             /** Seconds */
             seconds: number | null;
             /**
@@ -827,14 +885,14 @@ export interface components {
         };
         /**
          * JobRequest
-         * @description What to do: map sessions (None: all whose labels are stale or missing), or look for faults.
+         * @description What to do: map sessions (None: all whose labels are stale or missing), look for faults, or make radio maps.
          */
         JobRequest: {
             /**
              * Kind
              * @enum {string}
              */
-            kind: "process" | "diagnose";
+            kind: "process" | "diagnose" | "radio";
             /**
              * Sessions
              * @default null
@@ -985,6 +1043,81 @@ export interface components {
             corrections: components["schemas"]["CorrectionsView"] | null;
             /** Message */
             message: string;
+        };
+        /**
+         * RadioChanges
+         * @description What changed between the labels and another output.
+         */
+        RadioChanges: {
+            /** Changed */
+            changed: components["schemas"]["ChangedPoint"][];
+            /** Counts */
+            counts: {
+                [key: string]: number;
+            };
+            /** Output */
+            output: string;
+            /** Technology */
+            technology: string;
+        };
+        /**
+         * RadioFloor
+         * @description The maps of a floor and technology, most heard first; all of the same cells.
+         */
+        RadioFloor: {
+            /** Access Points */
+            access_points: components["schemas"]["RadioPoint"][];
+            /** Columns */
+            columns: number;
+            /** Extent M */
+            extent_m: [
+                number,
+                number,
+                number,
+                number
+            ];
+            /** Floor */
+            floor: number;
+            /** Rows */
+            rows: number;
+            /** Technology */
+            technology: string;
+        };
+        /**
+         * RadioPoint
+         * @description An access point with a map.
+         */
+        RadioPoint: {
+            /** Bssid */
+            bssid: string;
+            /** Loudest Dbm */
+            loudest_dbm: number | null;
+            /** Place M */
+            place_m: [
+                number,
+                number
+            ] | null;
+            /** Readings */
+            readings: number;
+            /** Rms Db */
+            rms_db: number | null;
+            /** Ssid */
+            ssid: string | null;
+        };
+        /**
+         * RadioView
+         * @description All radio maps; ``stale``: labels have changed since.
+         */
+        RadioView: {
+            /** Changes */
+            changes: components["schemas"]["RadioChanges"][];
+            /** Floors */
+            floors: components["schemas"]["RadioFloor"][];
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "none" | "stale" | "ready";
         };
         /**
          * RemoveEntry
@@ -1641,6 +1774,67 @@ export interface operations {
                 content: {
                     "application/json": components["schemas"]["LayerView"];
                 };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_radio: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RadioView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_radio_map: {
+        parameters: {
+            query: {
+                floor: number;
+                technology: string;
+                layer: "strongest" | "number" | "mean_dbm" | "deviation_db" | "sigma_db" | "heard";
+                bssid?: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
             };
             /** @description refused */
             default: {

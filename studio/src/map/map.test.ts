@@ -5,6 +5,7 @@ import { at, boxOf, flat, inverse, stacked } from './affine';
 import { colouring } from './colours';
 import { ellipseOf } from './paint';
 import { nearestRow } from './pick';
+import { stepOf } from './raster';
 import { Density } from './density';
 
 const floor = (number: number): Floor => ({
@@ -112,4 +113,9 @@ test('points in view are counted by cells that lie whole in it', () => {
   expect(density.within(-500, -500, 500, 500)).toBe(4);
   expect(density.within(32, 0, 96, 64)).toBe(2);
   expect(density.within(33, 0, 95, 64)).toBe(0);
+});
+
+test('cells of radio maps are coloured between the ends, and left out below the threshold or where nothing is known', () => {
+  expect([-90, -65, -40, -200, 0].map((value) => stepOf(value, [-90, -40], null))).toEqual([0, 4, 7, 0, 7]);
+  expect([NaN, -70, -60].map((value) => stepOf(value, [-90, -40], -67))).toEqual([-1, -1, 4]);
 });

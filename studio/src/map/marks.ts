@@ -112,6 +112,15 @@ export function layerFeatures(features: LayerFeature[], placing: Placing): Featu
   });
 }
 
+/** Where an access point is estimated to be. */
+export function transmitterFeatures(floor: number, place: number[], placing: Placing): Feature[] {
+  const placed = placing.get(floor);
+  if (!placed) return [];
+  const feature = new Feature(new Point(at(placed, place[0], place[1])));
+  feature.setStyle(new Style({ image: new RegularShape({ points: 5, radius: 12, radius2: 5, declutterMode: 'none', fill: new Fill({ color: '#b00020' }), stroke: new Stroke({ color: '#fff', width: 2 }) }) }));
+  return [feature];
+}
+
 /** The walker at a moment: a dot and, where known, the direction looked in (rad). */
 export function walkerFeature(x: number, y: number, heading: number): Feature {
   const feature = new Feature(new Point([x, y]));

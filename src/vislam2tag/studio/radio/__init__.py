@@ -1,0 +1,1 @@
+"""Radio maps of labels, as the page sees them."""
