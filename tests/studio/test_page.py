@@ -195,7 +195,6 @@ def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> No
         compares_two_outputs(page)
         filters(page)
         shows_everything_on_the_map(page)
-        draws_radio_maps(page)
         time_and_span(page)
         drags_a_landmark(page)
         types_a_text_of_corrections(page)
@@ -237,7 +236,7 @@ def compares_two_outputs(page: Page) -> None:
         )
         pictures[share] = np.array(Image.open(io.BytesIO(content)).convert("RGB"))
     middle = pictures[1].shape[1] // 2
-    left, right = slice(0, middle - 25), slice(middle + 25, None)  # beside the line and its handle
+    left, right = slice(0, middle - 40), slice(middle + 40, None)  # beside the line and its handle
     assert (pictures[1][:, left] != pictures[0][:, left]).any()
     assert (pictures[1][:, right] != pictures[0][:, right]).any()
     assert (pictures[0.5][:, left] == pictures[1][:, left]).all()
@@ -288,9 +287,15 @@ def shows_everything_on_the_map(page: Page) -> None:
 
 
 def picture(page: Page) -> np.ndarray[Any, Any]:
-    page.wait_for_timeout(700)
-    content = page.locator(".map .canvas").screenshot(caret="initial")
-    return np.array(Image.open(io.BytesIO(content)).convert("RGB"))
+    """The map once it has come to rest."""
+    last = None
+    for _ in range(60):
+        page.wait_for_timeout(600)
+        content = page.locator(".map .canvas").screenshot(caret="initial")
+        if content == last:
+            return np.array(Image.open(io.BytesIO(content)).convert("RGB"))
+        last = content
+    raise AssertionError("the map does not come to rest")
 
 
 def follows_what_others_change(page: Page, corrections: Path) -> None:
@@ -299,42 +304,19 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
     page.locator(".list .row").nth(3).click()
     page.locator(".chosen").get_by_role("button", name="Show the change").first.click()
     save = page.get_by_role("button", name="Save and map again")
-    expect(save).to_be_visible()
+    expect(save).to_be_visible(timeout=LATEST_MS)
     theirs = '# theirs\n[[exclude_session]]\nsession = "nobody\'s"\n'
     corrections.write_text(theirs)
     save.click()
-    expect(page.get_by_role("alert")).to_contain_text("was changed meanwhile")
+    expect(page.get_by_role("alert")).to_contain_text("was changed meanwhile", timeout=LATEST_MS)
     assert corrections.read_text() == theirs
     page.get_by_role("button", name="Close").last.click()
     page.get_by_role("tab", name="Corrections").click()
     entry = page.locator(".cards > li")
-    expect(entry).to_contain_text("nobody's")
-    expect(entry).to_contain_text("has no effect")
+    expect(entry).to_contain_text("nobody's", timeout=LATEST_MS)
+    expect(entry).to_contain_text("has no effect", timeout=LATEST_MS)
     corrections.unlink()
-    expect(page.get_by_text("There are no corrections.")).to_be_visible()
-
-
-def draws_radio_maps(page: Page) -> None:
-    page.get_by_role("tab", name="Radio").click()
-    before = picture(page)
-    page.get_by_role("button", name="Make radio maps of these labels").click()
-    points = page.locator(".list .row")
-    expect(points.first).to_contain_text("dBm at", timeout=LATEST_MS)
-    expect(page.get_by_text("100.0 % of the mapped cells are drawn.")).to_be_visible()
-    strongest = picture(page)
-    page.get_by_label("Only from").fill("-60")
-    expect(page.get_by_text("of the mapped cells are drawn.")).not_to_contain_text("100.0 %")
-    fewer = picture(page)
-    page.get_by_label("Search access points").fill("nothing like it")
-    expect(page.get_by_text("Nothing fits.")).to_be_visible()
-    page.get_by_label("Search access points").fill("")
-    points.first.click()
-    expect(page.get_by_label("Map of")).to_have_value("mean_dbm")
-    one = picture(page)
-    page.get_by_role("tab", name="Walks").click()
-    page.get_by_role("button", name="Show all").click()
-    pictures = [before, strongest, fewer, one, picture(page)]
-    assert all((one != other).any() for one, other in itertools.pairwise(pictures))
+    expect(page.get_by_text("There are no corrections.")).to_be_visible(timeout=LATEST_MS)
 
 
 def time_and_span(page: Page) -> None:
@@ -416,6 +398,7 @@ def accessible(page: Page) -> None:
 
 def says_it_in_german(page: Page) -> None:
     page.get_by_role("tab", name="Diagnose").click()
+    expect(page.locator(".cards > li[data-kind]")).to_have_count(len(KINDS), timeout=LATEST_MS)
     english = page.locator(".cards h3, .cards h3 + p").all_inner_texts()
     page.get_by_role("button", name="Deutsch").click()
     german = page.locator(".cards h3, .cards h3 + p").all_inner_texts()
@@ -426,6 +409,6 @@ def says_it_in_german(page: Page) -> None:
     page.get_by_text("Als Text ändern").click()
     page.get_by_label("corrections.toml").fill("[[exclude_span]]\nfloor = 1\nfrom_s = 5\nto_s = 2\n")
     page.locator(".form").get_by_role("button", name="Änderung zeigen").click()
-    expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein")
+    expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein", timeout=LATEST_MS)
     page.get_by_role("button", name="Schließen").click()
     page.get_by_role("button", name="English").click()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,8 +11,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
+from playwright.sync_api import expect
 
+from tests.report.browser import running_browser
 from tests.studio.running import Page, running_studio
+from tests.studio.test_page import LATEST_MS, picture
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +81,30 @@ def test_what_changed_between_two_outputs_is_told(mapped: Page, faulty: Path) ->
     assert (changes["output"], changes["technology"]) == ("compare-1", "wifi")
     assert [(point["bssid"], point["change"]) for point in changes["changed"]] == [(loudest, "fainter")]
     assert changes["changed"][0]["difference_db"] < -10
+
+
+def test_the_page_draws_them(mapped: Page) -> None:
+    with running_browser() as browser:
+        page = browser.new_page(viewport={"width": 1200, "height": 800}, base_url=mapped.url, locale="en")
+        page.set_default_timeout(LATEST_MS)
+        page.goto(mapped.post("/api/invitations", {})["url"])
+        page.get_by_role("tab", name="Radio").click()
+        points = page.locator(".list .row")
+        expect(points.first).to_contain_text("dBm at", timeout=LATEST_MS)
+        expect(page.get_by_text("100.0 % of the mapped cells are drawn.")).to_be_visible(timeout=LATEST_MS)
+        pictures = [picture(page)]
+        page.get_by_label("Only from").fill("-60")
+        expect(page.get_by_text("of the mapped cells are drawn.")).not_to_contain_text("100.0 %", timeout=LATEST_MS)
+        pictures.append(picture(page))
+        page.get_by_label("Search access points").fill("nothing like it")
+        expect(page.get_by_text("Nothing fits.")).to_be_visible()
+        page.get_by_label("Search access points").fill("")
+        points.first.click()
+        expect(page.get_by_label("Map of")).to_have_value("mean_dbm")
+        pictures.append(picture(page))
+        page.get_by_role("tab", name="Walks").click()
+        pictures.append(picture(page))
+        assert all((one != other).any() for one, other in itertools.pairwise(pictures))
 
 
 def test_there_is_no_map_of_what_is_not_there(mapped: Page) -> None:

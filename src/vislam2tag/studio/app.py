@@ -185,6 +185,7 @@ async def _refuse(studio: Studio, request: Request, error: Exception) -> Respons
     if isinstance(error, RefusedError):
         status, code, message = error.status, error.code, error.message
         if code == "stale":
+            await studio.events.look()  # the page learns of the file now, and must hear of all that comes after
             corrections = await run_in_threadpool(corrections_view, studio.workspace)
     else:
         status = error.status_code if isinstance(error, HTTPException) else 500
