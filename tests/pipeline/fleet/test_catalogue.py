@@ -9,7 +9,7 @@ from threading import Thread
 import polars as pl
 import pytest
 
-from tests.cli.command import vislam2tag
+from tests.cli.command import the_error, vislam2tag
 from tests.pipeline.fleet.conftest import SmallFleet
 from tests.stores import Bucket, Fault
 from vislam2tag.pipeline.fleet.catalogue import CATALOGUE, Fleet
@@ -81,3 +81,19 @@ def test_snapshots_are_plain_parquet_files(fleet: SmallFleet) -> None:
     found = fleet.s3.store(fleet.name).get(record.snapshot)
     assert found is not None
     assert pl.read_parquet(found.data).schema == pl.Schema(CATALOGUE)
+
+
+@pytest.mark.parametrize("damage", ["cut", "null", "columns"])
+def test_a_damaged_catalogue_is_one_message(damage: str, tmp_path: Path) -> None:
+    fleet = Fleet(tmp_path / "fleet")
+    fleet.change([row(1)])
+    (snapshot,) = (tmp_path / "fleet" / SNAPSHOTS).iterdir()
+    whole = pl.read_parquet(snapshot)
+    if damage == "cut":
+        snapshot.write_bytes(snapshot.read_bytes()[:-20])
+    else:
+        changed = whole.drop("site") if damage == "columns" else whole.with_columns(frames_labelled=None)
+        changed.cast(pl.Schema({name: CATALOGUE[name] for name in changed.columns})).write_parquet(snapshot)
+    for verb in ("list", "report"):
+        told = vislam2tag("fleet", verb, fleet.root)
+        assert f"{snapshot.name}: is damaged; remove fleet.json there" in the_error(told)

@@ -7,6 +7,7 @@ fields are known by number, and only the few that say where bytes lie, and how m
 from __future__ import annotations
 
 import errno
+import io
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -34,13 +35,14 @@ _MOST_TIMES = 500
 _Fields: TypeAlias = Mapping[int, Any]
 
 
-def check_parquet(path: Path) -> None:
-    """Raise OSError where footer or pages cannot be right, or hold far more than was measured, or where none is there.
+def check_parquet(source: Path | bytes) -> None:
+    """Raise OSError where the footer or pages of a file, or its content, cannot be right or hold too much.
 
     A table of more than 256 MB in memory must not be over 500 times its file's size: a file of some kilobytes can say
     that one value stands there for millions of rows.
     """
-    with path.open("rb") as file:
+    path = source if isinstance(source, Path) else Path("its content")
+    with source.open("rb") if isinstance(source, Path) else io.BytesIO(source) as file:
         length = file.seek(0, os.SEEK_END)
         file.seek(max(0, length - _END))
         end = file.read(_END)

@@ -37,8 +37,12 @@ def read_parquet(path: Path) -> pl.DataFrame:
 
 
 def parquet_of_bytes(content: bytes) -> pl.DataFrame:
-    """Read the content of a Parquet file; raises PolarsError where it is damaged."""
-    return pl.read_parquet(io.BytesIO(content))
+    """Read the content of a Parquet file; raises as :func:`read_parquet`."""
+    check_parquet(content)
+    try:
+        return pl.read_parquet(io.BytesIO(content))
+    except pl.exceptions.PanicException as error:
+        raise OSError(errno.EBADMSG, "it is damaged") from error
 
 
 def parquet_bytes(table: pl.DataFrame) -> bytes:

@@ -44,6 +44,8 @@ CATALOGUE: dict[str, pl.DataType] = {
 }
 """Columns. ``inputs`` tells the survey's files from any others, ``labels`` what its labels were made of; durations,
 distances and frames (repeated ones left out) are those of processed sessions."""
+_COUNTS = ("survey", "sessions", "failed", "state", "duration_s", "distance_m", "frames", "frames_labelled")
+"""Columns that hold a value for each survey."""
 _KEPT = 4
 """Snapshots before the last one, which somebody may be reading."""
 _TRIES = 20
@@ -157,7 +159,19 @@ class Fleet:
 
     def _snapshot(self, record: FleetRecord) -> pl.DataFrame | None:
         found = self.store.get(record.snapshot)
-        return None if found is None else parquet_of_bytes(found.data).select(CATALOGUE.keys())
+        if found is None:
+            return None
+        try:
+            table = parquet_of_bytes(found.data).match_to_schema(CATALOGUE)
+        except (OSError, pl.exceptions.PolarsError) as error:
+            raise self._damaged(record) from error
+        if any(table.select(_COUNTS).null_count().row(0)):
+            raise self._damaged(record)
+        return table
+
+    def _damaged(self, record: FleetRecord) -> StoreError:
+        place = shown(self.root)
+        return StoreError(f"{place}/{record.snapshot}: is damaged; remove {FLEET_FILE} there and run fleet add {place}")
 
 
 def fleet_list(fleet: Path) -> pl.DataFrame:
