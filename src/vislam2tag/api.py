@@ -105,9 +105,9 @@ if TYPE_CHECKING:
     from vislam2tag.pipeline.labels.attach import Attached as Attached
     from vislam2tag.pipeline.labels.attach import attach as attach
     from vislam2tag.pipeline.labels.checking.check import check as check
-    from vislam2tag.pipeline.labels.diagnose import diagnose as diagnose
-    from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession as DiagnosedSession
-    from vislam2tag.pipeline.labels.diagnose_session import MappedShare as MappedShare
+    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose as diagnose
+    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession as DiagnosedSession
+    from vislam2tag.pipeline.labels.diagnosing.diagnose_session import MappedShare as MappedShare
     from vislam2tag.pipeline.labels.evaluating.evaluate import evaluate as evaluate
     from vislam2tag.pipeline.labels.label_table import TableLabels as TableLabels
     from vislam2tag.pipeline.labels.label_table import label as label

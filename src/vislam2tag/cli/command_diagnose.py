@@ -86,7 +86,7 @@ def _diagnose(
 
 def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
     """Diagnose behind a progress bar; a line on standard error for each session that fails."""
-    from vislam2tag.pipeline.labels.diagnose import diagnose
+    from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 
     with session_bar("sessions") as bar:
         return diagnose(survey, settings, jobs=jobs, progress=lambda session, total: bar.advance(total, session.error))

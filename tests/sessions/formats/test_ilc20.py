@@ -22,7 +22,7 @@ from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.checking.check import check
-from vislam2tag.pipeline.labels.diagnose import diagnose
+from vislam2tag.pipeline.labels.diagnosing.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session

@@ -23,11 +23,11 @@ from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
-from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task

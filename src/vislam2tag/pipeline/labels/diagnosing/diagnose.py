@@ -19,8 +19,8 @@ from vislam2tag.diagnosis.told_by_plan import told_by_plan
 from vislam2tag.diagnosis.walls_crossed import Inside
 from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets
 from vislam2tag.labeling.settings import ProcessSettings
-from vislam2tag.pipeline.labels.diagnose_session import DiagnosedSession, MappedShare, observe_session
-from vislam2tag.pipeline.labels.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
