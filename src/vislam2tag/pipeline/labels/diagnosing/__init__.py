@@ -1,1 +1,1 @@
-"""``diagnose``: a session's part (``diagnose_session``), all walks put together (``survey_evidence``), and the answer."""
+"""``diagnose``: a session's part (``diagnose_session``), all walks together (``survey_evidence``), and the answer."""
