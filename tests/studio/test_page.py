@@ -58,8 +58,12 @@ def studio_page(
 
 
 def complains(message: ConsoleMessage) -> bool:
-    """Tell errors, of the content security policy too, from notes; refused changes (422, 409) are part of a test."""
-    return message.type == "error" and "422 (Unprocessable" not in message.text and "409 (Conflict" not in message.text
+    """Tell errors, of the content security policy too, from notes; refused changes (422, 409) are part of a test.
+
+    What has no address is no file of the page's: the browser's driver takes pictures by styles of its own.
+    """
+    refused = any(status in message.text for status in ("422 (Unprocessable", "409 (Conflict"))
+    return message.type == "error" and bool(message.location["url"]) and not refused
 
 
 def foreign(url: str, own: str) -> bool:
