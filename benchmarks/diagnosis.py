@@ -295,7 +295,7 @@ def _diagnosed(made: MadeSurvey) -> list[Fault]:
     faults = told_by_plan(faults, corrected, {key: one.as_way for key, one in heard.items()}, made.inside)
     clocks = wifi_clock_offsets(corrected, heard)
     signs = {walk.key: one.signs(walk.key) for walk, one in zip(made.walks, made.streams, strict=False)}
-    return faults + stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()})
+    return faults + stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
 
 
 def _put_in(made: MadeSurvey, rng: np.random.Generator) -> None:

@@ -71,5 +71,5 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 
 def test_labels_do_not_follow_from_the_settings_of_other_commands() -> None:
     tree = Settings().of_labels()
-    assert set(tree) == {"strategy", "survey", "findings", "mapping", "labels", "truth"}
+    assert set(tree) == {"strategy", "survey", "findings", "mapping", "labels", "truth", "together"}
     assert Settings.model_validate(tree) == Settings()

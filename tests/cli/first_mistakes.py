@@ -124,7 +124,7 @@ def zipped(world: Path) -> None:
 def packed_on_windows(world: Path) -> None:
     """A walk packed again by a program that writes backslashes."""
     with zipfile.ZipFile(world / "walk.zip", "w") as archive:
-        archive.writestr("LG\\2021-12-20T09:14:00\\poses.csv", "1;2\n")
+        archive.writestr("2021-12-20T091400\\session.json", "{}")
 
 
 def left_by_file_managers(world: Path) -> None:

@@ -14,8 +14,18 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.report.browser import running_browser
+from tests.studio.faulty_survey import write_faulty_survey
 from tests.studio.running import Page, running_studio
 from tests.studio.test_page import LATEST_MS, picture
+from vislam2tag.pipeline.labels.process import process
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A survey of its own: others' tests correct theirs meanwhile."""
+    folder = tmp_path_factory.mktemp("radio-survey")
+    process(write_faulty_survey(folder), folder / "labels")
+    return folder
 
 
 @pytest.fixture(scope="module")

@@ -52,8 +52,13 @@ Formats, recognised by names and first lines unless --format says which:
   uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
                  validationData.csv; with their split, and the names that
                  export wrote beside them
+  uji-library    UJI's long-term library set (Mendoza-Silva et al. 2018):
+                 folder or archive with MM/trnNNrss.csv, ...crd.csv,
+                 ...tms.csv and the same of tst; their split
   uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
                  UTS_test.csv, or one of them; with their split
+  wifine         WiFine (Khassanov et al. 2021): folder or archive with
+                 train/train_*.csv, val/val_*.csv, test/test_*.csv; their split
 
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
 docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -30,8 +30,13 @@ REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
 """Repeated scans are a fault from this share on, and so many of them."""
 
 
-def stream_faults(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
-    """Name what the streams of all sessions tell."""
+def stream_faults(signs: Mapping[SessionKey, StreamSigns], known: Sequence[Fault] = ()) -> list[Fault]:
+    """Name what the streams of all sessions tell, beside what is known of them.
+
+    Scans of a walk that was on another floor than its folder says were compared with those of the wrong one.
+    """
+    elsewhere = {key for fault in known if fault.kind is FaultKind.WRONG_FLOOR for key in fault.sessions}
+    signs = {key: replace(one, wifi=None) if str(key) in elsewhere else one for key, one in signs.items()}
     return [*_repeated_scans(signs), *_other_devices(signs), *_clocks(signs)]
 
 

@@ -55,7 +55,7 @@ class AppRecording:
 def is_of_our_app(path: Path) -> bool:
     """Whether a zip holds what our app's do; one that cannot be listed is taken for one, to be refused as such."""
     names = list(names_in(path)) if path.suffix.lower() == ".zip" else []
-    return not names or any(name.name == RECORD_FILE for name in names)
+    return not names or any(name.name.rpartition("\\")[2] == RECORD_FILE for name in names)
 
 
 def unpack_app(path: Path, folder: Path, max_bytes: int) -> AppRecording:

@@ -79,7 +79,7 @@ def write_tie(session: Path, name: str, tie: Tie) -> Path:
 
 
 def tie_files(session: Path) -> list[Path]:
-    """The ties of a session, sorted by name."""
+    """The ties of a session, sorted by name; raises OSError where they cannot be looked at."""
     return [path for path in sorted((session / FOLDER).glob("*.json")) if is_file(path)]
 
 
@@ -118,11 +118,12 @@ def companion_hashes(session: Path) -> dict[str, str]:
 
 
 def tied_recordings(session: Path) -> list[Path]:
-    """Where the recordings lie that are tied to a session; ties that cannot be read are passed over."""
-    found = []
-    for path in tie_files(session):
-        with suppress(SessionError):
-            found.append(read_tie(path).path(session))
+    """Where the recordings lie that are tied to a session; what cannot be read is told where the session is."""
+    found: list[Path] = []
+    with suppress(PermissionError):
+        for path in tie_files(session):
+            with suppress(SessionError):
+                found.append(read_tie(path).path(session))
     return found
 
 

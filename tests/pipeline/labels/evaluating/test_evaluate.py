@@ -249,7 +249,7 @@ def test_a_session_that_cannot_be_read_is_counted_and_the_others_go_on(survey: P
     found = evaluate(broken, tmp_path / "out", strategies=("smoother",))
     assert found.failed == 1
     assert found.sessions[0].faulty is None
-    assert "no usable camera frame" in str(found.sessions[0].error)
+    assert "could not be mapped by any of the strategies" in str(found.sessions[0].error)
     assert found.sessions[1].measured
 
 

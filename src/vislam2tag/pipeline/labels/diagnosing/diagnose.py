@@ -70,7 +70,7 @@ def diagnose(
     faults = told_by_plan(faults, corrected, ways, _walkable_floors(survey))
     clocks = wifi_clock_offsets(corrected, heard)
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
-    faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()})
+    faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
     faults += [fault for session in sessions for fault in session.faults]
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
