@@ -42,6 +42,10 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert "unchanged and kept: diagnosis, dataset" in done.stdout
     assert bytes_of(out) == before
+    (out / "diagnosis.json").write_text('{"faults": ""}')
+    done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
+    assert "unchanged and kept: check, dataset" in done.stdout
+    assert bytes_of(out) == before
     (survey / "corrections.toml").write_text('[[exclude_session]]\ndevice = "LG"\nreason = "dropped"\n')
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert done.returncode == 0

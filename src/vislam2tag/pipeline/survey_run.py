@@ -6,7 +6,9 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, TypeVar
+
+from pydantic import ValidationError
 
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding
@@ -33,6 +35,7 @@ LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "data
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE = "steps.json"
+_Kept = TypeVar("_Kept", bound=Record)
 _StepProgress: TypeAlias = Progress[tuple[str, str | None]]
 """Hears of each session the step and why it failed, if it did."""
 
@@ -83,13 +86,13 @@ def run_survey(
         steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
-            (out / DIAGNOSIS_FILE).is_file(),
+            _kept(out / DIAGNOSIS_FILE, Diagnosis) is not None,
             lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
         )
         steps.unless_done(
             CHECK,
             key_of(labels, code_key(check.__module__)),
-            (out / CHECK / CHECK_PAGE).is_file(),
+            (out / CHECK / CHECK_PAGE).is_file() and _kept(out / CHECK / CHECK_FILE, SurveyCheck) is not None,
             lambda: check(
                 survey_root,
                 settings,
@@ -156,6 +159,14 @@ _LINKS = (
 
 def _faults(path: Path) -> list[str]:
     return [fault.summary for fault in Diagnosis.model_validate_json(read_bytes(path)).faults]
+
+
+def _kept(path: Path, kind: type[_Kept]) -> _Kept | None:
+    """What a step wrote before; None where it is not there or damaged, so that it is made again."""
+    try:
+        return kind.model_validate_json(read_bytes(path))
+    except (OSError, ValidationError):
+        return None
 
 
 class _Steps:
