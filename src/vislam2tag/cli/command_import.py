@@ -58,7 +58,8 @@ Formats, recognised by names and first lines unless --format says which:
   uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
                  UTS_test.csv, or one of them; with their split
   wifine         WiFine (Khassanov et al. 2021): folder or archive with
-                 train/train_*.csv, val/val_*.csv, test/test_*.csv; their split
+                 train/train_*.csv, val/val_*.csv, test/test_*.csv; with
+                 their split
 
 All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
 docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
