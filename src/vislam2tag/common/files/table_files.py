@@ -30,19 +30,20 @@ def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
 
 def read_parquet(path: Path) -> pl.DataFrame:
     """Read a Parquet file; raises OSError as :func:`scan_parquet`, PolarsError or OSError where it is damaged."""
-    try:
-        return pl.read_parquet(_parquet_to_read(path), glob=False, hive_partitioning=False)
-    except pl.exceptions.PanicException as error:  # over damage that its own checks miss
-        raise OSError(errno.EBADMSG, "it is damaged", str(path)) from error
+    return _read_whole(_parquet_to_read(path), str(path))
 
 
 def parquet_of_bytes(content: bytes) -> pl.DataFrame:
     """Read the content of a Parquet file; raises as :func:`read_parquet`."""
     check_parquet(content)
+    return _read_whole(io.BytesIO(content), "its content")
+
+
+def _read_whole(source: Path | io.BytesIO, name: str) -> pl.DataFrame:
     try:
-        return pl.read_parquet(io.BytesIO(content))
-    except pl.exceptions.PanicException as error:
-        raise OSError(errno.EBADMSG, "it is damaged") from error
+        return pl.read_parquet(source, glob=False, hive_partitioning=False)
+    except pl.exceptions.PanicException as error:  # over damage that its own checks miss
+        raise OSError(errno.EBADMSG, "it is damaged", name) from error
 
 
 def parquet_bytes(table: pl.DataFrame) -> bytes:
