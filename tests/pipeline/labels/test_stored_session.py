@@ -161,6 +161,12 @@ def test_two_runs_at_once_into_one_folder(survey: Both, tmp_path: Path) -> None:
     assert set(survey.process("both").values()) == {False}
 
 
+def test_a_run_that_began_after_the_first_look_is_joined(survey: Both) -> None:
+    survey.process("begun")
+    survey.s3.fail(Fault("GET /bucket/begun/run.json", "404 NoSuchKey"))
+    assert set(survey.process("begun").values()) == {False}
+
+
 def test_a_store_that_may_only_be_read_is_told_before_anything_is_done(survey: Both) -> None:
     survey.s3.fail(Fault("PUT /bucket/read-only", "403 AccessDenied", 99))
     with pytest.raises(StoreError, match=r"^s3://bucket/read-only/.*cannot be written: permission is denied: the cred"):

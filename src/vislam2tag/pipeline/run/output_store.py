@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
-from vislam2tag.common.files.store import Store, Version
+from vislam2tag.common.files.store import Store, Stored, Version
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
@@ -136,10 +136,7 @@ def claim_store(store: Store, run: dict[str, object], *, replace: bool = False) 
     """
     store.refuse_without_conditional_writes()
     folder = OutputStore(store)
-    before = store.get(RUN_FILE)
-    if before is None or _program(before.data) != PROGRAM:
-        _empty(store, replace)
-        before = None
+    before = _run_of_ours(store) or _emptied(store, replace)
     content = (json.dumps({"program": PROGRAM} | run, indent=2, sort_keys=True) + "\n").encode()
     taken = OutputError(
         f"{store.address}: a run of other settings is writing there; wait for it or choose another --out"
@@ -175,17 +172,25 @@ def _program(data: bytes) -> str | None:
         return None
 
 
-def _empty(store: Store, replace: bool) -> None:
-    """Refuse a folder that holds what ``process`` did not write, or remove it."""
+def _run_of_ours(store: Store) -> Stored | None:
+    found = store.get(RUN_FILE)
+    return found if found is not None and _program(found.data) == PROGRAM else None
+
+
+def _emptied(store: Store, replace: bool) -> Stored | None:
+    """Refuse a folder that holds what ``process`` did not write, or remove it; return the run that began meanwhile."""
     first = next(store.list(), None)
     if first is None:
-        return
+        return None
+    if (begun := _run_of_ours(store)) is not None:
+        return begun
     if not replace or any(file.name.startswith("floor_") for file in store.list()):
         raise OutputError(
             f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {first.name}); "
             "choose an empty or new folder for --out"
         )
     store.delete(file.name for file in store.list())
+    return None
 
 
 def _mark_name(slug: str) -> str:
