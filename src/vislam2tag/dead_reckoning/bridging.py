@@ -11,10 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, runs_of
+from vislam2tag.core.context import InertialLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.dead_reckoning.signals import RATE_HZ
+from vislam2tag.dead_reckoning.features import WindowFeatures
+from vislam2tag.dead_reckoning.heading import turned_about_up
+from vislam2tag.dead_reckoning.signals import RATE_HZ, WalkSignals
 from vislam2tag.dead_reckoning.speed import speed_model
-from vislam2tag.dead_reckoning.walk import SensedWalk
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
@@ -40,11 +42,15 @@ class WalkerMotion:
     known: BoolArray
 
     @classmethod
-    def of(cls, walk: SensedWalk, time_ns: IntArray) -> WalkerMotion:
-        """Take it out of what a walk's sensors say, at times (n,) that increase."""
-        signals = walk.signals
+    def of(cls, log: InertialLog, time_ns: IntArray) -> WalkerMotion | None:
+        """Take it out of a walk's readings, at times (n,) that increase; None where they tell nothing."""
+        signals = WalkSignals.of(log)
+        if signals is None:
+            return None
+        up, turned_rad = turned_about_up(signals)
         at_s = (time_ns - signals.start_ns) * 1e-9
-        velocity = speed_model().speed_m_s(walk.features, signals.time_s) * np.exp(1j * walk.headings.turned_rad)
+        speed_m_s = speed_model().speed_m_s(WindowFeatures.of(signals, up), signals.time_s)
+        velocity = speed_m_s * np.exp(1j * turned_rad)
         path = np.concatenate(([0.0], np.cumsum(velocity[:-1]))) / RATE_HZ
         unknown = np.interp(at_s, signals.time_s, np.cumsum(~signals.known))
         within = (at_s >= 0) & (at_s <= signals.time_s[-1])
@@ -56,10 +62,10 @@ def bridged_observations(camera: CameraTrack, log: LandmarkLog, range_m: float) 
     """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged."""
     odometry = continuous_odometry(camera, log)
     untold = (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
-    walk = None if camera.inertial is None or not untold else SensedWalk.of(camera.inertial)
-    if walk is not None:
+    if camera.inertial is not None and untold:
         exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
-        odometry = bridged(odometry, WalkerMotion.of(walk, exposed_ns))
+        motion = WalkerMotion.of(camera.inertial, exposed_ns)
+        odometry = odometry if motion is None else bridged(odometry, motion)
     return WalkObservations.of(camera, log, range_m, odometry)
 
 
@@ -146,12 +152,8 @@ class _Walk:
 
     def sides(self, start: int, stop: int) -> _Sides | None:
         """What is told about the steps ``start`` to ``stop`` (excluded); None where neither side tells anything."""
-        if self._felt_until[stop] > self._felt_until[start]:
-            return None
-        before, after = self._factor(start, -1), self._factor(stop, 1)
-        if before is None and after is None:
-            return None
-        return _Sides(before or after or 1, after or before or 1)
+        before, after = self._factors(np.array([start]), np.array([stop]))
+        return None if np.isnan(before[0]) else _Sides(complex(before[0]), complex(after[0]))
 
     def walked(self, start: int, stop: int, sides: _Sides, turned_rad: float) -> ComplexArray:
         """Steps (k,) of a stretch by the inertial sensors, complex metres in the tracker's frame before it, which was
@@ -180,24 +182,36 @@ class _Walk:
         apart_s = max(LEAST_APART_S, end_s / MOST_TRIALS)
         starts = np.unique(np.searchsorted(self._time_s, np.arange(0, end_s, apart_s)))
         stops = np.searchsorted(self._time_s, self._time_s[starts] + duration_s)
-        starts, stops = starts[stops < len(self._time_s)], stops[stops < len(self._time_s)]
-        places, turns = list[float](), list[float]()
-        for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
-            sides = None if self._told_until[stop] > self._told_until[start] else self.sides(start, stop)
-            if sides is not None:
-                walked = self.walked(start, stop, sides, 0.0).sum()
-                places.append(abs(walked - (self._told[stop] - self._told[start])) ** 2 / 2)
-                turns.append(sides.turned_rad**2)
-        return _Errors(float(np.mean(places)), float(np.mean(turns))) if len(places) >= FEWEST_TRIALS else None
-
-    def _factor(self, frame: int, side: int) -> complex | None:
-        """By what the inertial path becomes the tracker's on one side (-1, 1) of a frame; None where nothing tells."""
-        edges_s = self._time_s[frame] + side * CHUNK_S * np.arange(CHUNKS + 1)
-        edges_s = edges_s[(edges_s >= 0) & (edges_s <= self._time_s[-1])]
-        edges = np.searchsorted(self._time_s, edges_s)
-        for until in (self._told_until, self._felt_until):
-            edges = edges[until[edges] == until[frame]]
-        felt, told = np.diff(self._felt[edges]), np.diff(self._told[edges])
-        if np.abs(felt).sum() < LEAST_WAY_M or np.abs(told).sum() < LEAST_WAY_M:
+        within = stops < len(self._time_s)
+        starts, stops = starts[within], stops[within]
+        told = self._told_until[stops] == self._told_until[starts]
+        starts, stops = starts[told], stops[told]
+        before, after = self._factors(starts, stops)
+        walked = (self._felt[stops] - self._felt[starts]) * (before + after) / 2
+        place_m2 = np.abs(walked - (self._told[stops] - self._told[starts])) ** 2 / 2
+        turn_rad2 = np.angle(after * before.conj()) ** 2
+        tried = ~np.isnan(before)
+        if tried.sum() < FEWEST_TRIALS:
             return None
-        return complex((felt.conj() @ told) / (felt.conj() @ felt).real)
+        return _Errors(float(place_m2[tried].mean()), float(turn_rad2[tried].mean()))
+
+    def _factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
+        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: nothing tells.
+
+        A side that tells nothing takes the other's.
+        """
+        known = self._felt_until[stops] == self._felt_until[starts]
+        before, after = (np.where(known, self._side(*at), np.nan) for at in ((starts, -1), (stops, 1)))
+        return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
+
+    def _side(self, frames: IntArray, side: int) -> ComplexArray:
+        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN: nothing tells."""
+        edges_s = self._time_s[frames, None] + side * CHUNK_S * np.arange(CHUNKS + 1)
+        edges = np.searchsorted(self._time_s, edges_s).clip(0, len(self._time_s) - 1)
+        kept = (edges_s >= 0) & (edges_s <= self._time_s[-1])
+        for until in (self._told_until, self._felt_until):
+            kept &= until[edges] == until[frames, None]
+        felt, told = (np.where(kept[:, 1:], np.diff(path[edges]), 0) for path in (self._felt, self._told))
+        enough = np.minimum(np.abs(felt).sum(axis=1), np.abs(told).sum(axis=1)) >= LEAST_WAY_M
+        power = (felt.conj() * felt).real.sum(axis=1)
+        return np.where(enough, (felt.conj() * told).sum(axis=1) / np.where(enough, power, 1), np.nan)

@@ -31,11 +31,16 @@ class Headings:
     @classmethod
     def of(cls, signals: WalkSignals, log: InertialLog) -> Headings:
         """Integrate the gyroscope about gravity and compare with the rotation vector, where there is one."""
-        slow = low_pass(signals.force, GRAVITY_HZ)
-        up = slow / np.maximum(np.linalg.norm(slow, axis=1, keepdims=True), 1e-6)
-        about_up = np.einsum("ni,ni->n", signals.rate, up)
-        turned = np.concatenate(([0.0], np.cumsum((about_up[1:] + about_up[:-1]) / 2) / RATE_HZ))
+        up, turned = turned_about_up(signals)
         return cls(up, turned, _drift(signals, log, turned))
+
+
+def turned_about_up(signals: WalkSignals) -> tuple[FloatArray, FloatArray]:
+    """``up`` and ``turned_rad`` of :class:`Headings`."""
+    slow = low_pass(signals.force, GRAVITY_HZ)
+    up = slow / np.maximum(np.linalg.norm(slow, axis=1, keepdims=True), 1e-6)
+    about_up = np.einsum("ni,ni->n", signals.rate, up)
+    return up, np.concatenate(([0.0], np.cumsum((about_up[1:] + about_up[:-1]) / 2) / RATE_HZ))
 
 
 def _drift(signals: WalkSignals, log: InertialLog, turned_rad: FloatArray) -> FloatArray:

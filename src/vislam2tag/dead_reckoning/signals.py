@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -15,6 +16,8 @@ BAND_HZ = 6.0
 SHORTEST_S = 2.0
 LONGEST_GAP_S = 0.3
 """Between two readings; over longer gaps nothing is known of the motion."""
+_MOST = 1e9
+"""No reading of a walk is larger, m/s^2 or rad/s; squares of damaged ones are no numbers."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,10 @@ class WalkSignals:
 
     @classmethod
     def of(cls, log: InertialLog) -> WalkSignals | None:
-        """Bring a log to one clock; None where accelerometer and gyroscope have no few seconds in common."""
-        if min(len(log.force_ns), len(log.rate_ns)) < 2:
+        """Bring a log to one clock; None where accelerometer and gyroscope have no few seconds in common, or values
+        that no walk has.
+        """
+        if min(len(log.force_ns), len(log.rate_ns)) < 2 or max(np.abs(log.force).max(), np.abs(log.rate).max()) > _MOST:
             return None
         start_ns = int(max(log.force_ns[0], log.rate_ns[0]))
         duration_s = float(min(log.force_ns[-1], log.rate_ns[-1]) - start_ns) * 1e-9
@@ -48,12 +53,19 @@ class WalkSignals:
 
 def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray:
     """Take what is slower than the cutoff out of values (n, ...) at 50 Hz, without delay."""
-    from scipy.signal import butter, sosfiltfilt  # half a second, which walks with a tracker do without
+    from scipy.signal import sosfiltfilt  # half a second, which walks without a loss do without
 
-    filters = butter(order, cutoff_hz / (RATE_HZ / 2), output="sos")
     pad = min(len(values) - 1, int(6 * RATE_HZ))
-    smooth: FloatArray = sosfiltfilt(filters, values, axis=0, padtype="odd", padlen=pad)
+    smooth: FloatArray = sosfiltfilt(_filter(cutoff_hz, order), values, axis=0, padtype="odd", padlen=pad)
     return smooth
+
+
+@cache
+def _filter(cutoff_hz: float, order: int) -> FloatArray:
+    """A Butterworth low-pass as second-order sections (s, 6)."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(order, cutoff_hz / (RATE_HZ / 2), output="sos"))
 
 
 def _averaged(time_s: FloatArray, time_ns: IntArray, values: FloatArray, start_ns: int) -> FloatArray:

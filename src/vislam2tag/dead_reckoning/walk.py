@@ -24,8 +24,6 @@ from vislam2tag.dead_reckoning.walls import Walls
 
 MOVING = 0.5
 """From here on somebody rather walks than stands."""
-_MOST = 1e9
-"""No reading of a walk is larger, m/s^2 or rad/s; squares of damaged ones are no numbers."""
 BEYOND_S = 2.0
 """A fix this long before the first reading or after the last one still holds there."""
 
@@ -41,8 +39,6 @@ class SensedWalk:
     @classmethod
     def of(cls, log: InertialLog) -> SensedWalk | None:
         """Read the sensors; None where they have no few seconds in common, or values that no walk has."""
-        if max(np.abs(log.force).max(initial=0.0), np.abs(log.rate).max(initial=0.0)) > _MOST:
-            return None
         signals = WalkSignals.of(log)
         if signals is None:
             return None

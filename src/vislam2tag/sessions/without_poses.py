@@ -133,5 +133,7 @@ def _readings(sensors: pl.DataFrame, sensor: str) -> tuple[IntArray, FloatArray]
     """Times (k,), increasing strictly, and the first three values (k, 3) of a sensor's sound readings."""
     values = ("v1", "v2", "v3")
     sound = pl.all_horizontal(pl.col(values).is_finite()) & (pl.col("sensor") == sensor) & ~pl.col("repeated")
-    rows = sensors.filter(sound).unique("time_ns", keep="first").sort("time_ns")
+    rows = sensors.filter(sound).select("time_ns", *values)
+    if not rows["time_ns"].is_sorted():
+        rows = rows.sort("time_ns")
     return rows["time_ns"].to_numpy(), rows.select(values).to_numpy()

@@ -83,5 +83,5 @@ PLAUSIBLE_HPA = (500.0, 1200.0)
 def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
     """Take the barometer's readings out of a ``sensors`` table, in time order; None where there are not two."""
     sound = (pl.col("sensor") == PRESSURE) & ~pl.col("repeated") & pl.col("v1").is_between(*PLAUSIBLE_HPA)
-    rows = sensors.filter(sound).unique("time_ns").sort("time_ns")
+    rows = sensors.filter(sound).sort("time_ns")
     return PressureLog(rows["time_ns"].to_numpy(), rows["v1"].to_numpy()) if len(rows) > 1 else None
