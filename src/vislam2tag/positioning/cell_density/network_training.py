@@ -48,12 +48,12 @@ def trained_network(
             logit = network(torch.from_numpy(inputs.astype(np.float32)).to(device))
             target = torch.from_numpy(targets(rows).astype(np.float32)).to(device)
             loss = -(target * torch.log_softmax(logit, dim=1)).sum(dim=1).mean()
-            if not torch.isfinite(loss):
-                raise DatasetError("the loss grew without bound; lower the learning rate")
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
             cycle.step()
+        if not torch.isfinite(loss):  # asked once: a GPU would be waited for at each step
+            raise DatasetError("the loss grew without bound; lower the learning rate")
     layers = [layer for layer in network.cpu() if isinstance(layer, torch.nn.Linear)]
     return DenseNetwork(
         weights=tuple(layer.weight.detach().numpy().T.astype(np.float64) for layer in layers),

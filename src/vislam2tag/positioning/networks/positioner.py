@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
+from vislam2tag.core.arrays import AnyArray, FloatArray
 from vislam2tag.positioning.checked_arrays import CheckedArrays
 from vislam2tag.positioning.error_radii import fitted_radii
 from vislam2tag.positioning.networks.layers import InputScale
@@ -137,12 +137,14 @@ class NetworkPositioner(Positioner):
         return (scans[learned], places[learned]), (scans[held_out], places[held_out])
 
     def _examples(self, locator: Locator, part: LabelledScans, device: torch.device) -> TrainingExamples:
+        """Put inputs and targets on the device once: what is sent batch after batch, a GPU would wait for."""
         scans, places = part
-        targets = self._targets(places)
+        blocks = (scans[start : start + _AT_ONCE] for start in range(0, len(scans), _AT_ONCE))
+        inputs = torch.cat([locator.scaling(levels(block).to(device)).float() for block in blocks])
+        targets = [torch.from_numpy(target).to(device) for target in self._targets(places)]
 
-        def losses(rows: IntArray) -> torch.Tensor:
-            inputs = locator.scaling(levels(scans[rows]).to(device)).float()
-            return locator.losses(inputs, *(torch.from_numpy(target[rows]).to(device) for target in targets))
+        def losses(rows: torch.Tensor) -> torch.Tensor:
+            return locator.losses(inputs[rows], *(target[rows] for target in targets))
 
         return TrainingExamples(len(scans), losses)
 

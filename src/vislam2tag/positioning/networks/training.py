@@ -13,7 +13,6 @@ import torch
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.core.arrays import IntArray
 
 _CHECKED_AT_ONCE = 1024
 
@@ -23,8 +22,8 @@ class TrainingExamples:
     """What a network learns from or is checked with."""
 
     count: int
-    losses: Callable[[IntArray], torch.Tensor]
-    """From indices (b,) to the loss of each of these examples (b,), through the network."""
+    losses: Callable[[torch.Tensor], torch.Tensor]
+    """From indices (b,) on the network's device to the loss of each of these examples (b,), through the network."""
 
 
 @dataclass(frozen=True)
@@ -61,19 +60,26 @@ def train(
 ) -> TrainingHistory:
     """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
 
-    Raises DatasetError where the loss is no number any more.
+    Raises DatasetError where the loss is no number any more. Nothing waits for a GPU within an epoch.
     """
-    optimiser = torch.optim.AdamW(network.parameters(), lr=schedule.learning_rate, weight_decay=schedule.weight_decay)
+    device = next(network.parameters()).device
+    optimiser = torch.optim.AdamW(
+        network.parameters(),
+        lr=schedule.learning_rate,
+        weight_decay=schedule.weight_decay,
+        fused=device.type == "cuda" or None,
+    )
     order = np.random.default_rng(schedule.seed)
     losses: list[float] = []
     best_epoch, best = 0, copy.deepcopy(network.state_dict())
     for epoch in range(schedule.epochs):
         network.train()
-        for rows in _batches(order.permutation(examples.count), schedule.batch_size):
+        shuffled = torch.from_numpy(order.permutation(examples.count)).to(device)
+        for rows in shuffled.split(schedule.batch_size):
             optimiser.zero_grad()
             examples.losses(rows).mean().backward()
             optimiser.step()
-        losses.append(_mean_loss(network, held_out))
+        losses.append(_mean_loss(network, held_out, device))
         if not math.isfinite(losses[-1]):
             raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
         if losses[-1] < min(losses[:-1], default=math.inf):
@@ -86,16 +92,11 @@ def train(
     return TrainingHistory(tuple(losses), best_epoch)
 
 
-def _mean_loss(network: torch.nn.Module, examples: TrainingExamples) -> float:
+def _mean_loss(network: torch.nn.Module, examples: TrainingExamples, device: torch.device) -> float:
     network.eval()
     with torch.no_grad():
-        batches = _batches(np.arange(examples.count), _CHECKED_AT_ONCE)
+        batches = torch.arange(examples.count, device=device).split(_CHECKED_AT_ONCE)
         return sum(float(examples.losses(rows).sum()) for rows in batches) / examples.count
-
-
-def _batches(rows: IntArray, size: int) -> list[IntArray]:
-    """Cut rows (n,) into batches."""
-    return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
 def training_device(name: str) -> torch.device:
