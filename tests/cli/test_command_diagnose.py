@@ -70,6 +70,25 @@ def test_a_sound_survey_has_no_fault(survey: Path) -> None:
     assert (found["sessions"], found["faults"], found["failed"]) == (4, [], [])
 
 
+def test_a_survey_half_a_metre_off_is_the_odd_one_out(survey: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "survey"
+    shutil.copytree(survey, copy)
+    table = copy / "floor_0" / "marker_dict.csv"
+    table.write_text(re.sub(r"^3,([-.\d]+)", lambda row: f"3,{float(row[1]) + 0.5}", table.read_text(), flags=re.M))
+    page = tmp_path / "conflicts.html"
+    done = vislam2tag("diagnose", copy, "--json", "--conflicts", page, "--jobs", "1")
+    assert done.returncode == 1, done.stderr
+    found = json.loads(done.stdout)
+    assert [(fault["kind"], fault["landmarks"], fault["corrections"]) for fault in found["faults"]] == [
+        ("odd_reference", ["3"], [])
+    ]
+    (odd,) = (one for one in found["references"]["compared"] if one["verdict"] == "contradicts")
+    assert (odd["landmark"], odd["session"]) == ("3", None)
+    assert odd["offset_m"] == pytest.approx([0.5, 0], abs=0.15)
+    assert "landmark 3 on floor 0" in page.read_text("utf-8")
+    assert "lies among" in the_error(vislam2tag("diagnose", copy, "--conflicts", table))
+
+
 def test_apply_and_revert_exclude_each_other(survey: Path) -> None:
     assert "one of them" in the_error(vislam2tag("diagnose", survey, "--apply", "--revert"))
 

@@ -17,6 +17,7 @@ from tests.positioning.benchmark.test_rows import record
 from tests.report.browser import note_problems, running_browser
 from tests.report.factory import make_results, make_survey
 from tests.report.pages.test_check_page import write_page_of_a_check
+from tests.report.pages.test_conflict_page import write_page_of_conflicts
 from tests.report.pages.test_dataset_page import make_dataset
 from tests.report.pages.test_evaluation_page import evaluation
 from tests.report.pages.test_fleet_pages import write_fleet_page, write_session_page
@@ -129,6 +130,7 @@ def receive(folder: Path) -> Path:
 PAGES = (
     report,
     write_page_of_a_check,
+    write_page_of_conflicts,
     an_evaluation,
     dataset,
     radio_maps,

@@ -23,7 +23,8 @@ Say what is wrong with a survey, how that is known, and the lines for correction
 No ground truth is needed: walks that pass the same landmarks tell which of them hang elsewhere than the table says
 (docs/how-to/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one id
 twice; landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's folder;
-and phones that deliver old scans again.
+phones that deliver old scans again, and the odd one out: a surveyed place, or what one walk saw of a landmark, that all
+others contradict.
 
 Exit code: 0 nothing is wrong, 1 something is, or a session cannot be read, 2 wrong usage or not a survey, 130
 interrupted; with --apply and --revert 0 where that was done.
@@ -31,6 +32,7 @@ interrupted; with --apply and --revert 0 where that was done.
 \b
 Examples:
   vislam2tag diagnose survey
+  vislam2tag diagnose survey --conflicts conflicts.html
   vislam2tag diagnose survey --apply
   vislam2tag diagnose survey --revert
 """
@@ -47,11 +49,15 @@ def _diagnose(
         bool, typer.Option("--apply", help="Add the corrections to the survey's corrections.toml.")
     ] = False,
     revert: Annotated[bool, typer.Option("--revert", help="Take out what --apply added, and do nothing else.")] = False,
+    conflicts: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a page that maps what agrees and what contradicts.")
+    ] = None,
     json: AsJson = False,
     jobs: Jobs = ALL_CORES,
     config: ConfigFile = None,
 ) -> None:
     from vislam2tag.common.errors import UsageError
+    from vislam2tag.pipeline.labels.landmark_results import check_targets
     from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
     from vislam2tag.survey.corrections.lines import add_entries, remove_added
 
@@ -65,11 +71,15 @@ def _diagnose(
         say(f"{survey / CORRECTIONS_FILE}: {'as before' if removed else 'nothing was added to it'}")
         next_step("diagnose", survey=survey)
         return
+    check_targets(survey, *([] if conflicts is None else [conflicts]))
+    settings = settings_of(config, {}, survey)
     try:
-        found = _with_progress(survey, settings_of(config, {}, survey), jobs)
+        found = _with_progress(survey, settings, jobs)
     except KeyboardInterrupt:
         say("interrupted: nothing was written", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    if conflicts is not None:
+        _write_conflicts(conflicts, survey, settings, found)
     if json:
         say_json(found)
     else:
@@ -90,6 +100,14 @@ def _with_progress(survey: Path, settings: Settings, jobs: int) -> Diagnosis:
 
     with session_bar("sessions") as bar:
         return diagnose(survey, settings, jobs=jobs, progress=lambda session, total: bar.advance(total, session.error))
+
+
+def _write_conflicts(page: Path, survey: Path, settings: Settings, found: Diagnosis) -> None:
+    from vislam2tag.report.pages.conflict_page import write_conflict_page
+    from vislam2tag.sessions.registry import open_survey
+
+    write_conflict_page(page, open_survey(survey, settings.survey.landmark_sigma_m), found.references)
+    say(f"conflicts: {page}", err=True)
 
 
 def _text(found: Diagnosis) -> str:

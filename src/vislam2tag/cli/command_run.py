@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 HELP = """
 From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
 
-Makes OUT/labels (as process), OUT/diagnosis.json (as diagnose), OUT/check (as check), OUT/dataset (as dataset) and
-OUT/index.html. Run it again after
-correcting or adding anything: what is done and unchanged is kept. Each step has a command of its own with more options.
+Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
+OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything: what
+is done and unchanged is kept. Each step has a command of its own with more options.
 
 Exit code: 0 all right (findings are in the report), 1 at least one session cannot be read or mapped, 2 wrong usage,
 not a survey, or OUT cannot be written, 130 interrupted.

@@ -7,6 +7,7 @@ from typing import Any
 
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
+from vislam2tag.diagnosis.references import References
 
 
 class FaultKind(StrEnum):
@@ -36,6 +37,8 @@ class FaultKind(StrEnum):
     """A session lies in another device's folder."""
     DOUBTFUL_FIX = "doubtful_fix"
     """A known position of a walk without poses that the others contradict."""
+    ODD_REFERENCE = "odd_reference"
+    """A surveyed place, or what one walk saw of a landmark, that all others contradict; nothing tells a correction."""
 
 
 class CorrectionEntry(Record):
@@ -89,3 +92,5 @@ class Diagnosis(Record):
     sessions: int = 0
     failed: list[str] = []
     faults: list[Fault] = []
+    references: References = References()
+    """Every surveyed place, and what every walk saw of it, against all others."""

@@ -17,6 +17,8 @@ PROGRAM = "vislam2tag"
 RESULTS = "sessions"
 SUMMARY_FILE = "summary.json"
 """Totals of a run; written last, so that it marks the run as ended."""
+CONFLICTS_PAGE, CONFLICTS_FILE = "conflicts.html", "conflicts.json"
+"""Of walks mapped together: how references fit one another, as a page and for programs."""
 
 Polyline = list[tuple[float, float]]
 """BCS points in metres, rounded to the centimetre."""

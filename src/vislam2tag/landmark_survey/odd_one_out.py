@@ -88,10 +88,14 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Votes:
-    """All references compared once those in ``odd``, greatest first, were left out; ``odd`` as they were till then."""
+    """All references compared once those in ``odd``, greatest first, were left out; ``odd`` as they were till then.
+
+    ``joined`` is the map without them.
+    """
 
     odd: tuple[Comparison, ...]
     fitting: tuple[Comparison, ...]
+    joined: LandmarkMap
 
 
 def vote(joined: LandmarkMap) -> Votes:
@@ -104,7 +108,7 @@ def vote(joined: LandmarkMap) -> Votes:
             break
         odd.append(_culprit(max(contradicting, key=lambda one: one.excess), compared))
         joined = _without(joined, odd[-1])
-    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), compared)
+    return Votes(tuple(sorted(odd, key=lambda one: -one.size_m)), compared, joined)
 
 
 def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:

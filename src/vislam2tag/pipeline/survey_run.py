@@ -16,7 +16,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.diagnosis.record import Diagnosis
-from vislam2tag.labeling.results import RESULTS, RUN_FILE, Summary
+from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
 from vislam2tag.pipeline.labels.checking.check import CHECK_FILE, check
@@ -26,6 +26,7 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
 from vislam2tag.pipeline.run.store import OutputFolder, claim
+from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.pages.index_page import IndexLink, write_index_page
 from vislam2tag.self_check.record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
@@ -61,7 +62,7 @@ def run_survey(
     progress: _StepProgress = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> SurveyRun:
-    """Make ``labels``, ``diagnosis.json``, ``check``, ``dataset`` and ``index.html``, which links them, in ``out``.
+    """Make ``labels``, ``diagnosis.json``, ``conflicts.html``, ``check``, ``dataset`` and ``index.html`` in ``out``.
 
     ``progress`` hears of each session the step and why it failed, if it did; ``tell`` what is odd about the site's
     files. ``landmarks`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
@@ -86,7 +87,7 @@ def run_survey(
         steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
-            _kept(out / DIAGNOSIS_FILE, Diagnosis) is not None,
+            (out / CONFLICTS_PAGE).is_file() and _kept(out / DIAGNOSIS_FILE, Diagnosis) is not None,
             lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
         )
         steps.unless_done(
@@ -136,6 +137,8 @@ def _diagnose(
     folder: OutputFolder,
 ) -> None:
     found = diagnose(survey, settings, landmarks=landmarks, jobs=jobs, progress=_named("diagnose", progress))
+    here = open_survey(survey, settings.survey.landmark_sigma_m, landmarks)
+    folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, here, found.references))
     folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
 
 
@@ -152,6 +155,7 @@ def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _
 
 _LINKS = (
     IndexLink(f"{LABELS}/report.html", "Report", "every walk on the plan, what has no position and why, all findings"),
+    IndexLink(CONFLICTS_PAGE, "Conflicts", "which references agree, and which contradict all others"),
     IndexLink(f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
     IndexLink(f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
 )

@@ -11,10 +11,12 @@ import pytest
 
 from tests.surveys import make_survey
 from vislam2tag.common.errors import UsageError
+from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.results import Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.session import Outcome
+from vislam2tag.pipeline.run.store import claim
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
@@ -47,6 +49,19 @@ def test_walks_together_are_mapped_where_walks_alone_cannot_be(
     assert together[1].failed == 0
     assert together[1].frames["ok"] > 1.5 * alone.frames["ok"]
     assert together[1].findings["told_by_others"] > 0
+    assert not (tmp_path / "alone/conflicts.json").exists()
+
+
+def test_how_references_fit_one_another_lies_beside_the_report(together: tuple[Path, Summary], tmp_path: Path) -> None:
+    found = References.model_validate_json((together[0] / "conflicts.json").read_text())
+    assert {one.landmark for one in found.compared if one.session is None} == set(SURVEYED)
+    assert len({one.session for one in found.compared}) == 5
+    assert 'href="conflicts.html"' in (together[0] / "report.html").read_text()
+    out = tmp_path / "out"
+    shutil.copytree(together[0], out)
+    with claim(out, {}, replace=True):
+        assert not (out / "conflicts.json").exists()
+        assert not (out / "conflicts.html").exists()
 
 
 def test_nothing_is_repeated_unless_others_tell_something_new(

@@ -14,10 +14,11 @@ from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.text_tables import csv_rows
+from vislam2tag.diagnosis.references import References
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, LandmarkPlace, ReducedSession
-from vislam2tag.pipeline.labels.odd_references import References, references
+from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.smoother.contradictions import CERTAIN_SIGMAS, FEWEST_OTHERS, LEAST_M
 
 SAME_PLACE_M = 0.5

@@ -23,7 +23,7 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.pipeline.run.selection import session_task
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
@@ -79,16 +79,20 @@ def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSessi
     """Read a session and map its landmarks in its own frame; what ends it stands in its error."""
     key = task.ref.key
     try:
-        return _reduced(settings, task)
+        return reduced(settings, prepared_session(task).longest_section())
     except SessionError as error:
         return ReducedSession(key, error=str(error))
     except Exception as error:  # one bad session must not end the batch; its result names the fault
         return ReducedSession(key, error=unexpected(key, error))
 
 
-def _reduced(settings: MappingSettings, task: SessionTask) -> ReducedSession:
+def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSession:
+    """Map the landmarks of a session's longest section in its own frame.
+
+    Raises SessionError where it passes landmarks of floors whose frames differ.
+    """
+    task = prepared.task
     key, site = task.ref.key, task.site
-    prepared = prepared_session(task).longest_section()
     camera, log, landmarks = prepared.session.camera, prepared.session.landmarks, prepared.landmarks
     if camera.without_poses:
         from vislam2tag.mapping.strategies.dead_reckoning import DeadReckoning  # SciPy, which workers alone need
@@ -139,12 +143,12 @@ def _floor(observations: WalkObservations, heights: Heights, landmarks: Landmark
 
 
 def _place(site: Landmarks, mine: Landmarks, name: str, floor: int) -> LandmarkPlace:
-    """Name a landmark; corrections for this session may say that it hung elsewhere than its file says."""
+    """Name a landmark; by corrections it may hang elsewhere than its file says, or be called otherwise."""
     if name not in mine.index or not mine.surveyed[mine.index[name]]:
         return LandmarkPlace(floor, name)
     here = mine.position_bcs[mine.index[name]]
     there = site.on_floor(floor)
-    same = np.array_equal(here, there.position_bcs[there.index[name]])
+    same = name in there.index and np.array_equal(here, there.position_bcs[there.index[name]])
     return LandmarkPlace(floor, name, None if same else (float(here[0]), float(here[1])))
 
 

@@ -3,47 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.records import Record
-from vislam2tag.landmark_survey.odd_one_out import Comparison, Verdict, vote
+from vislam2tag.diagnosis.record import Fault, FaultKind
+from vislam2tag.diagnosis.references import OddReference, Reference, References
+from vislam2tag.landmark_survey.odd_one_out import Comparison, Verdict, Votes, vote
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
 
 MOST_OF_A_WALK = 0.5
 """A walk of which more of the landmarks that it passed are odd than this is odd itself."""
-
-
-class Reference(Record):
-    """A landmark's survey, or (with a ``session``) what that session saw of it, against all others; metres, BCS."""
-
-    floor: int
-    landmark: str
-    session: str | None = None
-    """Floor / device / session."""
-    verdict: Verdict
-    x_m: float
-    y_m: float
-    """Where the landmark hangs by all references but the odd ones."""
-    size_m: float | None = None
-    """How far off the reference is from where the others have the landmark; None where nothing can be compared."""
-    sigma_m: float | None = None
-    """How far off it should be expected to be, one standard deviation per axis."""
-
-
-class OddReference(Record):
-    """What to look at again."""
-
-    culprit: str
-    summary: str
-    """One sentence."""
-    references: tuple[Reference, ...]
-
-
-class References(Record):
-    """All references of a survey; ``odd`` ranked by size."""
-
-    odd: tuple[OddReference, ...] = ()
-    compared: tuple[Reference, ...] = ()
 
 
 def references(joint: JointSurvey) -> References:
@@ -51,10 +20,10 @@ def references(joint: JointSurvey) -> References:
     if not joint.joined.tied.any():
         return References()
     votes = vote(joint.joined)
-    rows = [(one, _row(joint, one)) for one in votes.odd]
+    rows = [(one, _row(joint, votes, one)) for one in votes.odd]
     return References(
         odd=tuple(_ranked(joint, rows)),
-        compared=(*(row for _, row in rows), *(_row(joint, one) for one in votes.fitting)),
+        compared=(*(row for _, row in rows), *(_row(joint, votes, one) for one in votes.fitting)),
     )
 
 
@@ -63,8 +32,32 @@ def odd_findings(found: References) -> list[Finding]:
     return [Finding(kind="odd_reference", file="", count=len(one.references), message=one.summary) for one in found.odd]
 
 
-def _row(joint: JointSurvey, one: Comparison) -> Reference:
-    place, position = joint.places[one.landmark], joint.joined.position[one.landmark]
+def odd_faults(found: References, faults: Sequence[Fault]) -> list[Fault]:
+    """References that are odd, as faults without a correction; not those that a fault that was named explains."""
+    return [odd for odd in map(_fault, found.odd) if not any(_explains(fault, odd) for fault in faults)]
+
+
+def _fault(odd: OddReference) -> Fault:
+    greatest = max(odd.references, key=lambda one: one.size_m or 0.0)
+    return Fault(
+        kind=FaultKind.ODD_REFERENCE,
+        floor=greatest.floor,
+        landmarks=sorted({one.landmark for one in odd.references}),
+        sessions=sorted({one.session for one in odd.references if one.session is not None}),
+        summary=odd.summary,
+        evidence=f"{greatest.size_m:.2f} m off where {greatest.sigma_m:.2f} m are usual",
+    )
+
+
+def _explains(fault: Fault, odd: Fault) -> bool:
+    """Whether a fault is of the same landmark, of the same session, or of the whole floor."""
+    if fault.landmarks:
+        return fault.floor == odd.floor and bool(set(fault.landmarks) & set(odd.landmarks))
+    return bool(set(fault.sessions) & set(odd.sessions)) if fault.sessions else fault.floor == odd.floor
+
+
+def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
+    place, position = joint.places[one.landmark], votes.joined.position[one.landmark]
     compared = one.verdict is not Verdict.NOTHING
     return Reference(
         floor=place.floor,
@@ -73,6 +66,7 @@ def _row(joint: JointSurvey, one: Comparison) -> Reference:
         verdict=one.verdict,
         x_m=round(position.real, 3),
         y_m=round(position.imag, 3),
+        offset_m=(round(one.offset.real, 3), round(one.offset.imag, 3)) if compared else None,
         size_m=round(one.size_m, 3) if compared else None,
         sigma_m=round(one.sigma_m, 3) if compared else None,
     )
@@ -88,7 +82,7 @@ def _ranked(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> lis
     }
     found = [_single(row) for one, row in rows if one.walk not in whole]
     found += [_of_session([row for one, row in rows if one.walk == walk]) for walk in whole]
-    return sorted(found, key=lambda one: -max(row.size_m or 0.0 for row in one.references))
+    return sorted(found, key=lambda one: -one.size_m)
 
 
 def _single(row: Reference) -> OddReference:

@@ -19,19 +19,29 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.diagnosis.record import Fault
+from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
-from vislam2tag.labeling.results import SUMMARY_FILE, FloorRecord, SessionResult, Summary
+from vislam2tag.labeling.results import (
+    CONFLICTS_FILE,
+    CONFLICTS_PAGE,
+    SUMMARY_FILE,
+    FloorRecord,
+    SessionResult,
+    Summary,
+)
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
+from vislam2tag.pipeline.labels.odd_references import odd_findings
 from vislam2tag.pipeline.labels.session import Outcome, code_of
 from vislam2tag.pipeline.labels.stored_session import AnyJob, Output, job_for, run_session
 from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
 from vislam2tag.pipeline.run.outputs import claimed, refuse_other_labels
 from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, selected, session_task
 from vislam2tag.pipeline.run.workers import Executor, process_all
+from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.run_page.html import write_report
 from vislam2tag.report.run_page.summary import summarise
 from vislam2tag.sessions.prepared import SessionTask
@@ -81,13 +91,15 @@ def process(
             survey, read_corrections(root), out, settings, landmarks=landmarks, selection=selection, replace=replace
         ) as run:
             tell(run.survey.findings)
-            tasks, odd = run.tasks, list[Finding]()
+            tasks = run.tasks
             if settings.together:
-                tasks, odd = told_tasks(run.survey, tasks, settings, run_all, comparing)
+                tasks, found = told_tasks(run.survey, tasks, settings, run_all, comparing)
+                odd = odd_findings(found)
                 tell(odd)
+                run = run.with_conflicts(found, odd)
             todo = jobs_of(tasks, settings, run.folder)
             run_all(run_session, todo, report=lambda done: progress(done, len(todo)))
-            return run.with_findings(odd).reduced()
+            return run.reduced()
 
 
 @dataclass(frozen=True)
@@ -98,14 +110,19 @@ class LabelRun:
     settings: ProcessSettings
     folder: Output
     tasks: list[SessionTask]
+    conflicts: str = ""
+    """The page beside the report that shows how references fit one another; empty where there is none."""
 
-    def with_findings(self, further: Sequence[Finding]) -> LabelRun:
-        """The same run of a survey of which more is to be told."""
-        return replace(self, survey=replace(self.survey, findings=(*self.survey.findings, *further)))
+    def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
+        """Write how references fit one another, and tell of those that are odd."""
+        self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.survey, found))
+        self.folder.write_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
+        survey = replace(self.survey, findings=(*self.survey.findings, *odd))
+        return replace(self, survey=survey, conflicts=CONFLICTS_PAGE)
 
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one."""
-        return _reduce(self.survey, [task.ref for task in self.tasks], self.settings, self.folder, each)
+        return _reduce(self, [task.ref for task in self.tasks], each)
 
 
 def opened_run(
@@ -229,14 +246,9 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _reduce(
-    survey: Survey,
-    refs: list[SessionRef],
-    settings: ProcessSettings,
-    folder: Output,
-    each: Callable[[SessionResult], None],
-) -> Summary:
+def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult], None]) -> Summary:
     """Reduce the sessions' results, one at a time, to summary and report."""
+    settings, folder = run.settings, run.folder
 
     def results(see: Callable[[SessionResult], None] = lambda _: None) -> Iterator[SessionResult]:
         for ref in refs:
@@ -245,11 +257,11 @@ def _reduce(
                 see(result)
                 yield result
 
-    faults = kept_faults(survey, refs, folder)
-    survey = replace(survey, findings=(*survey.findings, *map(_fault_finding, faults)))
+    faults = kept_faults(run.survey, refs, folder)
+    survey = replace(run.survey, findings=(*run.survey.findings, *map(_fault_finding, faults)))
     summary = summarise(results(each), settings.strategy, __version__, survey.findings)
     summary = summary.model_copy(update={"faults": [fault.summary for fault in faults]})
-    folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary))
+    folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary, run.conflicts))
     folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary
 

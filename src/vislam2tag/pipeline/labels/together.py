@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.similarity import as_points
+from vislam2tag.diagnosis.references import References
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.landmark_survey.other_walks import OtherWalks, ToldPlaces
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, ReducedSession, join_sessions, reduce_session
-from vislam2tag.pipeline.labels.odd_references import odd_findings, references
+from vislam2tag.pipeline.labels.odd_references import references
 from vislam2tag.pipeline.labels.session import code_of
 from vislam2tag.pipeline.run.workers import Executor
 from vislam2tag.sessions.prepared import SessionTask
@@ -76,8 +76,8 @@ def told_tasks(
     settings: ProcessSettings,
     run_all: Executor,
     progress: Progress[ReducedSession],
-) -> tuple[list[SessionTask], list[Finding]]:
-    """Tasks with what all other sessions of the run tell each; and which references contradict all others."""
+) -> tuple[list[SessionTask], References]:
+    """Tasks with what all other sessions of the run tell each; and how all references fit one another."""
     code = {name: code_of(name, settings) for name in sorted({task.ref.format for task in tasks})}
     todo = [ReduceJob(task, settings, code[task.ref.format]) for task in tasks]
     sessions: list[ReducedSession] = []
@@ -91,7 +91,7 @@ def told_tasks(
     told = _told(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
     with_told = [replace(task, told=told.get(task.ref.key), ways=_ways_of_others(led, task.ref.key)) for task in tasks]
-    return with_told, odd_findings(references(joint))
+    return with_told, references(joint)
 
 
 def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:

@@ -16,7 +16,15 @@ from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
 from vislam2tag.common.files.store import Store, Stored, Version
-from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.results import (
+    CONFLICTS_FILE,
+    CONFLICTS_PAGE,
+    PROGRAM,
+    RESULTS,
+    RUN_FILE,
+    SUMMARY_FILE,
+    SessionResult,
+)
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
@@ -147,7 +155,7 @@ def claim_store(store: Store, run: dict[str, object], *, replace: bool = False) 
         except StoreConflictError:
             if _content(store) != content:
                 raise taken from None
-    store.delete([SUMMARY_FILE, REPORT_FILE, LOG_FILE])
+    store.delete([SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE])
     with TemporaryDirectory(prefix="vislam2tag-") as scratch:
         log = Path(scratch) / LOG_FILE
         try:

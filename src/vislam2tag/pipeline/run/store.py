@@ -19,7 +19,15 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.lock import only_one
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.dataset.folder import MANIFEST, refuse_unless_replaced, written_by
-from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
+from vislam2tag.labeling.results import (
+    CONFLICTS_FILE,
+    CONFLICTS_PAGE,
+    PROGRAM,
+    RESULTS,
+    RUN_FILE,
+    SUMMARY_FILE,
+    SessionResult,
+)
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
@@ -159,7 +167,7 @@ def _prepare(folder: OutputFolder, run: dict[str, object]) -> None:
     try:
         shutil.rmtree(folder.root / PARTIAL, ignore_errors=True)
         (folder.root / PARTIAL).mkdir()
-        for name in (SUMMARY_FILE, "report.html", LOG_FILE):
+        for name in (SUMMARY_FILE, "report.html", CONFLICTS_PAGE, CONFLICTS_FILE, LOG_FILE):
             (folder.root / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{folder.root}: cannot be written ({error.strerror}); choose another --out") from error

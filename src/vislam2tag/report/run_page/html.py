@@ -31,15 +31,21 @@ _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
 
 def write_report(
-    out_file: Path, survey: Survey, settings: ProcessSettings, results: Iterable[SessionResult], summary: Summary
+    out_file: Path,
+    survey: Survey,
+    settings: ProcessSettings,
+    results: Iterable[SessionResult],
+    summary: Summary,
+    conflicts: str = "",
 ) -> None:
     """Write the page ``out_file`` about a run over a survey.
 
     ``results`` come in the survey's order (floor by floor) and are read once, one at a time, so memory does not grow
-    with their number; ``summary`` is their :func:`.summarise`. Equal input gives equal
-    bytes. The page is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    with their number; ``summary`` is their :func:`.summarise`; ``conflicts`` is the page beside it, if any, that shows
+    how references fit one another. Equal input gives equal bytes. The page is written beside ``out_file`` and renamed
+    when whole. Raises OutputError where it cannot be.
     """
-    write_page(out_file, "report.html.j2", _context(survey, settings, results, summary))
+    write_page(out_file, "report.html.j2", _context(survey, settings, results, summary) | {"conflicts": conflicts})
 
 
 @dataclass

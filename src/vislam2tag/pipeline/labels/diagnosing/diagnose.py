@@ -13,6 +13,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
+from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
 from vislam2tag.diagnosis.stream_faults import stream_faults
 from vislam2tag.diagnosis.told_by_plan import told_by_plan
@@ -21,6 +22,8 @@ from vislam2tag.diagnosis.wifi_clock import wifi_clock_offsets
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.diagnosing.diagnose_session import DiagnosedSession, MappedShare, observe_session
 from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.labels.landmark_survey import join_sessions
+from vislam2tag.pipeline.labels.odd_references import odd_faults, references
 from vislam2tag.pipeline.run.selection import Selection, selected, session_task
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.sessions.registry import open_survey, true_keys
@@ -72,13 +75,26 @@ def diagnose(
     signs = {session.key: session.signs for session in sessions if session.signs is not None}
     faults += stream_faults({key: replace(one, wifi=clocks.get(key)) for key, one in signs.items()}, faults)
     faults += [fault for session in sessions for fault in session.faults]
+    found = _references(survey, settings, sessions, faults)
+    faults += odd_faults(found, faults)
     shares = {session.key: session.share for session in sessions}
     return Diagnosis(
         version=__version__,
         sessions=len(sessions),
         failed=[session.error for session in sessions if session.error is not None],
         faults=_with_gains(survey, settings, refs, faults, shares),
+        references=found,
     )
+
+
+def _references(
+    survey: Survey, settings: ProcessSettings, sessions: Sequence[DiagnosedSession], faults: Sequence[Fault]
+) -> References:
+    """How references fit one another; nothing where a whole table is wrong, which then contradicts everywhere."""
+    if any(not (fault.landmarks or fault.sessions) for fault in faults):
+        return References()
+    maps = [session.landmark_map for session in sessions if session.landmark_map is not None]
+    return references(join_sessions(survey, maps, settings.survey.landmark_sigma_m))
 
 
 def _walkable_floors(survey: Survey) -> dict[int, Inside]:

@@ -20,11 +20,12 @@ from vislam2tag.diagnosis.wifi_clock import HeardOnWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_fixes import doubtful_fixes, reckoned
 from vislam2tag.pipeline.labels.kept_passes import Places, places_of
+from vislam2tag.pipeline.labels.landmark_survey import ReducedSession, reduced
 from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.self_check.accuracy import expected_error_m
 from vislam2tag.self_check.record import DoubtfulFix
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.prepared import SessionTask, prepared_session, read_corrected
+from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_session, read_corrected
 from vislam2tag.sessions.session_landmarks import AmbiguousLandmarksError, clashes
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES
@@ -61,6 +62,8 @@ class DiagnosedSession:
     """What the session tells alone."""
     heard: HeardOnWalk | None = None
     """The scans and the way in the frame of the passes."""
+    landmark_map: ReducedSession | None = None
+    """Its landmarks in its own frame; None where they cannot be joined with those of others."""
 
 
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -108,7 +111,15 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         signs=stream_signs(whole.session),
         share=share,
         heard=_heard(session, observations.odometry),
+        landmark_map=_landmark_map(settings, prepared),
     )
+
+
+def _landmark_map(settings: ProcessSettings, prepared: PreparedSession) -> ReducedSession | None:
+    try:
+        return reduced(settings.mapping, prepared)
+    except SessionError:
+        return None
 
 
 def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[Fault, ...]:
