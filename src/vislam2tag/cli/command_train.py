@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vislam2tag.common.progress import Progress
     from vislam2tag.pipeline.positioning.train import HeldOutResult, TrainedModel
     from vislam2tag.positioning.model_choice import ModelTrial
+    from vislam2tag.positioning.model_update import ModelUpdate
 
 HELP = f"""
 Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
@@ -30,6 +31,10 @@ on the test part (`vislam2tag benchmark` compares models). Without --model sever
 alone and the two best together; a table says which is taken, and why. The file holds numbers and text only, a
 checksum, and what the model needs to know: access points, floors, how sure it is. docs/explanation/positioning.md tells
 what each model is.
+
+With --update a model that keeps its fingerprints (neighbours, local-kriging) learns DS, a later survey of a part or all
+of the building, besides: what it holds of access points that are gone or were moved, as `vislam2tag join` tells them,
+is left out.
 
 Models: {", ".join(MODELS.names())}.
 
@@ -46,6 +51,7 @@ Examples:
       --split device --fold Pixel --out no-pixel.v2t
   vislam2tag train fingerprints --model multi-cel --out building.v2t \\
       --onnx building.onnx
+  vislam2tag train later --update building.v2t --out building-2.v2t
 """
 
 
@@ -74,11 +80,14 @@ def _train(
     onnx: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the model as ONNX, too (networks and cell-density).")
     ] = None,
+    update: Annotated[
+        Path | None, typer.Option(metavar="MODEL", help="Update this model by DS, a later survey of the building.")
+    ] = None,
     json: AsJson = False,
 ) -> None:
     from vislam2tag.pipeline.positioning.train import TrainPlan, train
 
-    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx, budget_s)
+    plan = TrainPlan(model, parameters_of(set_ or ()), split, fold, seed, technology, onnx, budget_s, update)
     begun = time.monotonic()
     try:
         with _bar() as progress:
@@ -97,6 +106,7 @@ def _train(
                 "remarks": trained.saved.model.remarks(),
                 "tested": trained.tested,
                 "tried": trained.trial.tried if trained.trial else (),
+                "updated": None if trained.update is None else _changes(trained.update),
             }
         )
         return
@@ -125,11 +135,19 @@ def _print(trained: TrainedModel, seconds: float) -> None:
         f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
         f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
     )
+    if trained.update is not None:
+        changes = ", ".join(f"{what}: {count}" for what, count in _changes(trained.update).items())
+        say(f"updated ({changes}; what was known of access points gone or moved is left out)")
     for remark in model.remarks():
         say(remark)
     say("not tested: give --split" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
         say(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
+
+
+def _changes(update: ModelUpdate) -> dict[str, int]:
+    """How many fingerprints joined, and how many access points changed."""
+    return {"joined": update.added, "gone": len(update.gone), "moved": len(update.moved), "new": len(update.new)}
 
 
 def _print_trial(trial: ModelTrial) -> None:

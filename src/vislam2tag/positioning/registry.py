@@ -72,6 +72,10 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Return what somebody who trained the model should know of its training data, a sentence each."""
         return ()
 
+    def learned(self) -> LabelledScans | None:
+        """Return the scans that the model keeps, and where they were taken; None where it keeps none."""
+        return None
+
     @abstractmethod
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""

@@ -15,10 +15,12 @@ from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.positioning.metrics import Score, score
 from vislam2tag.positioning.model_choice import BUDGET_S, ModelTrial, tried_models
-from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, save_model
+from vislam2tag.positioning.model_file import ModelOrigin, SavedModel, load_model, save_model
+from vislam2tag.positioning.model_update import ModelUpdate, updated
 from vislam2tag.positioning.onnx_export import write_onnx
 from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.positioning.scans.learning_data import LearningData, learning_data
+from vislam2tag.positioning.scans.places import LabelledScans
 
 SEED = "seed"
 
@@ -40,6 +42,8 @@ class TrainPlan:
     """Write the model as ONNX, too (networks and cell-density)."""
     budget_s: float = BUDGET_S
     """How long trying models may take, where none is named."""
+    update: Path | None = None
+    """A model's file, which learns the data set besides what it learned before; its kind and settings stay."""
 
 
 @dataclass(frozen=True)
@@ -62,13 +66,15 @@ class TrainedModel:
     """None where there is no test part."""
     trial: ModelTrial | None = None
     """None where the model was named."""
+    update: ModelUpdate | None = None
+    """None where nothing was updated."""
 
 
 def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = silent) -> TrainedModel:
     """Train a model on a data set's folder and save it.
 
     Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
-    OutputError where ``out`` cannot be written.
+    ModelError for a model's file that cannot be updated, OutputError where ``out`` cannot be written.
     """
     for file in [out] if plan.onnx is None else [out, plan.onnx]:
         if file.is_dir() or not file.parent.is_dir():
@@ -76,25 +82,57 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = 
     if plan.onnx is not None and plan.onnx.resolve() == out.resolve():
         raise UsageError(f"--onnx {plan.onnx}: is the file of --out; choose another name")
     _check(plan)
+    before = None if plan.update is None else load_model(plan.update)
     dataset = open_dataset(folder)
     learned, tested, part = _parts(dataset, plan)
-    trial = tried_models((learned.scans, learned.places), plan.budget_s, progress) if plan.model is None else None
-    name, model = _model(plan, trial)
+    labelled = learned.scans, learned.places
+    origin = _origin(dataset, plan.technology, part, len(learned))
+    update = trial = None
+    if before is not None:
+        update = _updated(before, origin, labelled, plan)
+        labelled, origin = update.learned, _joined_origin(before.origin, origin, update)
+        name, model = before.name, model_named(before.name, **before.model.get_params())
+    else:
+        trial = tried_models(labelled, plan.budget_s, progress) if plan.model is None else None
+        name, model = _model(plan, trial)
     model.progress = progress
-    model.fit(learned.scans, learned.places)
-    saved = SavedModel(name, model, _origin(dataset, plan.technology, part, len(learned)))
+    model.fit(*labelled)
+    saved = SavedModel(name, model, origin)
     save_model(saved, out)
     if plan.onnx is not None:
         write_onnx(model, plan.onnx, {"model": name, "origin": saved.origin.model_dump_json()})
-    return TrainedModel(saved, None if tested is None else _tested(model, tested), trial)
+    return TrainedModel(saved, None if tested is None else _tested(model, tested), trial, update)
 
 
 def _check(plan: TrainPlan) -> None:
     """Refuse a model or parameters that there are not, before anything is read."""
-    if plan.model is not None:
+    if plan.update is not None:
+        if plan.model is not None or plan.parameters or plan.seed is not None or plan.onnx is not None:
+            raise UsageError("--update: keeps the model's kind and settings; leave --model, --set, --seed, --onnx out")
+    elif plan.model is not None:
         model_named(plan.model, **_parameters(plan.model, plan))
     elif plan.parameters or plan.seed is not None or plan.onnx is not None:
         raise UsageError("--set, --seed, --onnx: belong to a model; name it by --model")
+
+
+def _updated(before: SavedModel, origin: ModelOrigin, later: LabelledScans, plan: TrainPlan) -> ModelUpdate:
+    """Join what a model learned with a later survey; refuse where names or places mean something else there."""
+    known = before.model.learned()
+    if known is None:
+        raise UsageError(
+            f"--update {plan.update}: {before.name} keeps no fingerprints; join the data sets (vislam2tag join) and "
+            "train on both"
+        )
+    for what in ("technology", "frame", "bssid_key"):
+        own, other = getattr(before.origin, what), getattr(origin, what)
+        if own != other:
+            raise UsageError(f"--update {plan.update}: {what} is {own} in the model and {other} in {origin.dataset}")
+    return updated(known, later, plan.technology)
+
+
+def _joined_origin(before: ModelOrigin, later: ModelOrigin, update: ModelUpdate) -> ModelOrigin:
+    part = f"{before.part}; updated by {update.added} of {later.dataset} ({later.part})"
+    return before.model_copy(update={"part": part, "scans": len(update.learned[0])})
 
 
 def _model(plan: TrainPlan, trial: ModelTrial | None) -> tuple[str, Positioner]:
@@ -111,7 +149,7 @@ def _tested(model: Positioner, part: LearningData) -> HeldOutResult:
     found = model.predict(part.scans)
     answered = found[found.known]
     radii = (np.median(one) if len(one) else np.nan for one in (answered.radius_68_m, answered.radius_95_m))
-    return HeldOutResult(score(found, part.places), *map(float, radii))
+    return HeldOutResult(score(found, part.places.over(found.storeys)), *map(float, radii))
 
 
 def _parameters(model: str, plan: TrainPlan) -> dict[str, Any]:

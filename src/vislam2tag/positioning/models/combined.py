@@ -42,6 +42,10 @@ class Combined(Positioner):
         """Say what the parts say."""
         return [remark for part in self.parts_ for remark in part.remarks()]
 
+    def learned(self) -> LabelledScans | None:
+        """Return what one of the parts keeps."""
+        return next((kept for part in self.parts_ if (kept := part.learned()) is not None), None)
+
     def arrays(self) -> NamedArrays:
         """Return what the parts learned, each under its number."""
         return {

@@ -170,6 +170,10 @@ class LocalKriging(Positioner):
         answer = self._kriged(scans)
         return answer.voted.positions(self._places, self.radii_.radii_m(answer.features))
 
+    def learned(self) -> LabelledScans:
+        """Return all that was learned from."""
+        return self._scans, self._places
+
     def arrays(self) -> NamedArrays:
         """Return the scans learned and their places, the regression onto storeys, and the radii."""
         return {

@@ -15,7 +15,7 @@ from vislam2tag.positioning.baselines.votes import VotedPositions, Votes, counte
 from vislam2tag.positioning.baselines.voting_positioner import VotingPositioner
 from vislam2tag.positioning.registry import register
 from vislam2tag.positioning.scans.held_out import calibration_rows, walk_numbers
-from vislam2tag.positioning.scans.places import ScanPlaces
+from vislam2tag.positioning.scans.places import LabelledScans, ScanPlaces
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.scans.representation import Representation, represented_levels
 
@@ -63,6 +63,10 @@ class NearestNeighbours(VotingPositioner):
 
     def _answer(self, scans: RadioScans) -> VotedPositions:
         return self._voted(scans)
+
+    def learned(self) -> LabelledScans:
+        """Return all that was learned from."""
+        return self._scans, self._places
 
     def _voted(self, scans: RadioScans, apart: Apart | None = None) -> VotedPositions:
         index, away = self._index.nearest(scans, self._levels(scans), self.k, apart)

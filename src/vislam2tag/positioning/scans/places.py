@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -56,6 +57,11 @@ class ScanPlaces:
             sigma_m=np.full(arrays.sizes["n"], np.nan),
         )
 
+    def over(self, storeys: tuple[Storey, ...]) -> ScanPlaces:
+        """Number storeys by another list that holds them all."""
+        number = np.array([storeys.index(storey) for storey in self.storeys], dtype=np.int64)
+        return replace(self, storeys=storeys, storey=number[self.storey])
+
     def distance_m(self, xy: FloatArray) -> FloatArray:
         """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
         return np.asarray(np.hypot(*(xy - self.xy).T))
@@ -73,6 +79,14 @@ class ScanPlaces:
         for storey in np.unique(self.storey[known]):
             height_m[storey] = np.median(self.z[known & (self.storey == storey)])
         return height_m
+
+
+def joined_places(parts: Sequence[ScanPlaces]) -> ScanPlaces:
+    """Put places after others, over the storeys of all, in order."""
+    storeys = tuple(sorted({storey for part in parts for storey in part.storeys}))
+    whole = [part.over(storeys) for part in parts]
+    names = ("storey", "xy", "z", "sigma_m")
+    return ScanPlaces(storeys, **{name: np.concatenate([getattr(part, name) for part in whole]) for name in names})
 
 
 LabelledScans = tuple[RadioScans, ScanPlaces]

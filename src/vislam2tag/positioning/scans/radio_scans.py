@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +14,7 @@ from vislam2tag.positioning.checked_arrays import CheckedArrays
 
 TextArray = npt.NDArray[np.str_]
 Rows = IntArray | BoolArray | slice
+_DEVICE, _WALK = "device", "walk"
 
 
 @dataclass(frozen=True)
@@ -76,39 +77,47 @@ class RadioScans:
         place = {name: column for column, name in enumerate(access_points)}
         new = np.array([place.get(name, -1) for name in self.access_points], dtype=np.int64)
         column = new[self.column] if len(self.column) else self.column
-        kept = column >= 0
-        heard = np.bincount(self.row[kept], minlength=len(self))
-        return RadioScans(
-            access_points=tuple(access_points),
+        return replace(self, access_points=tuple(access_points), column=column).only(column >= 0)
+
+    def only(self, readings: BoolArray) -> RadioScans:
+        """Leave out the readings that are not in the mask (m,)."""
+        heard = np.bincount(self.row[readings], minlength=len(self))
+        return replace(
+            self,
             start=np.concatenate([[0], np.cumsum(heard)]),
-            column=column[kept],
-            rssi_dbm=self.rssi_dbm[kept],
-            device=self.device,
-            session=self.session,
-            time_ns=self.time_ns,
+            column=self.column[readings],
+            rssi_dbm=self.rssi_dbm[readings],
         )
 
     def arrays(self) -> dict[str, AnyArray]:
-        """Return what was heard, for saving; devices, sessions and times are not kept."""
-        return {"start": self.start, "column": self.column.astype(np.int32), "rssi_dbm": self.rssi_dbm}
+        """Return what was heard, for saving; of devices and sessions only which are the same, times are not kept."""
+        return {
+            "start": self.start,
+            "column": self.column.astype(np.int32),
+            "rssi_dbm": self.rssi_dbm,
+            _DEVICE: _numbered(self.device),
+            _WALK: _numbered(self.session),
+        }
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, access_points: Sequence[str]) -> Self:
-        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit.
+
+        Older files tell neither devices nor sessions.
+        """
         column = arrays.integers("column", "readings", below=len(access_points)).astype(np.int64)
         rssi_dbm = arrays.floats("rssi_dbm", "readings")
         start = arrays.integers("start", "ends", below=len(column) + 1)
         n = arrays.sizes.setdefault("n", len(start) - 1)
         if start[0] != 0 or start[-1] != len(column) or (np.diff(start) < 0).any() or len(start) != n + 1:
             raise ValueError("start has other numbers of readings than there are")
-        nowhere = np.full(n, "", dtype=np.str_)
         return cls(
             access_points=tuple(access_points),
             start=start,
             column=column,
             rssi_dbm=rssi_dbm,
-            device=nowhere,
-            session=nowhere,
+            device=_named(arrays, _DEVICE, n),
+            session=_named(arrays, _WALK, n),
             time_ns=np.zeros(n, dtype=np.int64),
         )
 
@@ -117,6 +126,33 @@ class RadioScans:
         matrix = np.full(self.shape, not_heard)
         matrix[self.row, self.column] = self.rssi_dbm
         return matrix
+
+
+def joined_scans(parts: Sequence[RadioScans]) -> RadioScans:
+    """Put scans after others, over the access points of all, in order of their names."""
+    access_points = sorted({name for part in parts for name in part.access_points})
+    whole = [part.over(access_points) for part in parts]
+    return RadioScans(
+        access_points=tuple(access_points),
+        start=np.concatenate([[0], np.cumsum(np.concatenate([part.heard for part in whole]))]),
+        **{
+            name: np.concatenate([getattr(part, name) for part in whole])
+            for name in ("column", "rssi_dbm", "device", "session", "time_ns")
+        },
+    )
+
+
+def _numbered(names: TextArray) -> IntArray:
+    """(n,) a number for each name, -1 where it is empty."""
+    return np.where(names == "", -1, np.unique(names, return_inverse=True)[1]).astype(np.int32)
+
+
+def _named(arrays: CheckedArrays, kind: str, n: int) -> TextArray:
+    """(n,) names that nothing else has, by number; empty where none is told."""
+    if not arrays.count(kind):
+        return np.full(n, "", dtype=np.str_)
+    number = arrays.integers(kind, "n", least=-1)
+    return np.where(number < 0, "", np.char.add(f"learned {kind} ", number.astype(np.str_)))
 
 
 def scans_from_readings(
