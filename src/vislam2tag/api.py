@@ -157,6 +157,7 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.model_file import SavedModel as SavedModel
     from vislam2tag.positioning.model_file import load_model as load_model
     from vislam2tag.positioning.model_file import save_model as save_model
+    from vislam2tag.positioning.model_update import ModelUpdate as ModelUpdate
     from vislam2tag.positioning.registry import Positioner as Positioner
     from vislam2tag.positioning.registry import model_named as model_named
     from vislam2tag.positioning.scans.learning_data import LearningData as LearningData
@@ -299,6 +300,7 @@ _NAMES = {
     "positioning.benchmark.record": "Benchmark",
     "positioning.model_choice": "ModelTrial TriedModel",
     "positioning.model_file": "ModelOrigin SavedModel load_model save_model",
+    "positioning.model_update": "ModelUpdate",
     "positioning.registry": "Positioner model_named",
     "positioning.scans.learning_data": "LearningData learning_data",
     "positioning.scans.track_file": "Tracks",

@@ -1,8 +1,8 @@
 """What a model learned and a later survey, joined: of the former without what the building no longer has.
 
-What changed is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.dataset.comparing.changes`): readings of
-access points that are gone or were moved are left out of what was learned, so that no scan is judged by them. Scans of
-places that were walked again stay: without them errors were greater (docs/results/positioning-change.md).
+What changed is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.dataset.comparing.changes`): readings
+of access points that are gone or were moved are left out of what was learned, so that no scan is judged by them. Scans
+of places that were walked again stay: without them errors were greater (docs/results/positioning-change.md).
 """
 
 from __future__ import annotations

@@ -96,6 +96,25 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
         trained(folder, tmp_path / "knn.v2t", onnx=tmp_path / "knn.v2t")
 
 
+def test_a_model_is_updated_by_a_later_survey(folder: Path, tmp_path: Path) -> None:
+    before, after = tmp_path / "before.v2t", tmp_path / "after.v2t"
+    trained(folder, before, split="device", fold="Pixel")
+    plan = TrainPlan(None, {}, update=before)
+    made = train(folder, plan, after)
+    assert made.update is not None
+    assert (made.update.added, made.saved.origin.scans) == (22, 44)
+    assert made.saved.origin.part == "split device, fold Pixel; updated by 22 of small (all)"
+    saved = load_model(after)
+    assert (saved.name, saved.model.get_params()["k"]) == ("knn", 1)
+    with pytest.raises(DatasetError, match="nothing to update"):
+        train(folder, replace(plan, update=after), after)
+    with pytest.raises(UsageError, match="--update: keeps the model's kind"):
+        train(folder, replace(plan, model="knn"), after)
+    trained(folder, before, model="extra-trees", parameters={"trees": 2})
+    with pytest.raises(UsageError, match="extra-trees keeps no fingerprints; join the data sets"):
+        train(folder, plan, after)
+
+
 def test_other_faults_are_told(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="cannot be written"):
         trained(folder, tmp_path / "absent" / "model.v2t")

@@ -46,6 +46,8 @@ def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:
     np.testing.assert_array_equal(one.xy, other.xy)
     np.testing.assert_array_equal(one.storey_probability, other.storey_probability)
     np.testing.assert_array_equal(one.radius_95_m, other.radius_95_m)
+    before, after = (np.unique(model.learned()[0].session, return_inverse=True)[1] for model in (fitted, again))
+    assert len(set(zip(before.tolist(), after.tolist(), strict=True))) == len(set(before.tolist()))  # the same walks
 
 
 def test_radii_come_from_a_validation_part_where_there_is_one(fitted: LocalKriging) -> None:
