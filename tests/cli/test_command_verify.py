@@ -55,7 +55,21 @@ def test_two_labellings_of_a_survey(tmp_path: Path) -> None:
     done = vislam2tag("verify", tmp_path / "smoother", tmp_path / "local")
     assert done.returncode == 1
     assert "x, y: " in done.stdout
-    assert vislam2tag("verify", tmp_path / "local", tmp_path / "local").returncode == 0
+    assert "strategy: smoother, local" in done.stdout
+    found = json.loads(vislam2tag("verify", tmp_path / "smoother", tmp_path / "local", "--json").stdout)["labels"]
+    (walk,) = found["sessions"]
+    frames = [
+        pl.read_parquet(tmp_path / name / "trajectory" / f"{walk['id']}.parquet") for name in ("smoother", "local")
+    ]
+    both = frames[0].select("x", "y").hstack(frames[1].select(x_b="x", y_b="y")).drop_nulls()
+    apart = ((both["x"] - both["x_b"]) ** 2 + (both["y"] - both["y_b"]) ** 2).sqrt()
+    assert walk["frames_compared"] == len(both) > 1000
+    assert walk["apart_median_m"] == pytest.approx(apart.median())
+    assert 0 < walk["apart_median_m"] < walk["apart_p95_m"]
+    assert walk["labelled_a"] > walk["labelled_b"]
+    same = json.loads(vislam2tag("verify", tmp_path / "local", tmp_path / "local", "--json").stdout)
+    assert [(one["apart_p95_m"], same["labels"]["settings"]) for one in same["labels"]["sessions"]] == [(0.0, [])]
+    assert vislam2tag("verify", tmp_path / "local", tmp_path / "local").stdout.startswith("the same: ")
 
 
 def test_nothing_to_compare(tmp_path: Path) -> None:

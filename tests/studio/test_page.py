@@ -104,7 +104,7 @@ def open_tab(page: Page, name: str, act: Act) -> None:
     if act is not press:
         return act(page.get_by_role("tab", name=name))
     press(page.locator("[role=tab][aria-selected=true]"))
-    for _ in range(5):
+    for _ in page.get_by_role("tab").all():
         if page.get_by_role("tab", name=name).get_attribute("aria-selected") == "true":
             return None
         page.keyboard.press("ArrowRight")
@@ -182,6 +182,11 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
         assert corrections.read_text() == text
         assert max(errors_m(folder).values()) < NEAR_M
 
+        flip = page.get_by_role("button", name="Before / after")
+        for output in ("before", "labels"):
+            with page.expect_response(lambda answer, output=output: f"/api/tracks?output={output}" in answer.url):  # type: ignore[misc]
+                act(flip)
+        adds_an_entry(page, act)
         open_tab(page, "Compare", act)
         choose(page.get_by_label("Second"), "before the last change", act)
         act(page.get_by_role("button", name="Compare", exact=True))
@@ -201,11 +206,28 @@ def test_the_views_by_hand(browser: Browser, faulty: Path, tmp_path: Path) -> No
         shows_everything_on_the_map(page)
         time_and_span(page)
         drags_a_landmark(page)
+        fills_in_every_kind(page)
         types_a_text_of_corrections(page)
         assert not (folder / "survey" / "corrections.toml").exists()
         follows_what_others_change(page, folder / "survey" / "corrections.toml")
         says_it_in_german(page)
         accessible(page)
+
+
+@pytest.mark.slow
+def test_labels_that_are_missing_are_made(browser: Browser, faulty: Path, tmp_path: Path) -> None:
+    one = tmp_path / "one"
+    shutil.copytree(faulty / "survey", one / "survey", ignore=shutil.ignore_patterns("LG", "OnePlus", "2021-12-22T1*"))
+    (one / "labels").mkdir()
+    with studio_page(browser, one, tmp_path) as (page, folder):
+        walks = page.locator(".list .row")
+        count = walks.count()
+        expect(walks.filter(has_text="no labels")).to_have_count(count)
+        page.get_by_role("button", name=f"Make the labels of {count} walks").click()
+        expect(page.get_by_role("progressbar", name="Mapping again")).to_be_visible(timeout=LATEST_MS)
+        expect(walks.filter(has_text="% labelled")).to_have_count(count, timeout=LATEST_MS)
+        expect(page.get_by_role("button", name="Make the labels of")).to_have_count(0)
+        assert len(list((folder / "labels" / "trajectory").glob("*.parquet"))) == count
 
 
 def made_otherwise(labels: Path, other: Path, shift_m: float) -> Path:
@@ -373,6 +395,77 @@ def drags_a_landmark(page: Page) -> None:
     expect(page.get_by_role("dialog")).to_contain_text("[[move_landmark]]")
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+ENTRIES: dict[str, dict[str, str]] = {
+    "exclude_session": {"device": "LG"},
+    "exclude_span": {"from (s)": "1.5"},
+    "exclude_landmark": {"id": "3"},
+    "swap_landmarks": {"id 1": "3", "id 2": "5"},
+    "move_landmark": {"id": "3", "x (m)": "1", "y (m)": "2", "from": "2022-01-10T08:30:00"},
+    "shift_clock": {"table": "wifi", "seconds to add": "-0.35"},
+    "rename_landmark": {"id": "3", "becomes": "3 (second)", "walk": "2021-12-21T10:00:00", "to (s)": "20"},
+    "set_landmark_floor": {"id": "3", "becomes": "2"},
+    "landmark_units": {"unit": "ft", "floor": "1"},
+    "turn_landmarks": {"floor": "1", "shift (m) 1": "60", "reason": "of an older plan"},
+    "set_floor": {"becomes": "2", "floor": "1"},
+    "set_device": {"becomes": "LG", "device": "Pixel"},
+    "drop_repeated_scans": {},
+    "move_control_point": {"id": "0", "x (m)": "1", "y (m)": "2", "floor": "1"},
+}
+"""Something to fill in for each kind of correction."""
+
+
+def fills_in_every_kind(page: Page) -> None:
+    page.set_viewport_size({"width": 400, "height": 800})
+    page.get_by_role("tab", name="Corrections").click()
+    page.get_by_text("Add a correction").click()
+    form = page.locator("form")
+    kinds = form.get_by_label("Kind").locator("option")
+    assert {kind.get_attribute("value") for kind in kinds.all()} == ENTRIES.keys()
+    for kind, values in ENTRIES.items():
+        form.get_by_label("Kind").select_option(kind)
+        for label, value in values.items():
+            if label in ("table", "unit"):
+                form.locator("label", has_text=label).locator("select").last.select_option(value)
+            else:
+                form.get_by_label(label, exact=True).fill(value)
+        form.get_by_role("button", name="Show the change").click()
+        lines = page.locator("dialog .added")
+        expect(lines.first).to_have_text(f"+[[{kind}]]", timeout=LATEST_MS)
+        assert len([line for line in lines.all_inner_texts() if " = " in line]) >= len(
+            {label.rstrip(" 12") for label in values}
+        )
+        page.keyboard.press("Escape")
+    found = Axe().run(page).response["violations"]
+    assert [one["id"] for one in found if one["impact"] in ("serious", "critical")] == []
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
+    page.set_viewport_size({"width": 1400, "height": 900})
+    page.get_by_role("tab", name="Walks").click()
+    page.get_by_role("tab", name="Corrections").click()
+    page.get_by_text("Add a correction").click()
+    form.get_by_label("device", exact=True).fill("nobody's")
+    form.get_by_role("button", name="Show the change").click()
+    page.get_by_role("button", name="Save and map again").click()
+    page.get_by_role("button", name="Change", exact=True).click()
+    page.locator(".cards form").get_by_label("reason").fill("too far")
+    page.locator(".cards form").get_by_role("button", name="Show the change").click()
+    expect(page.get_by_role("dialog")).to_contain_text('+reason = "too far"')
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Take out").click()
+    page.get_by_role("button", name="Save and map again").click()
+    expect(page.get_by_text("There are no corrections.")).to_be_visible(timeout=LATEST_MS)
+    idle(page)
+
+
+def adds_an_entry(page: Page, act: Act) -> None:
+    """By the form that every kind of correction has; it is not saved."""
+    open_tab(page, "Corrections", act)
+    act(page.get_by_text("Add a correction"))
+    choose(page.get_by_label("Kind"), "drop repeated scans", act)
+    act(page.locator("form").get_by_role("button", name="Show the change"))
+    expect(page.get_by_role("dialog")).to_contain_text("+[[drop_repeated_scans]]", timeout=LATEST_MS)
+    act(page.get_by_role("button", name="Do not save"))
 
 
 def types_a_text_of_corrections(page: Page) -> None:

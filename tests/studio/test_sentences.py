@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from vislam2tag.studio.corrections_view import correction_tables
+
 ROOT = Path(__file__).parents[2]
 GERMAN = ROOT / "studio" / "src" / "words" / "sentences.de.json"
 PACKAGES = ("survey", "sessions", "walkable", "diagnosis", "pipeline/labels", "labeling", "studio")
@@ -64,6 +66,11 @@ def test_every_sentence_about_a_survey_is_there_in_german() -> None:
     assert len(spoken) > 90
     missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}
     assert missing == {}
+
+
+def test_every_kind_of_correction_is_explained_in_german() -> None:
+    known = json.loads(GERMAN.read_text(encoding="utf-8"))
+    assert {table.summary for table in correction_tables().tables} <= known.keys()
 
 
 def test_a_german_sentence_has_what_varies_in_the_english_one() -> None:

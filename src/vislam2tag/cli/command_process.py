@@ -192,8 +192,7 @@ def _print_summary(summary: Summary, out: Path) -> None:
 
 
 def _share(counts: dict[str, int]) -> str:
-    from vislam2tag.core.status import Status
-    from vislam2tag.report.run_page.summary import labelled_share
+    from vislam2tag.core.status import Status, labelled_share
 
     share = labelled_share(counts)
     if share is None:

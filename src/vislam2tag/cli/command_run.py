@@ -78,7 +78,7 @@ def _with_progress(survey: Path, out: Path, settings: Settings, landmarks: Path 
 
 
 def _print(made: SurveyRun, survey: Path, out: Path) -> None:
-    from vislam2tag.report.run_page.summary import labelled_share
+    from vislam2tag.core.status import labelled_share
 
     share = labelled_share(made.labels.frames)
     labelled = "no frame has a position" if share is None else f"{100 * share:.1f} % of frames have a position"

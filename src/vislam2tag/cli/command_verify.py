@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from vislam2tag.dataset.comparing.comparison import Comparison
+    from vislam2tag.dataset.comparing.label_comparison import LabelComparison
     from vislam2tag.dataset.comparing.table_comparison import TableDifferences
 
 SHOWN = 20
@@ -27,7 +28,9 @@ Verify: are two sets the same within a tolerance, and if not, where?
 For those who rebuild a published set from raw data. A and B are both data sets, both outputs of `vislam2tag process`,
 or both folders in the published labelled layout (wifi_annotated.csv and sensors_annotated.csv in each session; spaces
 around fields and the form of numbers do not matter). Rows are matched by scan and access point, by line of the raw
-file, or by time. Nothing is written.
+file, or by time. Two outputs of `process` (of two strategies, settings or dates) are also compared walk by walk: how
+many metres apart each has its frames, what share is labelled, sigma, and the error where truth is known, as `studio`
+does. Nothing is written.
 
 Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
 
@@ -89,6 +92,8 @@ def _print(found: Comparison) -> None:
         console.print(f"the manifests differ in {', '.join(found.facts)}", soft_wrap=True)
     if found.differences:
         console.print(_tables(found.differences[:SHOWN]))
+    if found.labels and not found.same:
+        _print_walks(found.labels)
     if len(found.differences) > SHOWN:
         console.print(f"{len(found.differences) - SHOWN} more tables differ; --json has all", soft_wrap=True)
     console.print(_last_line(found), soft_wrap=True)
@@ -104,6 +109,37 @@ def _tables(differences: tuple[TableDifferences, ...]) -> Table:
         counts = (str(count) for count in (one.matched, one.missing, one.extra))
         rows.add_row(escape(one.session) if one.session != WHOLE_SET else "-", one.table, escape(_texts(one)), *counts)
     return rows
+
+
+def _print_walks(found: LabelComparison) -> None:
+    """The walks, those furthest apart first, what they come to in all, and what settings differ."""
+    from rich.markup import escape
+
+    rows = table("Walks, A and B", ("session",), ("labelled", "sigma", "error", "apart (median)", "apart (95 %)"))
+    for one in sorted(found.sessions, key=lambda one: -(one.apart_p95_m or 0.0))[:SHOWN]:
+        rows.add_row(
+            escape(one.id),
+            f"{_share(one.labelled_a)}, {_share(one.labelled_b)}",
+            f"{_metres(one.sigma_a_m)}, {_metres(one.sigma_b_m)}",
+            f"{_metres(one.error_a_m)}, {_metres(one.error_b_m)}",
+            _metres(one.apart_median_m),
+            _metres(one.apart_p95_m),
+        )
+    labelled, sigma, error = ((total.a, total.b) for total in found.totals[1:])
+    rows.add_row(
+        "all", ", ".join(map(_share, labelled)), ", ".join(map(_metres, sigma)), ", ".join(map(_metres, error)), "", ""
+    )
+    table_console().print(rows)
+    for setting in found.settings:
+        table_console().print(f"{setting.name}: {escape(setting.a)}, {escape(setting.b)}", soft_wrap=True)
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{100 * value:.1f} %"
+
+
+def _metres(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f} m"
 
 
 def _texts(one: TableDifferences) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
 
 from vislam2tag.core.arrays import BoolArray, StatusArray
@@ -36,3 +37,12 @@ def has_position(status: StatusArray) -> BoolArray:
     """Mask (n,) of the codes (n,) of entries that carry coordinates (``ok`` or ``uncertain``)."""
     positioned: BoolArray = (status == Status.OK) | (status == Status.UNCERTAIN)
     return positioned
+
+
+def labelled_share(counts: Mapping[str, int]) -> float | None:
+    """Share of frames or readings, counted by label, with status ``ok``, 0 to 1; None where there are none.
+
+    Repeated ones (``duplicate``) say nothing new and are counted neither as labelled nor as lost.
+    """
+    total = sum(count for label, count in counts.items() if label != Status.DUPLICATE.label)
+    return counts.get(Status.OK.label, 0) / total if total else None

@@ -13,9 +13,9 @@ from pathlib import Path
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.dataset.comparing.label_comparison import settings_of_output
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSession
-from vislam2tag.labeling.results import RESULTS, RUN_FILE, SessionResult
+from vislam2tag.labeling.results import RESULTS, SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.studio.tracks import TABLE_COLUMNS, Track, track_of
@@ -75,11 +75,7 @@ class Output:
 
     def settings(self) -> dict[str, object]:
         """Settings that labels follow from; none where they are not told."""
-        try:
-            found = read_json(self.root / RUN_FILE)["settings"]
-        except (OSError, ValueError, KeyError, TypeError):
-            return {}
-        return found if isinstance(found, dict) else {}
+        return settings_of_output(self.root)
 
     def result(self, slugs: Sequence[str]) -> SessionResult | None:
         """The result under the first of these names that there is one of."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
 import numpy as np
 
 from vislam2tag.common.findings import Severity
-from vislam2tag.core.status import Status, has_position
+from vislam2tag.core.status import Status, has_position, labelled_share
+from vislam2tag.dataset.comparing.label_comparison import mean_error_m
 from vislam2tag.labeling.results import Drawing, SessionResult
 from vislam2tag.studio.messages import (
     Box,
@@ -68,7 +69,6 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
     ref, folder, result = now.refs[id], now.folder_keys[id], workspace.result(id)
     start = session_start(folder.session)
     frames = result.frames if result else {}
-    total = sum(count for label, count in frames.items() if label != Status.DUPLICATE.label)
     findings = {str(finding.kind): finding.count for finding in result.findings} if result else {}
     severities = {finding.severity for finding in result.findings} if result else set()
     drawings = _drawings(result) if result else {}
@@ -89,7 +89,7 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> SessionVi
         duration_s=result.duration_s if result else 0.0,
         distance_m=result.distance_m if result else 0.0,
         frames=frames,
-        labelled_share=frames.get(Status.OK.label, 0) / total if total else None,
+        labelled_share=labelled_share(frames),
         sigma_median_m=result.sigma.median_m if result and result.sigma else None,
         error_m=mean_error_m([result]),
         findings=findings,
@@ -156,13 +156,6 @@ def _events(result: SessionResult, key: SessionKey, start_ns: int) -> list[Event
 
 def _key(key: SessionKey) -> Key:
     return Key(floor=key.floor, device=key.device, session=key.session)
-
-
-def mean_error_m(results: Sequence[SessionResult | None]) -> float | None:
-    """Mean error of all labels whose truth is known, metres."""
-    rows = [row for result in results if result and result.errors for row in result.errors.rows]
-    count = sum(sum(row.errors.values()) for row in rows)
-    return sum(row.sum_m for row in rows) / count if count else None
 
 
 def positioned_frames(result: SessionResult) -> int:

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from vislam2tag.common.findings import Severity
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.dataset.comparing.label_comparison import LabelComparison
 from vislam2tag.diagnosis.record import Gain
 from vislam2tag.studio.messages import OutputView, Point
 from vislam2tag.survey.corrections.edits import Change
@@ -165,46 +166,11 @@ class DiagnosisView(FiniteRecord):
     faults: list[FaultView]
 
 
-class ComparedSession(FiniteRecord):
-    """A session in two outputs; ``error`` is the mean against truth, where that is known."""
-
-    id: str
-    labelled_a: float | None
-    labelled_b: float | None
-    sigma_a_m: float | None
-    sigma_b_m: float | None
-    error_a_m: float | None
-    error_b_m: float | None
-    apart_median_m: float | None
-    apart_p95_m: float | None
-    frames_compared: int
-
-
-class ComparedTotal(FiniteRecord):
-    """A measure over all sessions."""
-
-    measure: str
-    a: float | None
-    b: float | None
-    unit: str
-
-
-class ComparedSetting(FiniteRecord):
-    """A setting that differs."""
-
-    name: str
-    a: str
-    b: str
-
-
-class ComparisonView(FiniteRecord):
-    """Two outputs side by side."""
+class ComparisonView(LabelComparison):
+    """Two outputs side by side, and which they are."""
 
     a: OutputView
     b: OutputView
-    sessions: list[ComparedSession]
-    totals: list[ComparedTotal]
-    settings: list[ComparedSetting]
 
 
 class Title(FiniteRecord):

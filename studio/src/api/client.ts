@@ -1,5 +1,5 @@
 // Requests to the server. What it refuses is a Refusal with its sentence.
-import type { Change, Comparison, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
+import type { Change, Comparison, CorrectionTable, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
 import { type Series, type Track, readCells, readSeries, readTrack } from './arrow';
 
 export class Refusal extends Error {
@@ -50,13 +50,14 @@ export const overview = (output: string) => track(`/api/tracks?output=${name(out
 export const frames = (output: string, floor: number, [left, low, right, high]: number[], points: number) =>
   track(`/api/tracks/window?output=${name(output)}&floor=${floor}&left=${left}&right=${right}&low=${low}&high=${high}&points=${points}`);
 export const walk = (id: string, output: string) => track(`/api/sessions/${name(id)}/track?output=${name(output)}`);
-export const scans = () => track('/api/scans');
+export const scans = (output: string) => track(`/api/scans?output=${name(output)}`);
 
-export async function series(id: string): Promise<Series[]> {
-  return readSeries(await (await request('GET', `/api/sessions/${name(id)}/series?points=2000`)).arrayBuffer());
+export async function series(id: string, output: string): Promise<Series[]> {
+  return readSeries(await (await request('GET', `/api/sessions/${name(id)}/series?output=${name(output)}&points=2000`)).arrayBuffer());
 }
 
 export const corrections = () => json<Corrections>('GET', '/api/corrections');
+export const correctionTables = async () => (await json<{ tables: CorrectionTable[] }>('GET', '/api/corrections/tables')).tables;
 export const preview = (changes: Change[], text: string | null = null) =>
   json<Preview>('POST', '/api/corrections/preview', { text, changes });
 export const save = (text: string, version: string) =>

@@ -457,7 +457,7 @@ export interface components {
         };
         /**
          * ComparisonView
-         * @description Two outputs side by side.
+         * @description Two outputs side by side, and which they are.
          */
         ComparisonView: {
             a: components["schemas"]["OutputView"];

@@ -2,7 +2,7 @@
 import { t } from '../words/words.svelte';
 import type { Track } from '../api/arrow';
 import * as api from '../api/client';
-import type { Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
+import type { CorrectionTable, Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
 
 class Data {
   survey = $state.raw<Survey | null>(null);
@@ -11,6 +11,8 @@ class Data {
   scans = $state.raw<Track | null>(null);
   corrections = $state.raw<Corrections>({ version: '', text: '', entries: [], problem: null });
   diagnosis = $state.raw<Diagnosis | null>(null);
+  /** All kinds of corrections. */
+  tables = $state.raw<CorrectionTable[]>([]);
   layers = $state.raw<LayerInfo[]>([]);
   jobs = $state.raw<Job[]>([]);
   /** The output that walks are drawn from: labels, before, or one to compare with. */
@@ -44,7 +46,7 @@ export async function attempt(work: () => Promise<void>): Promise<boolean> {
 
 export async function loadTracks(): Promise<void> {
   const output = data.output;
-  const [overview, scans] = await Promise.all([api.overview(output), api.scans()]);
+  const [overview, scans] = await Promise.all([api.overview(output), api.scans(output)]);
   if (output !== data.output) return;
   [data.overview, data.scans] = [overview, scans];
   data.generation++;
@@ -62,10 +64,14 @@ export async function start(): Promise<void> {
   await attempt(async () => {
     await api.enter();
     await loadSurvey();
-    await Promise.all([loadTracks(), loadCorrections(), api.layers().then((layers) => (data.layers = layers))]);
+    await Promise.all([loadTracks(), loadCorrections(), loadKinds()]);
     listen();
     await loadDiagnosis();
   });
+}
+
+async function loadKinds(): Promise<void> {
+  [data.layers, data.tables] = await Promise.all([api.layers(), api.correctionTables()]);
 }
 
 async function loadCorrections(): Promise<void> {

@@ -59,7 +59,7 @@ export function followChoice(): void {
       return;
     }
     void attempt(async () => {
-      const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id)]);
+      const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id, output)]);
       if (id === choice.session && output === data.output) [walk.detail, walk.track, walk.series] = [detail, track, series];
     });
   });

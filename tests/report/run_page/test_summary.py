@@ -7,19 +7,12 @@ import pytest
 
 from tests.report.factory import make_result, make_results, make_survey
 from vislam2tag.labeling.results import ContradictionMark, SessionResult, Summary
-from vislam2tag.report.run_page.summary import LandmarkTally, labelled_share, summarise
+from vislam2tag.report.run_page.summary import LandmarkTally, summarise
 
 
 @pytest.fixture
 def results(tmp_path: Path) -> list[SessionResult]:
     return make_results(make_survey(tmp_path, plan=False))
-
-
-def test_share_leaves_repeated_rows_out() -> None:
-    assert labelled_share({"ok": 3, "gap": 1, "duplicate": 100}) == 0.75
-    assert labelled_share({"gap": 2}) == 0.0
-    assert labelled_share({"duplicate": 2}) is None
-    assert labelled_share({}) is None
 
 
 def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None:

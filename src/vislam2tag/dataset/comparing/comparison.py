@@ -8,7 +8,8 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.dataset.comparing.comparable import ComparedFolder, comparable
+from vislam2tag.dataset.comparing.comparable import LABELS, ComparedFolder, comparable
+from vislam2tag.dataset.comparing.label_comparison import LabelComparison, compare_outputs
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
 
 
@@ -28,6 +29,8 @@ class Comparison(Record):
     """Entries of the manifests that differ."""
     differences: tuple[TableDifferences, ...]
     """Of the tables that differ alone, by session."""
+    labels: LabelComparison | None = None
+    """Two outputs of ``process`` walk by walk, in metres; None for other folders."""
 
     @property
     def same(self) -> bool:
@@ -70,6 +73,7 @@ def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[
             name for name in sorted({*one.facts, *other.facts}) if one.facts.get(name) != other.facts.get(name)
         ),
         differences=tuple(table for table in found if not table.same),
+        labels=compare_outputs(first, second) if one.kind == LABELS else None,
     )
 
 

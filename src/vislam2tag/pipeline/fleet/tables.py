@@ -15,10 +15,9 @@ import polars as pl
 
 from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.table_files import parquet_bytes, scan_parquet, write_parquet
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.fleet.layout import LABELS, TABLES
-from vislam2tag.report.run_page.summary import labelled_share
 
 SESSIONS = "sessions"
 HEARD = ("wifi", "ble")

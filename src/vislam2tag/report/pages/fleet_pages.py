@@ -13,9 +13,9 @@ from typing import Any
 from markupsafe import Markup
 
 from vislam2tag.common.palette import STATUS_STYLES, style_of
+from vislam2tag.core.status import labelled_share
 from vislam2tag.labeling.results import Drawing, Polyline, SessionResult, Summary
 from vislam2tag.report.page import page_text
-from vislam2tag.report.run_page.summary import labelled_share
 from vislam2tag.report.run_page.verdict import accuracy_sentence, problems
 from vislam2tag.survey.model import Survey
 

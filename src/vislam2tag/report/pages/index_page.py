@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vislam2tag.core.status import labelled_share
 from vislam2tag.labeling.results import Summary
 from vislam2tag.report.page import write_page
-from vislam2tag.report.run_page.summary import labelled_share
 from vislam2tag.self_check.record import SurveyCheck
 
 

@@ -70,15 +70,6 @@ _OK = Status.OK.label
 _DUPLICATE = Status.DUPLICATE.label
 
 
-def labelled_share(counts: Mapping[str, int]) -> float | None:
-    """Share of frames or readings with status ``ok``, 0 to 1; None where there are none.
-
-    Repeated ones (``duplicate``) say nothing new and are counted neither as labelled nor as lost.
-    """
-    total = sum(count for status, count in counts.items() if status != _DUPLICATE)
-    return counts.get(_OK, 0) / total if total else None
-
-
 def summarise(
     results: Iterable[SessionResult], strategy: str, version: str, site_findings: Iterable[Finding] = ()
 ) -> Summary:

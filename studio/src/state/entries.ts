@@ -1,0 +1,67 @@
+// Forms of corrections, made of what the server says an entry of each kind holds.
+import type { CorrectionTable } from '../api/model';
+
+export interface Field {
+  name: string;
+  /** Place in a list of values; null: the value is no list. */
+  place: number | null;
+  kind: 'text' | 'number' | 'choice' | 'tick' | 'moment';
+  choices: string[];
+  required: boolean;
+}
+export type Typed = Record<string, string | number | boolean | null | undefined>;
+
+interface Schema {
+  type?: string;
+  format?: string;
+  enum?: string[];
+  anyOf?: Schema[];
+  items?: Schema;
+  minItems?: number;
+}
+
+/** Which sessions an entry is for, and why: last in a form. */
+const SELECTORS = ['floor', 'device', 'session', 'reason'];
+
+export const keyOf = ({ name, place }: Field): string => (place === null ? name : `${name} ${place + 1}`);
+
+/** Times as the server reads them, from inputs that leave seconds of nought out. */
+export const withSeconds = (time: string): string => (time.length === 16 ? `${time}:00` : time);
+
+/** What can be filled in for an entry of a kind. */
+export function fieldsOf({ values }: CorrectionTable): Field[] {
+  const { properties, required = [] } = values as { properties: Record<string, Schema>; required?: string[] };
+  const names = Object.keys(properties);
+  return [...names.filter((name) => !SELECTORS.includes(name)), ...SELECTORS.filter((name) => names.includes(name))].flatMap((name) => {
+    const schema = properties[name].anyOf?.[0] ?? properties[name];
+    const field = { name, choices: schema.enum ?? [], required: required.includes(name) };
+    if (schema.type !== 'array') return [{ ...field, place: null, kind: kindOf(schema) }];
+    return Array.from({ length: schema.minItems ?? 1 }, (_, place): Field => ({ ...field, place, kind: kindOf(schema.items ?? {}) }));
+  });
+}
+
+function kindOf({ type, format, enum: choices }: Schema): Field['kind'] {
+  if (choices) return 'choice';
+  if (format === 'date-time') return 'moment';
+  return type === 'boolean' ? 'tick' : type === 'integer' || type === 'number' ? 'number' : 'text';
+}
+
+/** The entry that was filled in; what is left empty is not in it. */
+export function valuesOf(fields: Field[], typed: Typed): Record<string, unknown> {
+  const found: Record<string, unknown> = {};
+  for (const field of fields) {
+    const value = valueOf(field, typed);
+    if (value === '' || value === false) continue;
+    found[field.name] = field.place === null ? value : fields.filter(({ name }) => name === field.name).map((each) => valueOf(each, typed) || (each.kind === 'number' ? 0 : ''));
+  }
+  return found;
+}
+
+function valueOf(field: Field, typed: Typed): string | number | boolean {
+  const value = typed[keyOf(field)] ?? '';
+  return typeof value !== 'string' ? value : field.kind === 'moment' ? withSeconds(value) : value.trim();
+}
+
+/** An entry as it is filled in. */
+export const typedOf = (fields: Field[], values: Record<string, unknown>): Typed =>
+  Object.fromEntries(fields.map((field) => [keyOf(field), (field.place === null ? values[field.name] : (values[field.name] as unknown[])?.[field.place]) as Typed[string]]));
