@@ -472,7 +472,7 @@ def types_a_text_of_corrections(page: Page) -> None:
     page.get_by_role("tab", name="Corrections").click()
     page.get_by_text("Edit as text").click()
     page.get_by_label("corrections.toml").fill("[[swap_landmarks]]\nids = [1]\n")
-    page.locator(".form").get_by_role("button", name="Show the change").click()
+    page.locator(".form:has(textarea)").get_by_role("button", name="Show the change").click()
     expect(page.get_by_role("alert")).to_contain_text("swap_landmarks")
     page.get_by_role("button", name="Close").click()
 
@@ -505,7 +505,7 @@ def says_it_in_german(page: Page) -> None:
     page.get_by_role("tab", name="Korrekturen").click()
     page.get_by_text("Als Text ändern").click()
     page.get_by_label("corrections.toml").fill("[[exclude_span]]\nfloor = 1\nfrom_s = 5\nto_s = 2\n")
-    page.locator(".form").get_by_role("button", name="Änderung zeigen").click()
+    page.locator(".form:has(textarea)").get_by_role("button", name="Änderung zeigen").click()
     expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein", timeout=LATEST_MS)
     page.get_by_role("button", name="Schließen").click()
     page.get_by_role("button", name="English").click()

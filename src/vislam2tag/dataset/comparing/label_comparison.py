@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.records import FiniteRecord
@@ -129,8 +130,7 @@ def _read(folder: Path, slug: str) -> Labelled | None:
         return Labelled(result, None)
     table = session.table(TRAJECTORY, ("x", "y", "floor", "status"))
     position = table.select("x", "y").fill_null(float("nan")).to_numpy()
-    codes = {label: code for code, label in enumerate(STATUS_LABELS)}
-    status = table["status"].replace_strict(codes, return_dtype=np.int8).to_numpy()
+    status = table["status"].cast(pl.Enum(STATUS_LABELS)).to_physical().cast(pl.Int8).to_numpy()
     return Labelled(result, Positions(position, table["floor"].to_numpy(), has_position(status)))
 
 
