@@ -16,7 +16,6 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-import vislam2tag
 from vislam2tag import api
 from vislam2tag.cli.app import COMMANDS
 
@@ -105,14 +104,6 @@ def test_every_command_but_the_servers_has_a_function_of_its_name() -> None:
     lacking = {name for name in names if not {name, f"{name}_"} & set(api.__all__)}
     assert lacking == set()
     assert all(callable(getattr(api, name if name in api.__all__ else f"{name}_")) for name in names)
-
-
-def test_folders_and_files_may_be_text(tmp_path: Path) -> None:
-    api.simulate(api.regular_survey(seed=2, floors=(0,), sessions=1, duration_s=30.0), str(tmp_path / "survey"))  # type: ignore[arg-type]
-    summary = api.process(str(tmp_path / "survey"), str(tmp_path / "labels"))  # type: ignore[arg-type]
-    assert summary.sessions == 2
-    assert (tmp_path / "labels" / "report.html").is_file()
-    assert api.__version__ == vislam2tag.__version__
 
 
 def test_processing_loads_no_scipy_before_a_session_needs_it() -> None:

@@ -5,7 +5,8 @@
     summary = process("survey", "labels", Settings(strategy="local"))
 
 Each command has its function here, of its own name (``import_`` for ``import``, ``site_init`` for ``site init``;
-``receive`` alone is a server and has none). Folders and files may be given as text.
+``receive`` alone is a server and has none). Folders and files may be given as text: an ``AnyPath`` is a ``str`` or a
+``Path``.
 
 Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
 ``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
@@ -21,7 +22,6 @@ from typing import TYPE_CHECKING
 
 from vislam2tag import __version__ as __version__
 from vislam2tag.common.extras import import_extra
-from vislam2tag.common.text_paths import with_paths
 
 if TYPE_CHECKING:
     from vislam2tag.common.errors import DatasetError as DatasetError
@@ -350,5 +350,5 @@ if not TYPE_CHECKING:  # type checkers take the imports above, and report names 
         if name not in _PLACES:
             raise AttributeError(f"module 'vislam2tag.api' has no attribute '{name}'")
         module, original = _PLACES[name]
-        globals()[name] = value = with_paths(getattr(import_extra(module), original))
+        globals()[name] = value = getattr(import_extra(module), original)
         return value

@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_toml_values
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.settings import CoverageSettings, DatasetSettings, RadioMapSettings, SplitSettings
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.planning.settings import PlanSettings
@@ -54,11 +55,12 @@ def part_of(field: FieldInfo) -> type[FiniteRecord] | None:
     return kind if isinstance(kind, type) and issubclass(kind, FiniteRecord) else None
 
 
-def read_settings(path: Path) -> Settings:
+def read_settings(path: AnyPath) -> Settings:
     """Read a TOML file with some settings; the others keep their defaults.
 
     Raises UsageError, naming file and setting, for what cannot be read or used; of an unknown one the nearest known.
     """
+    path = Path(path)
     try:
         given = read_toml_values(path)
     except OSError as error:

@@ -27,7 +27,7 @@ API_HEAD = """\
 For whoever calls the program from Python.
 
 Made by `make docs-pages` of the docstrings of `vislam2tag.api`. `from vislam2tag.api import NAME` imports what a name
-needs, and no more.
+needs, and no more. Folders and files may be text wherever `AnyPath` stands: `str` or `Path`.
 """
 ROLE = re.compile(r":\w+:`~?([^`]+)`|``([^`]+)``")
 

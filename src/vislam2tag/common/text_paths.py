@@ -1,43 +1,21 @@
-"""Paths given as text: what a function of the public interface takes besides Path."""
+"""Paths as the public interface takes them: text, or whatever knows its path."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
-from functools import wraps
+from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
-from types import FunctionType
-from typing import Any
+from typing import TypeAlias
 
-_PATH = re.compile(r"\bPath\b")
-
-
-def with_paths(value: Any) -> Any:
-    """Let a function take text where its annotations say Path, also within sequences and mappings.
-
-    Anything but a function, and a function without such a parameter, comes back as it is.
-    """
-    if not isinstance(value, FunctionType):
-        return value
-    taken = [name for name, annotation in value.__annotations__.items() if _PATH.search(str(annotation))]
-    if not set(taken) - {"return"}:
-        return value
-    positional = value.__code__.co_varnames[: value.__code__.co_argcount]
-
-    @wraps(value)
-    def function(*arguments: Any, **options: Any) -> Any:
-        places = [_path(one) if name in taken else one for name, one in zip(positional, arguments, strict=False)]
-        named = {name: _path(one) if name in taken else one for name, one in options.items()}
-        return value(*places, *arguments[len(places) :], **named)
-
-    return function
+AnyPath: TypeAlias = str | PathLike[str]
+"""A folder or file as people give it; functions make a Path of it first."""
 
 
-def _path(given: Any) -> Any:
-    if isinstance(given, str):
-        return Path(given)
-    if type(given) in (list, tuple):
-        return type(given)(_path(one) for one in given)
-    if isinstance(given, Mapping):
-        return {name: _path(one) for name, one in given.items()}
-    return given
+def path_or_none(given: AnyPath | None) -> Path | None:
+    """Return a path that may be left out."""
+    return None if given is None else Path(given)
+
+
+def paths_of(given: AnyPath | Sequence[AnyPath]) -> list[Path]:
+    """Return one path or several as a list; text is one."""
+    return [Path(given)] if isinstance(given, (str, PathLike)) else [Path(one) for one in given]

@@ -21,6 +21,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, first_line
 from vislam2tag.common.files.plain_files import plain, read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.files.whole_folder import restore, whole_folder
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, SCHEMAS, UNITS
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
@@ -41,11 +42,12 @@ def is_dataset(folder: Path) -> bool:
     return (folder / MANIFEST).is_file()
 
 
-def open_dataset(folder: Path) -> Dataset:
+def open_dataset(folder: AnyPath) -> Dataset:
     """Open a data set's folder; the tables are scanned lazily.
 
     Raises DatasetError where it is none, of a later version, or incomplete.
     """
+    folder = Path(folder)
     restore(folder)
     info = _manifest(folder)
     tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
@@ -60,8 +62,9 @@ def open_dataset(folder: Path) -> Dataset:
     return Dataset(info, tables, splits, plans)
 
 
-def write_dataset(dataset: Dataset, target: Path) -> Dataset:
+def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:
     """Write a data set whole, replacing one that is there; return it as it lies on disk."""
+    target = Path(target)
     with dataset_folder(target) as folder:
         folder.add_tables(dataset.tables)
         folder.add_splits(dataset.splits)
@@ -136,12 +139,12 @@ class FolderWriter:
             write_parquet(split.groups, self.root / SPLITS / f"{name}.parquet", compression="zstd")
             (self.root / SPLITS / f"{name}.json").write_text(_json(split.info), encoding="utf-8")
 
-    def add_files(self, files: Mapping[str, Path]) -> None:
+    def add_files(self, files: Mapping[str, AnyPath]) -> None:
         """Copy further files to their paths in the folder."""
         for relative, source in files.items():
             target = self.root / relative
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(read_bytes(source))
+            target.write_bytes(read_bytes(Path(source)))
 
     def finish(self, info: DatasetInfo) -> DatasetInfo:
         """Write the manifest with each file's rows, size and checksum, and return it."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from pydantic import Field
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SESSIONS
 from vislam2tag.survey.georeference import Georeference
@@ -191,7 +191,7 @@ class Dataset(Drawable):
     info: DatasetInfo
     tables: Mapping[str, pl.LazyFrame]
     splits: Mapping[str, Split] = field(default_factory=dict)
-    files: Mapping[str, Path] = field(default_factory=dict)
+    files: Mapping[str, AnyPath] = field(default_factory=dict)
     """Further files by their path in the folder (plans); the values say where they lie now."""
 
     def _facts(self) -> dict[str, object]:
@@ -227,7 +227,7 @@ class Dataset(Drawable):
         points = ControlPoints((), np.zeros((0, 2)))
         for floor in self.info.floors:
             if (floor.building, floor.number) == storey:
-                plan = self.files.get(floor.plan) if floor.plan else None
+                plan = path_or_none(self.files.get(floor.plan)) if floor.plan else None
                 name = floor.name or f"floor {floor.number}"
                 extent = floor.width_m, floor.height_m, floor.elevation_m, plan
                 return Floor(floor.number, name, *extent, points, floor.lower_left_m, georeference=floor.georeference)

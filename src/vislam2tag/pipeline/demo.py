@@ -13,6 +13,7 @@ from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.table_files import read_parquet, write_csv
 from vislam2tag.common.files.whole_folder import whole_folder, work_folder_of
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.evaluation.metrics import ErrorSummary, average, summarise
 from vislam2tag.evaluation.truth import errors_at_frames, read_truth
@@ -29,12 +30,15 @@ from vislam2tag.simulation.survey import simulate
 SURVEY, KEY_FILE = "survey", "demo.json"
 
 
-def run_demo(out: Path, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print) -> dict[str, ErrorSummary]:
+def run_demo(
+    out: AnyPath, *, jobs: int = 1, seed: int = 1, say: Callable[[str], None] = print
+) -> dict[str, ErrorSummary]:
     """Make ``out/survey``, ``out/STRATEGY`` for each strategy, and ``out/scores.csv`` and ``.json``.
 
     Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration of this seed left
     in ``out`` is used again. Raises OutputError where ``out`` holds something else or cannot be written.
     """
+    out = Path(out)
     _make_survey(out, seed, say)
     scores = {}
     for strategy in strategies_for_poses():

@@ -14,6 +14,7 @@ from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
@@ -53,11 +54,11 @@ class SurveyRun(Record):
 
 
 def run_survey(
-    survey_root: Path,
-    out: Path,
+    survey_root: AnyPath,
+    out: AnyPath,
     settings: Settings | None = None,
     *,
-    landmarks: Path | None = None,
+    landmarks: AnyPath | None = None,
     jobs: int = 1,
     progress: _StepProgress = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
@@ -68,6 +69,7 @@ def run_survey(
     files. ``landmarks`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
     the steps raise; what was done before is kept.
     """
+    survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
     settings = settings or Settings()
     refuse_among_sessions(open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks), out)
     name = survey_root.resolve().name

@@ -22,6 +22,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError, UsageError, first_line
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.dataset.model import Storey
 from vislam2tag.positioning.registry import Positioner, model_named, model_names
@@ -75,8 +76,9 @@ class SavedModel:
     origin: ModelOrigin
 
 
-def save_model(saved: SavedModel, path: Path) -> None:
+def save_model(saved: SavedModel, path: AnyPath) -> None:
     """Write the file, whole or not at all; raises OutputError where it cannot be written."""
+    path = Path(path)
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
         model=saved.name,
@@ -92,12 +94,13 @@ def save_model(saved: SavedModel, path: Path) -> None:
         place.write_bytes(packed(arrays, {_KEY: text}))
 
 
-def load_model(path: Path) -> SavedModel:
+def load_model(path: AnyPath) -> SavedModel:
     """Read a model's file; nothing of it is used before header and arrays were checked.
 
     Raises ModelError where it is none, damaged, or of a later version, and UsageError where the model needs what is
     not installed.
     """
+    path = Path(path)
     text, arrays = _opened(path)
     header = _header(path, text)
     if _checksum(json.loads(text), arrays) != header.checksum:

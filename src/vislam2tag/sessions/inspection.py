@@ -11,6 +11,7 @@ from vislam2tag.common.files.store import shown
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
@@ -85,7 +86,7 @@ class Inspection(Record):
 
 
 def inspect_survey(
-    root: Path,
+    root: AnyPath,
     finding_settings: FindingSettings | None = None,
     progress: Progress[int] = silent,
 ) -> Inspection:
@@ -94,6 +95,7 @@ def inspect_survey(
     ``progress`` is called with the number of sessions done and their total. Corrections are not applied to the
     figures, but sessions they exclude are not read.
     """
+    root = Path(root)
     with survey_at_hand(root) as folder:
         return _inspection(folder, finding_settings, progress).model_copy(update={"survey": shown(root)})
 

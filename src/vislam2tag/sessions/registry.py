@@ -21,6 +21,7 @@ from vislam2tag.common.files.archives import names_in
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
 from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import Session
@@ -184,9 +185,9 @@ class SurveyFiles:
 
 
 def open_survey(
-    root: Path,
+    root: AnyPath,
     default_sigma_m: float = SurveySettings().landmark_sigma_m,
-    landmark_file: Path | None = None,
+    landmark_file: AnyPath | None = None,
 ) -> Survey:
     """Look at a survey folder: read the site's files, list the sessions, read none of them.
 
@@ -194,6 +195,7 @@ def open_survey(
     replaces the floors' own landmark files. Raises SurveyError where the folder is missing, no folder, cannot be
     looked into, holds no floor or no session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
     """
+    root, landmark_file = Path(root), path_or_none(landmark_file)
     return survey_files(root, default_sigma_m, landmark_file).corrected(read_corrections(root))
 
 

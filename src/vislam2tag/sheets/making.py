@@ -10,6 +10,7 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, counted, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sheets.images import LandmarkImage, generated_image, own_files, own_images
 from vislam2tag.sheets.settings import SheetSettings
 from vislam2tag.sheets.sheet_folder import (
@@ -31,23 +32,24 @@ _NAMED = 10
 class SheetOptions:
     """What is asked for."""
 
-    source: Path | None = None
+    source: AnyPath | None = None
     """Site's folder, or file of landmarks."""
     ids: str | None = None
-    images: Path | None = None
+    images: AnyPath | None = None
     """Folder of users' own images; None: they are generated."""
     tag: bool = False
     """Print an AprilTag below the picture."""
     settings: SheetSettings = field(default_factory=SheetSettings)
 
 
-def make_sheets(options: SheetOptions, out: Path, progress: Progress[int] = silent) -> SheetsRecord:
+def make_sheets(options: SheetOptions, out: AnyPath, progress: Progress[int] = silent) -> SheetsRecord:
     """Make the sheets into ``out``, which appears whole or not at all.
 
     Raises OutputError where it holds something else or cannot be written, UsageError and SurveyError as the steps do.
     """
+    out = Path(out)
     paper = sheet_size(options.settings.paper)
-    files = {} if options.images is None else own_files(options.images)
+    files = {} if options.images is None else own_files(Path(options.images))
     requests, findings = _requests(options, files)
     names = tuple(dict.fromkeys(one.landmark for one in requests))
     if len(names) > MOST_SHEETS:
@@ -66,7 +68,7 @@ def make_sheets(options: SheetOptions, out: Path, progress: Progress[int] = sile
 def _requests(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[SheetRequest, ...], tuple[Finding, ...]]:
     if options.images is not None and options.source is None and options.ids is None:
         return tuple(SheetRequest(name) for name in files), ()
-    requests, findings = requested_sheets(options.source, options.ids)
+    requests, findings = requested_sheets(path_or_none(options.source), options.ids)
     missing = [] if options.images is None else [one.landmark for one in requests if one.landmark not in files]
     if missing:
         raise SurveyError(
@@ -79,7 +81,7 @@ def _images(
     options: SheetOptions, files: Mapping[str, Path], names: Sequence[str], step: Progress[str]
 ) -> tuple[LandmarkImage, ...]:
     if options.images is not None:
-        return own_images(options.images, {name: files[name] for name in names}, step)
+        return own_images(Path(options.images), {name: files[name] for name in names}, step)
     images = []
     for name in names:
         images.append(generated_image(options.settings.seed, name))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, timedelta
-from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import make_building
 from vislam2tag.simulation.choices import Climb
@@ -86,7 +86,7 @@ class Scenario:
     """Whether the phones log air pressure."""
     ble: bool = False
     """Whether there are BLE beacons, and the phones log them."""
-    site: Path | None = None
+    site: AnyPath | None = None
     """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
     settings: BuildingSettings | SiteBuildingSettings | None = None
     """What the building was made by, where users choose it."""
@@ -133,7 +133,7 @@ def regular_survey(
 
 def site_survey(
     building: SimulatedBuilding,
-    site: Path,
+    site: AnyPath,
     seed: int,
     severity: str | float = "default",
     devices: tuple[str, ...] = ("LG", "OnePlus"),

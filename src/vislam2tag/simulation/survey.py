@@ -12,6 +12,7 @@ import numpy as np
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building.building import STATION_LANDMARKS, draw_plan
 from vislam2tag.simulation.choices import Locale, SessionLayout, SiteColumn
@@ -74,7 +75,7 @@ class WritingOptions:
 
 def simulate(
     scenario: Scenario,
-    out: Path,
+    out: AnyPath,
     options: WritingOptions | None = None,
     progress: Progress[SessionKey] = silent,
 ) -> None:
@@ -84,6 +85,7 @@ def simulate(
     OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap, or one that the
     phone app's layout cannot hold.
     """
+    out = Path(out)
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
     if chosen.layout is SessionLayout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
@@ -169,7 +171,7 @@ def _write_site(scenario: Scenario, out: Path, options: WritingOptions) -> None:
     if scenario.site is not None:
         from vislam2tag.simulation.building.site_survey import copied_site_files
 
-        files = copied_site_files(scenario.site, building, files)
+        files = copied_site_files(Path(scenario.site), building, files)
     files["simulation.json"] = _description(scenario, options)
     for number in sorted({planned.key.floor for planned in scenario.sessions if planned.total_station}):
         files[f"floor_{number}/{STATION_FILE}"] = _station_shots(simulated_floor(scenario, number), scenario.seed)
@@ -204,7 +206,7 @@ def _description(scenario: Scenario, options: WritingOptions) -> bytes:
         **({"pressure": True} if scenario.pressure else {}),
         **({"ble": True} if scenario.ble else {}),
         **({"without_poses": True} if options.without_poses else {}),
-        **({"site": scenario.site.name} if scenario.site else {}),
+        **({"site": Path(scenario.site).name} if scenario.site else {}),
         **({"building": chosen} if chosen else {}),
         "sessions": [asdict(planned.key) | _resolved(planned) for planned in scenario.sessions],
     }

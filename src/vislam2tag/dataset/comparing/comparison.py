@@ -8,6 +8,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.comparing.comparable import LABELS, ComparedFolder, comparable
 from vislam2tag.dataset.comparing.label_comparison import LabelComparison, compare_outputs
 from vislam2tag.dataset.comparing.table_comparison import TableDifferences, compare_tables
@@ -38,13 +39,14 @@ class Comparison(Record):
         return not (self.missing_sessions or self.extra_sessions or self.facts or self.differences)
 
 
-def compare(first: Path, second: Path, tolerance: float, progress: Progress[int] = silent) -> Comparison:
+def compare(first: AnyPath, second: AnyPath, tolerance: float, progress: Progress[int] = silent) -> Comparison:
     """Compare two folders, or addresses of folders in object storage, one table of one session at a time.
 
     ``tolerance``: metres for positions, the own unit of any other column with fractions.
     Raises UsageError where a folder holds nothing to compare or both hold different kinds, DatasetError where a
     table cannot be read.
     """
+    first, second = Path(first), Path(second)
     with folder_at_hand(first) as one, folder_at_hand(second) as other:
         return _comparison(one, other, tolerance, progress)
 

@@ -13,6 +13,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
@@ -50,9 +51,9 @@ class BuildOptions:
     """Name of the data set; None: that of its surveys."""
     buildings: tuple[str, ...] = ()
     """Name of each source's building, in their order; none: all are of one building without a name."""
-    surveys: tuple[Path, ...] = ()
+    surveys: AnyPath | Sequence[AnyPath] = ()
     """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
-    labels: Path | None = None
+    labels: AnyPath | None = None
     """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
     labelling: ProcessSettings = field(default_factory=ProcessSettings)
     """Settings of ``process`` where the source is a survey."""
@@ -71,8 +72,8 @@ class BuildOptions:
 
 
 def build_dataset(
-    sources: Sequence[Path] | Path,
-    out: Path,
+    sources: AnyPath | Sequence[AnyPath],
+    out: AnyPath,
     settings: DatasetSettings | None = None,
     options: BuildOptions | None = None,
     *,
@@ -86,7 +87,7 @@ def build_dataset(
     clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
     """
     settings, options = settings or DatasetSettings(), options or BuildOptions()
-    folders = [sources] if isinstance(sources, Path) else list(sources)
+    folders = paths_of(sources)
     with dataset_folder(out, "dataset", options.replace) as folder:
         scratch = folder.root / ".scratch"
         opened = _labelled(folders, scratch / "labels", options, jobs, progress)
@@ -115,7 +116,7 @@ def _labelled(
     raw = [folder for folder in folders if not is_labelled(folder)]
     _refuse_options(raw, len(folders) - len(raw), options)
     names = dict(zip(raw, unique_slugs([folder.resolve().name for folder in raw], list(map(str, raw))), strict=True))
-    given = iter(options.surveys)
+    kept, given = path_or_none(options.labels), iter(paths_of(options.surveys))
     outs: list[Path] = []
     surveys: list[Path | None] = []
     for folder in folders:
@@ -123,7 +124,7 @@ def _labelled(
             outs.append(folder)
             surveys.append(next(given, None))
             continue
-        keep = options.labels if len(folders) == 1 else options.labels and options.labels / names[folder]
+        keep = kept if len(folders) == 1 else kept and kept / names[folder]
         outs.append(keep or scratch / names[folder])
         surveys.append(folder)
         process(
@@ -144,8 +145,8 @@ def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -
             raise DatasetError(f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote")
     if options.labels is not None and not raw:
         raise UsageError("--labels: all sources are labelled already; leave it out")
-    if len(options.surveys) > labelled:
-        raise UsageError(f"--survey: given for {len(options.surveys)} of {labelled} sources that `process` wrote")
+    if (given := len(paths_of(options.surveys))) > labelled:
+        raise UsageError(f"--survey: given for {given} of {labelled} sources that `process` wrote")
 
 
 def _add_tables(folder: FolderWriter, parts: Path, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:

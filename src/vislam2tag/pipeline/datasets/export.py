@@ -17,6 +17,7 @@ from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import is_dataset, open_dataset, sha256_of
 from vislam2tag.dataset.format_registry import ExportContext, ExportFormat, export_named
@@ -52,7 +53,7 @@ class ExportOptions:
 
     split: str | None = None
     fold: str | None = None
-    survey: Path | None = None
+    survey: AnyPath | None = None
     privacy: Privacy = field(default_factory=Privacy)
     escape_formulas: bool = True
 
@@ -67,8 +68,8 @@ def is_export(folder: Path) -> bool:
 
 
 def export(
-    source: Path,
-    out: Path,
+    source: AnyPath,
+    out: AnyPath,
     format_name: str,
     options: ExportOptions | None = None,
     *,
@@ -82,13 +83,14 @@ def export(
     format, split, fold or survey that is not there and for options that mean nothing to the format, DatasetError where
     ``source`` is neither, or holds nothing that the format can, OutputError where ``out`` cannot be written.
     """
+    source, out = Path(source), Path(out)
     options = options or ExportOptions()
     chosen = export_named(format_name)
     _refuse(source, out, chosen, options)
     context = ExportContext(
         split=options.split,
         fold=options.fold,
-        survey=options.survey,
+        survey=path_or_none(options.survey),
         privacy=options.privacy,
         progress=lambda _part, total: progress("write", total),
         escape_formulas=options.escape_formulas,

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from vislam2tag import __version__
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.coverage.record import CoverageRecord, floor_record
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Storey
@@ -27,8 +28,8 @@ KINDS = ("svg", "pdf")
 
 
 def make_dataset_figures(
-    root: Path,
-    out: Path,
+    root: AnyPath,
+    out: AnyPath,
     settings: CoverageSettings | None = None,
     starts: Mapping[Storey, tuple[float, float]] | None = None,
     progress: Progress[str] = silent,
@@ -39,6 +40,7 @@ def make_dataset_figures(
     where ``root`` is no data set, UsageError for a start on a floor that it does not have, OutputError where ``out``
     cannot be written.
     """
+    root, out = Path(root), Path(out)
     dataset = open_dataset(root)
     settings, starts = settings or CoverageSettings(), starts or {}
     statistics = dataset_statistics(dataset)

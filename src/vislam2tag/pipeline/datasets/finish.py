@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import exclusive_writer
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
 from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
@@ -51,13 +52,14 @@ def finish_dataset(
     return dataset
 
 
-def add_split(folder: Path, split: Split) -> Dataset:
+def add_split(folder: AnyPath, split: Split) -> Dataset:
     """Save a split with the data set in ``folder``, and return it as it is then.
 
     Killed at any moment, the data set is whole, with the split or without; the same again then completes it. Raises
     DatasetError where the folder holds no data set, UsageError where it has another split of that name, OutputError
     where nothing can be written or another command writes there.
     """
+    folder = Path(folder)
     if not _NAME.fullmatch(split.info.name):
         raise UsageError(f"--name {split.info.name}: use letters, digits, '.', '_' and '-' only")
     open_dataset(folder)  # refuses what is none before anything is made

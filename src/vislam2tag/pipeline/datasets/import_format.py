@@ -13,6 +13,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError, first_line
 from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.folder import dataset_folder, open_dataset
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, import_format_of, import_named
@@ -43,13 +44,14 @@ class ImportOptions:
 
 
 def import_format(
-    path: Path, out: Path, options: ImportOptions | None = None, *, progress: Progress[str] = silent
+    path: AnyPath, out: AnyPath, options: ImportOptions | None = None, *, progress: Progress[str] = silent
 ) -> Dataset:
     """Read files of another format into the data set ``out``, whole or not at all, and open it.
 
     Raises UsageError for a format or option that cannot work, DatasetError, naming file and line, where the files are
     not of the format, OutputError where ``out`` cannot be written.
     """
+    path, out = Path(path), Path(out)
     options = options or ImportOptions()
     chosen = _chosen(path, options)
     with dataset_folder(out, "import", options.replace) as folder:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import polars as pl
 
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.comparing.change_record import SurveyChanges, survey_record, write_changes
 from vislam2tag.dataset.comparing.changes import Changes, survey_changes
 from vislam2tag.dataset.comparing.joining import join_datasets
@@ -24,12 +25,15 @@ _SPLIT_FINDINGS = frozenset({"no_split", "not_in_split"})
 """Findings about splits, which are made again."""
 
 
-def join(base: Path, later: Path, out: Path, cell_m: float = CHANGE_CELL_M, *, replace: bool = False) -> SurveyChanges:
+def join(
+    base: AnyPath, later: AnyPath, out: AnyPath, cell_m: float = CHANGE_CELL_M, *, replace: bool = False
+) -> SurveyChanges:
     """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
 
     ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set or
     they cannot be joined, OutputError where ``out`` cannot be written.
     """
+    base, later, out = Path(base), Path(later), Path(out)
     first, second = open_dataset(base), open_dataset(later)
     joined = join_datasets(first, second)
     both = sorted(_technologies(first) & _technologies(joined.news))

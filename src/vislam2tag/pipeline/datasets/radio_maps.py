@@ -11,6 +11,7 @@ from vislam2tag import __version__
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.folder import MANIFEST, open_dataset, sha256_of
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.radio_mapping.geotiff import pixel_transform, site_transform, write_geotiff
@@ -75,8 +76,8 @@ def is_radio_maps(folder: Path) -> bool:
 
 
 def write_radio_maps(
-    source: Path,
-    out: Path,
+    source: AnyPath,
+    out: AnyPath,
     settings: RadioMapSettings,
     access_points: Sequence[str] = (),
     progress: Progress[int] = silent,
@@ -86,6 +87,7 @@ def write_radio_maps(
     Raises DatasetError and UsageError as :func:`vislam2tag.dataset.radio_mapping.radio_maps.radio_maps` does,
     OutputError where ``out`` holds something else or cannot be written.
     """
+    source, out = Path(source), Path(out)
     dataset = open_dataset(source)
     with whole_folder(out, is_radio_maps) as folder:
         floors, shown = [], []

@@ -13,6 +13,7 @@ from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import address_of, shown
 from vislam2tag.common.files.stored_folder import is_safe_name
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, paths_of
 from vislam2tag.pipeline.fleet.catalogue import (
     CATALOGUE,
     CHANGED,
@@ -33,16 +34,19 @@ from vislam2tag.survey.stored_survey import survey_at_hand
 _DATE = re.compile(r"\d{4}-\d{2}-\d{2}")
 
 
-def add_surveys(fleet: Path, surveys: Sequence[Path] = (), *, progress: Progress[str] = silent) -> FleetTotals:
+def add_surveys(
+    fleet: AnyPath, surveys: AnyPath | Sequence[AnyPath] = (), *, progress: Progress[str] = silent
+) -> FleetTotals:
     """Enter surveys into a fleet's catalogue; without any, all that lie in its folder ``surveys`` are looked at again.
 
     A survey that lies elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``, by its folder's
     name. Raises UsageError where a name cannot be used or there is no fleet, SurveyError where one is no survey,
     StoreError where a store cannot be read or written.
     """
+    fleet = Path(fleet)
     at = Fleet(fleet)
     known = {row["survey"]: row for row in at.catalogue().to_dicts()} if at.store.get(FLEET_FILE) else {}
-    names = [_joined(fleet, survey) for survey in surveys] or _lying_in(fleet)
+    names = [_joined(fleet, survey) for survey in paths_of(surveys)] or _lying_in(fleet)
     if not names:
         raise UsageError(f"{shown(fleet)}: no survey lies in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
     rows = []

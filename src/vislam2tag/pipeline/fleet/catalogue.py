@@ -18,6 +18,7 @@ from vislam2tag.common.files.folder_store import AnyStore, any_store_at
 from vislam2tag.common.files.store import Version, shown
 from vislam2tag.common.files.table_files import parquet_bytes, parquet_of_bytes
 from vislam2tag.common.records import Record
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.pipeline.fleet.layout import FLEET_FILE, SNAPSHOTS
 
 PROGRAM = "vislam2tag fleet"
@@ -174,13 +175,15 @@ class Fleet:
         return StoreError(f"{place}/{record.snapshot}: is damaged; remove {FLEET_FILE} there and run fleet add {place}")
 
 
-def fleet_list(fleet: Path) -> pl.DataFrame:
+def fleet_list(fleet: AnyPath) -> pl.DataFrame:
     """The catalogue of a fleet: one row for each survey, by name. Raises UsageError where there is no fleet."""
+    fleet = Path(fleet)
     return Fleet(fleet).catalogue()
 
 
-def fleet_status(fleet: Path) -> FleetTotals:
+def fleet_status(fleet: AnyPath) -> FleetTotals:
     """How far a fleet is, by one small file. Raises UsageError where there is no fleet."""
+    fleet = Path(fleet)
     return Fleet(fleet).record().totals
 
 

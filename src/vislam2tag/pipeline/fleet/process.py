@@ -17,6 +17,7 @@ from vislam2tag.common.errors import UsageError, Vislam2tagError
 from vislam2tag.common.files.folder_store import any_store_at
 from vislam2tag.common.files.store import shown
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.fleet.add import described, inputs_of
 from vislam2tag.pipeline.fleet.catalogue import DONE, FAILED, UNREADABLE, Fleet, FleetTotals, fleet_status
@@ -103,7 +104,7 @@ def _reduction_code() -> str:
 
 
 def process_fleet(
-    fleet: Path,
+    fleet: AnyPath,
     settings_for: Callable[[Path], ProcessSettings] = lambda _: ProcessSettings(),
     *,
     surveys: Sequence[str] = (),
@@ -119,6 +120,7 @@ def process_fleet(
     ``unreadable`` in the catalogue and the others go on. Raises UsageError where there is no fleet or no such survey,
     StoreError where a store cannot be read or written.
     """
+    fleet = Path(fleet)
     at = Fleet(fleet)
     rows = {row["survey"]: row for row in chosen(at, surveys)}
     run = FleetRun(at, rows, settings_for, progress)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.sessions.companions.clocks import WAYS, first_clear, possible_alignments
@@ -46,8 +47,8 @@ class Attached:
 
 
 def attach(
-    walk: Path | str,
-    other: Path | str,
+    walk: AnyPath,
+    other: AnyPath,
     *,
     by: str | None = None,
     lever_arm_m: float = LEVER_ARM_M,

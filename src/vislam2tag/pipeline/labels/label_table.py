@@ -11,6 +11,7 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.plain_files import read_json
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -60,8 +61,8 @@ class _Walk:
 
 
 def label(
-    table: Path | str | pl.DataFrame,
-    labels: Path | str,
+    table: AnyPath | pl.DataFrame,
+    labels: AnyPath,
     *,
     time_name: str | None = None,
     clock: Clock | str | None = None,
@@ -70,7 +71,7 @@ def label(
     offset_s: float | None = None,
     align: str | None = None,
     session: str | None = None,
-    survey: Path | str | None = None,
+    survey: AnyPath | None = None,
 ) -> TableLabels:
     """Give each row of a time-stamped table the position of the walk that it was taken on.
 
@@ -99,7 +100,7 @@ def label(
         zone=zone,
         aligned=align is not None,
     )
-    known = _KnownClock(offset_s, align, None if survey is None else Path(survey))
+    known = _KnownClock(offset_s, align, path_or_none(survey))
     walks, why = _with_clocks(walks, times, rows, known)
     settings = LabelSettings.model_validate(open_labelled(Path(labels)).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)

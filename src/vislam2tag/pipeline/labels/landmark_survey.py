@@ -12,6 +12,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError, UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
@@ -175,7 +176,7 @@ def _heights_above_floor(
 
 
 def survey_landmarks(
-    root: Path,
+    root: AnyPath,
     settings: ProcessSettings | None = None,
     *,
     floors: tuple[int, ...] = (),
@@ -188,6 +189,7 @@ def survey_landmarks(
     that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
     OutputError where a worker is ended from outside; a session that cannot be read has an ``error``.
     """
+    root = Path(root)
     settings = settings or ProcessSettings()
     survey = open_survey(root, settings.survey.landmark_sigma_m)
     corrections = read_corrections(root)

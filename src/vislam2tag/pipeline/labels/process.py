@@ -18,6 +18,7 @@ from vislam2tag import __version__
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.diagnosis.record import Fault
 from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
@@ -54,11 +55,11 @@ from vislam2tag.survey.stored_survey import survey_at_hand
 
 
 def process(
-    survey_root: Path,
-    out: Path,
+    survey_root: AnyPath,
+    out: AnyPath,
     settings: ProcessSettings | None = None,
     *,
-    landmarks: Path | None = None,
+    landmarks: AnyPath | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
     executor: Executor | None = None,
@@ -80,6 +81,7 @@ def process(
     selection that matches nothing, OutputError where ``out`` cannot be written or is not ours, StoreError where a store
     cannot be read or written; a bad session is only counted in ``Summary.failed``.
     """
+    survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
     settings = settings or ProcessSettings()
     strategy_named(settings.strategy, settings.mapping)  # an unknown one is told before anything is fetched
     if settings.together:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, open_survey
 from vislam2tag.survey.model import SessionRef
@@ -63,8 +64,8 @@ def _detectors(
 
 
 def sightings(
-    root: Path,
-    images: Path | None = None,
+    root: AnyPath,
+    images: AnyPath | None = None,
     tags: str | None = None,
     tag_side_m: float | None = None,
     qr_side_m: float | None = None,
@@ -78,6 +79,7 @@ def sightings(
     Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
     an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
     """
+    root, images = Path(root), path_or_none(images)
     detectors = _detectors(images, tags, tag_side_m, qr_side_m)
     survey = open_survey(root)
     found = []

@@ -10,6 +10,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.progress import Progress, Stage, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.statistics import table_3
 from vislam2tag.dataset.statistics.record import DatasetStatistics
@@ -50,8 +51,8 @@ class ReproducedPaper:
 
 
 def reproduce(
-    root: Path,
-    out: Path,
+    root: AnyPath,
+    out: AnyPath,
     settings: ProcessSettings | None = None,
     progress: Progress[Stage] = silent,
     model_seeds: int | None = None,
@@ -64,6 +65,7 @@ def reproduce(
     ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
     written.
     """
+    root, out = Path(root), Path(out)
     refuse_without_networks(model_seeds)
     settings = settings or ProcessSettings()
     data = open_paper_data(root)

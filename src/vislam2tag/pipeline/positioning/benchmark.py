@@ -18,6 +18,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.table_files import scan_parquet, write_parquet
 from vislam2tag.common.progress import Progress, Stage, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
@@ -64,11 +65,12 @@ class BenchmarkPlan:
 
 
 @contextmanager
-def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
+def public_dataset(name: str, data: AnyPath) -> Iterator[Dataset]:
     """Open a public data set from its files, imported into a folder that is gone afterwards.
 
     Raises UsageError for an unknown name, DatasetError for files that are missing or not of it, or only one part of it.
     """
+    data = Path(data)
     if name not in PUBLIC:
         raise UsageError(f"--dataset {name}: is none of the public data sets known: {', '.join(PUBLIC)}")
     if not data.exists():
@@ -81,13 +83,14 @@ def public_dataset(name: str, data: Path) -> Iterator[Dataset]:
         yield dataset
 
 
-def benchmark(dataset: Dataset, out: Path, plan: BenchmarkPlan, progress: Progress[Stage] = silent) -> Benchmark:
+def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Progress[Stage] = silent) -> Benchmark:
     """Make every run that ``out`` does not hold yet, and write tables, figures, page and ``benchmark.json``.
 
     ``dataset`` lies in a folder (:func:`~vislam2tag.dataset.folder.open_dataset`). Raises UsageError for a model,
     parameter or split that there is not, DatasetError where nothing is labelled, OutputError where ``out`` cannot be
     written; a run that fails stands in ``Benchmark.failed``.
     """
+    out = Path(out)
     splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
     runs = list(planned(plan.models, splits, plan.seeds))
     data = learning_data(dataset, plan.technology)

@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.by_session import SessionTables, each_session
 from vislam2tag.dataset.folder import is_dataset, open_dataset
 from vislam2tag.dataset.transmitters.privacy import hashed, key_name
@@ -119,8 +120,8 @@ class _WalkEstimation:
 
 
 def locate(
-    model: Path,
-    scans: Path,
+    model: AnyPath,
+    scans: AnyPath,
     write: Write,
     *,
     as_json: bool,
@@ -133,6 +134,7 @@ def locate(
     Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError where one is hashed in another
     way than the other, or where scans tell no session though ``walks`` need it.
     """
+    model, scans = Path(model), Path(scans)
     saved = load_model(model)
     _check_key(saved, key)
     bad = BadLines(scans.name)

@@ -11,6 +11,7 @@ import numpy as np
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.dataset.model import Dataset, Fold, Split
 from vislam2tag.positioning.metrics import Score, score
@@ -38,11 +39,11 @@ class TrainPlan:
     """Of the split; may be left out where it has one."""
     seed: int | None = None
     technology: str = "wifi"
-    onnx: Path | None = None
+    onnx: AnyPath | None = None
     """Write the model as ONNX, too (networks and cell-density)."""
     budget_s: float = BUDGET_S
     """How long trying models may take, where none is named."""
-    update: Path | None = None
+    update: AnyPath | None = None
     """A model's file, which learns the data set besides what it learned before; its kind and settings stay."""
 
 
@@ -70,17 +71,18 @@ class TrainedModel:
     """None where nothing was updated."""
 
 
-def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = silent) -> TrainedModel:
+def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[float] = silent) -> TrainedModel:
     """Train a model on a data set's folder and save it.
 
     Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
     ModelError for a model's file that cannot be updated, OutputError where ``out`` cannot be written.
     """
-    for file in [out] if plan.onnx is None else [out, plan.onnx]:
+    folder, out, onnx = Path(folder), Path(out), path_or_none(plan.onnx)
+    for file in [out] if onnx is None else [out, onnx]:
         if file.is_dir() or not file.parent.is_dir():
             raise OutputError(f"{file}: cannot be written (is a folder, or in none); choose another name")
-    if plan.onnx is not None and plan.onnx.resolve() == out.resolve():
-        raise UsageError(f"--onnx {plan.onnx}: is the file of --out; choose another name")
+    if onnx is not None and onnx.resolve() == out.resolve():
+        raise UsageError(f"--onnx {onnx}: is the file of --out; choose another name")
     _check(plan)
     before = None if plan.update is None else load_model(plan.update)
     dataset = open_dataset(folder)
@@ -99,8 +101,8 @@ def train(folder: Path, plan: TrainPlan, out: Path, progress: Progress[float] = 
     model.fit(*labelled)
     saved = SavedModel(name, model, origin)
     save_model(saved, out)
-    if plan.onnx is not None:
-        write_onnx(model, plan.onnx, {"model": name, "origin": saved.origin.model_dump_json()})
+    if onnx is not None:
+        write_onnx(model, onnx, {"model": name, "origin": saved.origin.model_dump_json()})
     return TrainedModel(saved, None if tested is None else _tested(model, tested), trial, update)
 
 

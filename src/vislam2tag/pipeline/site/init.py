@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.plain_files import read_json
 from vislam2tag.common.files.whole_file import whole_file
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.pipeline.site.plan_scale import no_scale
 from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.model import ControlPoints, Floor
@@ -36,7 +37,7 @@ INFO, MAP = "floor_info.json", "geojson_map.json"
 class NewFloor:
     """A floor to add; ``part.plan`` tells how ``plan``, a file anywhere, is to be read."""
 
-    plan: Path
+    plan: AnyPath
     part: FloorPart
 
 
@@ -63,12 +64,15 @@ def is_competition_floor(path: Path) -> bool:
     return (path / INFO).is_file()
 
 
-def add_floor(root: Path, new: NewFloor, building: str = "", georeference: GeoreferencePart | None = None) -> SiteFile:
+def add_floor(
+    root: AnyPath, new: NewFloor, building: str = "", georeference: GeoreferencePart | None = None
+) -> SiteFile:
     """Copy a plan into a survey's folder, where it is not there yet, and describe it in ``site.toml``.
 
     ``building`` and ``georeference`` replace what the file says, where they are given. Raises SurveyError or
     UsageError where the plan cannot be used or the floor is there already, OutputError where nothing can be written.
     """
+    root = Path(root)
     site = read_site_file(root) if has_site_file(root) else None
     floors = () if site is None else site.floors
     if any(floor.number == new.part.number for floor in floors):
@@ -84,7 +88,7 @@ def add_floor(root: Path, new: NewFloor, building: str = "", georeference: Geore
         georeference=earth,
         floors=tuple(sorted((*floors, part), key=lambda floor: floor.number)),
     )
-    _copy(new.plan, root / inside)
+    _copy(Path(new.plan), root / inside)
     _write(root, whole)
     return whole
 
@@ -117,20 +121,20 @@ def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
     georeference = None if earth is None else earth.georeference()
     points = ControlPoints((), np.empty((0, 2)))
     floor = Floor(
-        new.part.number, "", None, None, None, new.plan, points, source=new.part.plan, georeference=georeference
+        new.part.number, "", None, None, None, Path(new.plan), points, source=new.part.plan, georeference=georeference
     )
     try:
         floor_plan(floor)
     except SurveyError as error:
         if str(error.__cause__) == NO_SCALE:
             assert new.part.plan is not None
-            raise UsageError(f"{new.plan}: {no_scale(new.plan, new.part.plan)}") from error
+            raise UsageError(f"{new.plan}: {no_scale(Path(new.plan), new.part.plan)}") from error
         raise
 
 
 def _inside(root: Path, new: NewFloor) -> Path:
     """Where the plan lies in the survey's folder, or will."""
-    plan = new.plan.resolve()
+    plan = Path(new.plan).resolve()
     if plan.is_relative_to(root.resolve()):
         return plan.relative_to(root.resolve())
     return Path(f"floor_{new.part.number}") / plan.name

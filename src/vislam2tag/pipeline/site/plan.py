@@ -14,6 +14,7 @@ from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
@@ -46,8 +47,8 @@ class PlanRequest:
     first_id: int = 1
     anew: bool = False
     """Whether the site's landmarks are left out of account instead of being fixed."""
-    forbidden: Path | None = None
-    mask: Path | None = None
+    forbidden: AnyPath | None = None
+    mask: AnyPath | None = None
     """Drawn correction of what can be walked, for the one floor that is planned."""
     write: bool = False
     """Whether the new landmarks are added to the site's own files."""
@@ -72,8 +73,8 @@ def is_plan(folder: Path) -> bool:
 
 
 def write_plans(
-    site_folder: Path,
-    out: Path,
+    site_folder: AnyPath,
+    out: AnyPath,
     settings: PlanSettings,
     request: PlanRequest,
     progress: Progress[str] = silent,
@@ -84,11 +85,12 @@ def write_plans(
     where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError where something
     cannot be written.
     """
+    site_folder, out = Path(site_folder), Path(out)
     site, findings = read_site(site_folder)
     floors = _floors(site, request.floors)
     if request.mask is not None and len(request.floors) != 1:
         raise UsageError("--mask: corrects one floor; name it with --floor")
-    forbidden = {} if request.forbidden is None else read_forbidden(request.forbidden)
+    forbidden = {} if request.forbidden is None else read_forbidden(Path(request.forbidden))
     unknown = sorted(set(forbidden) - {floor.number for floor in site.floors})
     if unknown:
         raise SurveyError(f"{request.forbidden}: the site has no floor {unknown[0]}")
@@ -134,7 +136,7 @@ def _design(
     floor: Floor, request: PlanRequest, settings: PlanSettings, given: FloorConstraints, progress: Progress[str]
 ) -> FloorDesign:
     progress("walkable space", len(STEPS))
-    mask = None if request.mask is None else read_mask(request.mask)
+    mask = None if request.mask is None else read_mask(Path(request.mask))
     space = walkable_space(floor_plan(floor), request.walkable, mask)
     try:
         return plan_floor(space, corridor_graph(space, request.walkable.graph), settings, given, progress)

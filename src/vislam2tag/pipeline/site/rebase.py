@@ -13,6 +13,7 @@ from vislam2tag.common.files.plain_files import read_bytes, read_json
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.dataset.fingerprinting.labelled import LabelledSurvey, is_labelled, open_labelled
 from vislam2tag.dataset.folder import is_dataset
 from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, SessionResult
@@ -35,10 +36,10 @@ REPORT_FILE = "report.html"
 
 
 def rebase(
-    source: Path,
-    out: Path,
+    source: AnyPath,
+    out: AnyPath,
     changes: FrameChanges,
-    new_site: Path | None = None,
+    new_site: AnyPath | None = None,
     building: str | None = None,
     *,
     replace: bool = False,
@@ -51,6 +52,7 @@ def rebase(
     SurveyError or DatasetError where the source cannot be read or a floor has no change, UsageError where ``new_site``
     or ``building`` is missing, OutputError where ``out`` cannot be written.
     """
+    source, out, new_site = Path(source), Path(out), path_or_none(new_site)
     if out.exists() and out.resolve() == source.resolve():
         raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
     if source.is_file():

@@ -87,7 +87,7 @@ def _floors(
         if info.building != building:
             infos.append(info)
             if info.plan is not None and info.plan in dataset.files:
-                plans[info.plan] = dataset.files[info.plan]
+                plans[info.plan] = Path(dataset.files[info.plan])
             continue
         if info.number not in new:
             raise SurveyError(f"the new site has no floor {info.number}, which the data set has; add it")

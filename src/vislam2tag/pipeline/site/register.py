@@ -12,6 +12,7 @@ from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.core.similarity import as_complex
 from vislam2tag.figures.registration_figures import residual_figure
 from vislam2tag.figures.style import rendered
@@ -36,13 +37,13 @@ FIGURE_FILES = ("residuals.svg", "residuals.png")
 class FloorFiles:
     """Files of one floor, and how to read them."""
 
-    stations: Sequence[Path] = ()
-    control: Path | None = None
+    stations: AnyPath | Sequence[AnyPath] = ()
+    control: AnyPath | None = None
     known: Sequence[str] = ()
     """Points of the site that are known, by name; ``all``: every one."""
-    tape: Path | None = None
-    targets: Path | None = None
-    clicks: Path | None = None
+    tape: AnyPath | None = None
+    targets: AnyPath | None = None
+    clicks: AnyPath | None = None
     columns: Sequence[PointColumn | None] | None = None
     codes: Sequence[str] = ()
     rules: NameRules = field(default_factory=NameRules)
@@ -81,18 +82,19 @@ def register(site: Site, floor: Floor, sources: FloorFiles, settings: Registrati
 def _measured(
     site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings
 ) -> tuple[FloorMeasurements, list[Finding]]:
-    rules = sources.rules
-    shots, heights, findings = read_stations(sources.stations, sources.columns, sources.codes, rules, settings)
+    rules, stations = sources.rules, paths_of(sources.stations)
+    shots, heights, findings = read_stations(stations, sources.columns, sources.codes, rules, settings)
     known, known_heights = known_points_of_site(site, floor.number, sources.known, rules, settings)
     if sources.control is not None:
-        more, more_heights, problems = read_known_points(sources.control, rules, settings)
+        more, more_heights, problems = read_known_points(Path(sources.control), rules, settings)
         named = {one.point for one in more}
         known = [*more, *(one for one in known if one.point not in named)]
         known_heights = [*more_heights, *(one for one in known_heights if one.point not in named)]
         findings += problems
-    distances, problems = ([], []) if sources.tape is None else read_distances(sources.tape, settings)
-    targets, more_problems = ({}, []) if sources.targets is None else read_targets(sources.targets, settings)
-    clicks, click_problems = ({}, []) if sources.clicks is None else read_clicks(sources.clicks, floor.number, settings)
+    distances, problems = ([], []) if sources.tape is None else read_distances(Path(sources.tape), settings)
+    targets, more_problems = ({}, []) if sources.targets is None else read_targets(Path(sources.targets), settings)
+    clicked = path_or_none(sources.clicks)
+    clicks, click_problems = ({}, []) if clicked is None else read_clicks(clicked, floor.number, settings)
     here = site.landmarks.on_floor(floor.number)
     expected = {here.ids[i]: complex(as_complex(here.position_bcs[i])) for i in np.flatnonzero(here.surveyed).tolist()}
     measured = FloorMeasurements(

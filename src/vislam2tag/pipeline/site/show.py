@@ -9,6 +9,7 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.figures.site_plan import site_plan
 from vislam2tag.figures.style import rendered
 from vislam2tag.report.page import data_uri, write_page
@@ -40,11 +41,12 @@ class SiteSummary:
     findings: tuple[Finding, ...]
 
 
-def summarise_site(root: Path, floors: Sequence[int] = ()) -> SiteSummary:
+def summarise_site(root: AnyPath, floors: Sequence[int] = ()) -> SiteSummary:
     """Read a site and load its plans; ``floors``: only these.
 
     Raises SurveyError where it is none, UsageError where it has no such floor.
     """
+    root = Path(root)
     site, findings = read_site(root)
     chosen = [floor for floor in site.floors if not floors or floor.number in floors]
     for number in floors:

@@ -14,6 +14,7 @@ from PIL import Image
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.figures.style import rendered
 from vislam2tag.figures.walkable_figures import walkable_figure
 from vislam2tag.survey.discover import read_site
@@ -47,7 +48,7 @@ class WalkableFloor:
 
 
 def write_walkable(
-    root: Path, out: Path, numbers: Sequence[int], settings: WalkableSettings, mask: Path | None
+    root: AnyPath, out: AnyPath, numbers: Sequence[int], settings: WalkableSettings, mask: AnyPath | None
 ) -> tuple[WalkableFloor, ...]:
     """Find where floors of a site can be walked, and write for each one into ``out``.
 
@@ -55,6 +56,7 @@ def write_walkable(
     the graph in the BCS. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError where
     there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
     """
+    root, out, mask = Path(root), Path(out), path_or_none(mask)
     site, _ = read_site(root)
     chosen = _chosen(site, numbers)
     if mask is not None and len(chosen) != 1:

@@ -10,6 +10,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_folder import whole_folder
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.similarity import Similarity2
 from vislam2tag.survey.changed_files import changed_landmarks_text, changed_points_text
@@ -28,13 +29,14 @@ _WRITTEN = re.compile(
 """What these functions write: a folder that holds anything else, such as sessions, is never replaced."""
 
 
-def write_published(root: Path, out: Path) -> tuple[FrameChanges, tuple[Finding, ...]]:
+def write_published(root: AnyPath, out: AnyPath) -> tuple[FrameChanges, tuple[Finding, ...]]:
     """Write a site in the published layout to ``out``, whole: plans as images, landmarks, control points.
 
     That layout's origin is the plan's lower left corner: positions move there, and ``rebase.toml`` says how. A floor
     without extent has no row in ``floor_dimensions.csv``, which is a finding. Sessions are not copied. Raises
     SurveyError where ``root`` is no site, OutputError where ``out`` cannot be written.
     """
+    root, out = Path(root), Path(out)
     site, findings = read_site(root)
     changes = FrameChanges(
         floors=tuple(

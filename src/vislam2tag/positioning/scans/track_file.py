@@ -14,6 +14,7 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 
@@ -25,8 +26,9 @@ _LONGEST_GAP_NS = 2_000_000_000
 class Tracks:
     """Tracks of many sessions; each is read when it is asked for."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: AnyPath) -> None:
         """Open a CSV or a folder; raises DatasetError where it is neither."""
+        path = Path(path)
         if path.is_dir():
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}

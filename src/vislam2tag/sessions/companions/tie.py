@@ -14,6 +14,7 @@ from vislam2tag.common.errors import OutputError, SessionError, first_line
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.survey.site_table import is_file
 
@@ -56,8 +57,9 @@ class Tie(FiniteRecord):
         """Its clock against the session's."""
         return ClockAlignment(self.offset_ns, self.sigma_s, self.rate, self.at_ns, self.figures)
 
-    def path(self, session: Path) -> Path:
+    def path(self, session: AnyPath) -> Path:
         """Where the recording lies, from the folder of its session."""
+        session = Path(session)
         return Path(os.path.normpath(session / self.recording))
 
 

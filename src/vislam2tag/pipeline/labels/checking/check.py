@@ -12,6 +12,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.checking.check_session import CheckedSession, check_session
 from vislam2tag.pipeline.labels.checking.walked_floors import FloorWalked, WalkPlaces, walked_floors
@@ -51,11 +52,11 @@ class _Collected:
 
 
 def check(
-    survey_root: Path,
+    survey_root: AnyPath,
     settings: ProcessSettings | None = None,
     *,
-    out: Path | None = None,
-    landmarks: Path | None = None,
+    out: AnyPath | None = None,
+    landmarks: AnyPath | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
     walkable: WalkableSettings | None = None,
@@ -72,6 +73,7 @@ def check(
     ``landmarks`` no landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out``
     cannot be written; a bad session is only counted in ``SurveyCheck.failed``.
     """
+    survey_root, out, landmarks = Path(survey_root), path_or_none(out), path_or_none(landmarks)
     settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)

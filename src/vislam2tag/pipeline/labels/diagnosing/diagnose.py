@@ -12,6 +12,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import MissingExtraError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.diagnosis.record import Diagnosis, Fault, Gain
 from vislam2tag.diagnosis.references import References
 from vislam2tag.diagnosis.search import found_faults
@@ -39,10 +40,10 @@ MOST_MAPPED_AGAIN = 12
 
 
 def diagnose(
-    survey_root: Path,
+    survey_root: AnyPath,
     settings: ProcessSettings | None = None,
     *,
-    landmarks: Path | None = None,
+    landmarks: AnyPath | None = None,
     selection: Selection | None = None,
     jobs: int = 1,
     progress: Progress[DiagnosedSession] = silent,
@@ -53,6 +54,7 @@ def diagnose(
     it from under ``if __name__ == "__main__":``). Raises SurveyError where ``survey_root`` is no survey, UsageError for
     a selection that matches nothing; a session that cannot be read is named in ``Diagnosis.failed``.
     """
+    survey_root, landmarks = Path(survey_root), path_or_none(landmarks)
     settings = settings or ProcessSettings()
     survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
     corrections = read_corrections(survey_root)

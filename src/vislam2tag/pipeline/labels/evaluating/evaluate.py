@@ -10,6 +10,7 @@ from pathlib import Path
 from vislam2tag import __version__
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.evaluation.control_points.odd_points import odd_points
 from vislam2tag.evaluation.dense import dense_rows, survey_drift
 from vislam2tag.evaluation.pooling import table_rows
@@ -39,13 +40,13 @@ ERRORS_FILE, LATEX_FILE, SESSIONS_FILE, DENSE_FILE = "errors.csv", "errors.tex",
 
 
 def evaluate(
-    survey_root: Path,
-    out: Path,
+    survey_root: AnyPath,
+    out: AnyPath,
     settings: ProcessSettings | None = None,
     *,
     strategies: Sequence[str] = (),
-    landmarks: Path | None = None,
-    truth: Path | None = None,
+    landmarks: AnyPath | None = None,
+    truth: AnyPath | None = None,
     clock_drift: bool = False,
     selection: Selection | None = None,
     jobs: int = 1,
@@ -61,6 +62,7 @@ def evaluate(
     nothing, OutputError where ``out`` cannot be written or is not ours; a bad session is only counted in
     ``SurveyEvaluation.failed``.
     """
+    survey_root, out, landmarks, truth = Path(survey_root), Path(out), path_or_none(landmarks), path_or_none(truth)
     settings, selection = settings or ProcessSettings(), selection or Selection()
     names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
     for name in names:

@@ -50,7 +50,7 @@ class ServedAnswers:
                     lower_left_m=info.lower_left_m,
                 )
             )
-            self.plans.append(file)
+            self.plans.append(Path(file))
         self.model = ServedModel(
             model=saved.name,
             dataset=saved.origin.dataset,
