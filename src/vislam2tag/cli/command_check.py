@@ -184,7 +184,8 @@ def _bad_table(found: list[BadLandmark]) -> Table:
 
     rows = table("Bad landmarks", ("floor", "landmark", "what it may be"), ("off by", "sigma", "sessions"))
     for bad in found:
-        place = (str(bad.floor), escape(bad.landmark), FAULTS[bad.fault])
+        where = f" ({bad.room})" if bad.room else ""
+        place = (str(bad.floor), escape(bad.landmark + where), FAULTS[bad.fault])
         rows.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
     return rows
 
@@ -203,12 +204,15 @@ def _doubtful_table(sessions: list[SessionCheck]) -> Table:
 
 
 def _place_table(floors: list[FloorCheck]) -> Table:
-    rows = table("One more landmark", ("floor",), ("x", "y", "mean error now", "then"))
+    from rich.markup import escape
+
+    rows = table("One more landmark", ("floor", "where"), ("x", "y", "mean error now", "then"))
     for floor in floors:
         for place in floor.places:
             then = floor.expected_m - place.gain_m
             rows.add_row(
                 str(floor.number),
+                escape(place.near),
                 f"{place.x_m:.1f} m",
                 f"{place.y_m:.1f} m",
                 f"{floor.expected_m:.3f} m",

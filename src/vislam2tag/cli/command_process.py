@@ -185,8 +185,8 @@ def _print_summary(summary: Summary, out: Path) -> None:
         say(accuracy)
     for found in summary.contradictions:
         say(
-            f"landmark {found.landmark} on floor {found.floor} contradicts the rest in {found.sessions} of "
-            f"{found.seen} sessions, by up to {found.greatest_m:.2f} m: measure it again"
+            f"{found.called} contradicts the rest in {found.sessions} of {found.seen} sessions, by up to "
+            f"{found.greatest_m:.2f} m: measure it again"
         )
     say(f"report: {shown(out / 'report.html')}")
 

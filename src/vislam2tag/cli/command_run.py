@@ -86,7 +86,8 @@ def _print(made: SurveyRun, survey: Path, out: Path) -> None:
     for floor in made.check.floors:
         say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:
-        say(f"floor {bad.floor}: landmark {bad.landmark} is off by {bad.size_m:.2f} m")
+        where = f" ({bad.room})" if bad.room else ""
+        say(f"floor {bad.floor}: landmark {bad.landmark}{where} is off by {bad.size_m:.2f} m")
     for fault in made.faults:
         say(f"wrong: {fault}")
     if made.kept:

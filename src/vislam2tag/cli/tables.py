@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +18,15 @@ if TYPE_CHECKING:
     from vislam2tag.positioning.benchmark.table_4 import Table4
 
 _PIPE_WIDTH = 140
-"""Columns where the output is no terminal."""
+"""Columns where the output is no terminal, unless the environment's COLUMNS says how many."""
 
 
 def table_console() -> Console:
     """Return a console for tables: as wide as the terminal, or wide enough for a pipe."""
-
     console = visible_console(highlight=False)
-    return console if console.is_terminal else visible_console(highlight=False, width=_PIPE_WIDTH)
+    if console.is_terminal or "COLUMNS" in os.environ:
+        return console
+    return visible_console(highlight=False, width=_PIPE_WIDTH)
 
 
 def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table:

@@ -110,6 +110,13 @@ class LandmarkContradiction(Record):
     surveyed_m: tuple[float, float]
     offset_m: tuple[float, float]
     """Mean of the sessions' offsets, BCS."""
+    room: str = ""
+    """What people call the room or corridor where it was surveyed; empty where that has no name."""
+
+    @property
+    def called(self) -> str:
+        """The landmark and where it hangs, as people say it."""
+        return f"landmark {self.landmark} on floor {self.floor}" + (f" ({self.room})" if self.room else "")
 
 
 class SigmaStatistics(Record):

@@ -37,7 +37,8 @@ LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "data
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE = "steps.json"
-_Kept = TypeVar("_Kept", bound=Record)
+_Record = TypeVar("_Record", bound=Record)
+_Made = TypeVar("_Made")
 _StepProgress: TypeAlias = Progress[tuple[str, str | None]]
 """Hears of each session the step and why it failed, if it did."""
 
@@ -86,16 +87,16 @@ def run_survey(
             tell=tell,
         )
         labels = _labels_key(out / LABELS)
-        steps.unless_done(
+        diagnosis = steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
-            (out / CONFLICTS_PAGE).is_file() and _kept(out / DIAGNOSIS_FILE, Diagnosis) is not None,
+            lambda: _kept(out / DIAGNOSIS_FILE, Diagnosis) if (out / CONFLICTS_PAGE).is_file() else None,
             lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
         )
-        steps.unless_done(
+        checked = steps.unless_done(
             CHECK,
             key_of(labels, code_key(check.__module__)),
-            (out / CHECK / CHECK_PAGE).is_file() and _kept(out / CHECK / CHECK_FILE, SurveyCheck) is not None,
+            lambda: _kept(out / CHECK / CHECK_FILE, SurveyCheck) if (out / CHECK / CHECK_PAGE).is_file() else None,
             lambda: check(
                 survey_root,
                 settings,
@@ -109,13 +110,12 @@ def run_survey(
         steps.unless_done(
             DATASET,
             key_of(labels, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__)),
-            is_dataset(out / DATASET),
+            lambda: is_dataset(out / DATASET) or None,
             lambda: _collect(survey_root, out, settings, jobs, progress),
         )
-        found = SurveyCheck.model_validate_json(read_bytes(out / CHECK / CHECK_FILE))
-        faults = _faults(out / DIAGNOSIS_FILE)
-        folder.write(INDEX, lambda path: write_index_page(path, name, summary, found, faults, _LINKS))
-        return SurveyRun(labels=summary, check=found, faults=tuple(faults), kept=tuple(steps.kept))
+        faults = [fault.summary for fault in diagnosis.faults]
+        folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
+        return SurveyRun(labels=summary, check=checked, faults=tuple(faults), kept=tuple(steps.kept))
 
 
 class _Outcome(Protocol):
@@ -137,14 +137,15 @@ def _diagnose(
     jobs: int,
     progress: _StepProgress,
     folder: OutputFolder,
-) -> None:
+) -> Diagnosis:
     found = diagnose(survey, settings, landmarks=landmarks, jobs=jobs, progress=_named("diagnose", progress))
     here = open_survey(survey, settings.survey.landmark_sigma_m, landmarks)
     folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, here, found.references))
     folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
+    return found
 
 
-def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _StepProgress) -> None:
+def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _StepProgress) -> bool:
     build_dataset(
         out / LABELS,
         out / DATASET,
@@ -153,6 +154,7 @@ def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _
         jobs=jobs,
         progress=lambda step, total: progress((step.stage, step.error), total),
     )
+    return True
 
 
 _LINKS = (
@@ -163,11 +165,7 @@ _LINKS = (
 )
 
 
-def _faults(path: Path) -> list[str]:
-    return [fault.summary for fault in Diagnosis.model_validate_json(read_bytes(path)).faults]
-
-
-def _kept(path: Path, kind: type[_Kept]) -> _Kept | None:
+def _kept(path: Path, kind: type[_Record]) -> _Record | None:
     """What a step wrote before; None where it is not there or damaged, so that it is made again."""
     try:
         return kind.model_validate_json(read_bytes(path))
@@ -186,14 +184,15 @@ class _Steps:
             self._keys = {}
         self.kept: list[str] = []
 
-    def unless_done(self, step: str, key: str, there: bool, work: Callable[[], object]) -> None:
-        """Do a step and note it, unless it was done with this key and its result is ``there``."""
-        if there and self._keys.get(step) == key:
+    def unless_done(self, step: str, key: str, kept: Callable[[], _Made | None], work: Callable[[], _Made]) -> _Made:
+        """Do a step and note it, unless it was done with this key and what it made is ``kept``; return what it made."""
+        if self._keys.get(step) == key and (there := kept()) is not None:
             self.kept.append(step)
-            return
-        work()
+            return there
+        made = work()
         self._keys[step] = key
         self._folder.write_text(_STEPS_FILE, json.dumps(self._keys, indent=1, sort_keys=True) + "\n")
+        return made
 
 
 def _labels_key(labels: Path) -> str:

@@ -92,6 +92,8 @@ class BadLandmark(Record):
     """Length of the offset; for a scattering landmark the median distance of the walks' places from their middle."""
     sigma_m: float
     """Standard deviation of that length, were the survey right."""
+    room: str = ""
+    """What people call the room or corridor where it was surveyed; empty where that has no name."""
 
 
 class ProposedPlace(Record):

@@ -87,7 +87,7 @@ def build_dataset(
     clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
     """
     settings, options = settings or DatasetSettings(), options or BuildOptions()
-    folders = paths_of(sources)
+    folders, out = paths_of(sources), Path(out)
     with dataset_folder(out, "dataset", options.replace) as folder:
         scratch = folder.root / ".scratch"
         opened = _labelled(folders, scratch / "labels", options, jobs, progress)

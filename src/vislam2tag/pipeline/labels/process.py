@@ -32,7 +32,7 @@ from vislam2tag.labeling.results import (
 )
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.mapping.registry import strategy_named
-from vislam2tag.pipeline.labels.diagnosing.survey_evidence import survey_evidence, thinned
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import RoomsOnPlans, survey_evidence, thinned
 from vislam2tag.pipeline.labels.kept_passes import kept_walk
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
 from vislam2tag.pipeline.labels.odd_references import odd_findings
@@ -259,23 +259,33 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
                 see(result)
                 yield result
 
-    faults = kept_faults(run.survey, refs, folder)
+    rooms = RoomsOnPlans(run.survey.root, run.survey.site)
+    faults = kept_faults(run.survey, refs, folder, rooms)
     survey = replace(run.survey, findings=(*run.survey.findings, *map(_fault_finding, faults)))
     summary = summarise(results(each), settings.strategy, __version__, survey.findings)
-    summary = summary.model_copy(update={"faults": [fault.summary for fault in faults]})
+    said = {
+        "faults": [fault.summary for fault in faults],
+        "contradictions": [
+            one.model_copy(update={"room": rooms(one.floor, complex(*one.surveyed_m))})
+            for one in summary.contradictions
+        ],
+    }
+    summary = summary.model_copy(update=said)
     folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary, run.conflicts))
     folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary
 
 
-def kept_faults(survey: Survey, refs: Sequence[SessionRef], folder: Output) -> list[Fault]:
+def kept_faults(
+    survey: Survey, refs: Sequence[SessionRef], folder: Output, rooms: RoomsOnPlans | None = None
+) -> list[Fault]:
     """What the walks tell to be wrong with the survey, by their kept results."""
     walks = []
     for ref in thinned(refs):
         result = folder.result(ref.slug)
         if result is not None and result.passes is not None:
             walks.append(kept_walk(ref.key, result.passes))
-    return found_faults(survey_evidence(survey, walks))[0]
+    return found_faults(survey_evidence(survey, walks, rooms))[0]
 
 
 def _fault_finding(fault: Fault) -> Finding:

@@ -59,6 +59,6 @@ def _label(found: LandmarkContradiction) -> str:
 
 def _sentence(found: LandmarkContradiction) -> str:
     return (
-        f"landmark {found.landmark} contradicts the others<br>by {size_m(found):.2f} m "
+        f"{found.called} contradicts the others<br>by {size_m(found):.2f} m "
         f"(in {found.sessions} of the {found.seen} sessions that logged it)"
     )

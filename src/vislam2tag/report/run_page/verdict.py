@@ -103,10 +103,7 @@ def _about_site(findings: Sequence[Finding]) -> Iterator[Problem]:
 def _contradictions(found: Sequence[LandmarkContradiction]) -> Iterator[Problem]:
     for one in found:
         away_m = float(np.hypot(*one.offset_m))
-        what = (
-            f"landmark {one.landmark} on floor {one.floor}: {one.sessions} of {one.seen} sessions put it "
-            f"{away_m:.2f} m from where the survey has it"
-        )
+        what = f"{one.called}: {one.sessions} of {one.seen} sessions put it {away_m:.2f} m from where the survey has it"
         yield Problem(what, "measure it again, or say in corrections.toml where it hung", "contradictions")
 
 

@@ -95,7 +95,10 @@ def check(
         max_sigma_m=settings.labels.model_dump(mode="json")["max_sigma_m"],
         sessions=collected.sessions,
         floors=[_with_rooms(floor, walked) for floor in collected.gains.floors(survey.site.landmarks)],
-        bad_landmarks=bad_landmarks([session for session in collected.sessions if not session.fixes]),
+        bad_landmarks=[
+            bad.model_copy(update={"room": _room(walked, bad.floor, bad.surveyed_m)})
+            for bad in bad_landmarks([session for session in collected.sessions if not session.fixes])
+        ],
         walked=[floor.record for floor in walked.values()],
     )
     if out is not None:
@@ -108,15 +111,18 @@ def check(
 
 def _with_rooms(floor: FloorCheck, walked: Mapping[int, FloorWalked]) -> FloorCheck:
     """Say of each proposed place in which room it is, where the plan tells."""
-    space = walked[floor.number].space if floor.number in walked else None
-    if space is None:
-        return floor
-    rooms = [space.areas.of_place((place.x_m, place.y_m)) for place in floor.places]
+    rooms = [_room(walked, floor.number, (place.x_m, place.y_m)) for place in floor.places]
     places = [
         place.model_copy(update={"near": ", ".join(filter(None, (room and f"in {room}", place.near)))})
         for place, room in zip(floor.places, rooms, strict=True)
     ]
     return floor.model_copy(update={"places": places})
+
+
+def _room(walked: Mapping[int, FloorWalked], floor: int, place_m: tuple[float, float]) -> str:
+    """What people call the room or corridor at a place; empty where it has no name."""
+    space = walked[floor].space if floor in walked else None
+    return "" if space is None else space.areas.of_place(place_m)
 
 
 def _make_folder(out: Path) -> None:

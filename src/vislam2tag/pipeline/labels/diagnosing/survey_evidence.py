@@ -71,8 +71,13 @@ class RoomsOnPlans:
         return floor_areas(floor, names) if names or names_on_plan(floor_plan(floor)) else None
 
 
-def survey_evidence(survey: Survey, walks: Iterable[tuple[WalkPasses, Places]]) -> Evidence:
-    """All walks on the places that the survey, its corrections included, gives their landmarks."""
+def survey_evidence(
+    survey: Survey, walks: Iterable[tuple[WalkPasses, Places]], rooms: RoomsOnPlans | None = None
+) -> Evidence:
+    """All walks on the places that the survey, its corrections included, gives their landmarks.
+
+    ``rooms`` calls places, where that was looked up before.
+    """
     site = survey.site
     marks = site.landmarks
     rows = np.flatnonzero(marks.surveyed).tolist()
@@ -86,7 +91,7 @@ def survey_evidence(survey: Survey, walks: Iterable[tuple[WalkPasses, Places]]) 
         for floor in site.floors
         if floor.width_m is not None and floor.height_m is not None
     }
-    table = Table(place, size_m, RoomsOnPlans(survey.root, site))
+    table = Table(place, size_m, rooms or RoomsOnPlans(survey.root, site))
     return Evidence(
         table,
         tuple(
