@@ -11,6 +11,8 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.surveys import bytes_of, make_survey
 
+LONG = "Laboratory for Wireless Communication and Localisation West"
+
 
 @pytest.fixture(scope="module")
 def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -28,11 +30,14 @@ def test_tables_and_files(survey: Path, tmp_path: Path) -> None:
     assert bytes_of(survey) == before
 
 
-def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(survey: Path, tmp_path: Path) -> None:
+def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(
+    survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     own = shutil.copytree(survey, tmp_path / "survey")
     header, first, *_ = (own / "floor_0" / "marker_dict.csv").read_text().splitlines()
     landmark = dict(zip(header.split(","), first.split(","), strict=True))  # its wall is that of some room or corridor
-    (own / "floor_0" / "rooms.csv").write_text(f"name,x,y\nLab,left,2\nLab 2,{landmark['x']},{landmark['y']}\n")
+    (own / "floor_0" / "rooms.csv").write_text(f"name,x,y\nLab,left,2\n{LONG},{landmark['x']},{landmark['y']}\n")
     done = vislam2tag("check", own, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 0, done.stderr
     (floor,) = json.loads((tmp_path / "out" / "check.json").read_text())["walked"]
@@ -50,8 +55,12 @@ def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(surve
     assert "walkable, but not walked" in page
     assert "never into room " in page
     assert "room at (" in page
-    assert "Lab 2" in {area["name"].removeprefix("room ") for area in floor["areas"]}
-    assert '"text":["Lab 2"]' in page
+    assert LONG in {area["name"].removeprefix("room ") for area in floor["areas"]}
+    assert f'"text":["{LONG}"]' in page
+    tables = [line for line in done.stdout.splitlines() if line.startswith(" ")]
+    assert len(tables) > 20
+    assert max(map(len, tables)) <= 80
+    assert "…" not in done.stdout
 
 
 def test_a_floor_without_a_plan_says_so(survey: Path, tmp_path: Path) -> None:

@@ -160,6 +160,7 @@ def _dataset(
         privacy=privacy_of(include_nomap, hash_bssid, no_ssid),
         description=None if describe is None else read_description(describe),
         field_work=_field_work(people, hours),
+        walkable=settings.walkable,
         replace=replace,
     )
     try:

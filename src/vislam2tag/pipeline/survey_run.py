@@ -86,7 +86,7 @@ def run_survey(
             progress=_named("label", progress),
             tell=tell,
         )
-        labels = _labels_key(out / LABELS)
+        labels, walkable = _labels_key(out / LABELS), settings.walkable.model_dump(mode="json")
         diagnosis = steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
@@ -95,7 +95,7 @@ def run_survey(
         )
         checked = steps.unless_done(
             CHECK,
-            key_of(labels, code_key(check.__module__)),
+            key_of(labels, walkable, code_key(check.__module__)),
             lambda: _kept(out / CHECK / CHECK_FILE, SurveyCheck) if (out / CHECK / CHECK_PAGE).is_file() else None,
             lambda: check(
                 survey_root,
@@ -109,9 +109,9 @@ def run_survey(
         )
         steps.unless_done(
             DATASET,
-            key_of(labels, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__)),
+            key_of(labels, walkable, settings.dataset.model_dump(mode="json"), code_key(build_dataset.__module__)),
             lambda: is_dataset(out / DATASET) or None,
-            lambda: _collect(survey_root, out, settings, jobs, progress),
+            lambda: _collect(survey_root, out, settings, checked, jobs, progress),
         )
         faults = [fault.summary for fault in diagnosis.faults]
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
@@ -145,12 +145,14 @@ def _diagnose(
     return found
 
 
-def _collect(survey: Path, out: Path, settings: Settings, jobs: int, progress: _StepProgress) -> bool:
+def _collect(
+    survey: Path, out: Path, settings: Settings, checked: SurveyCheck, jobs: int, progress: _StepProgress
+) -> bool:
     build_dataset(
         out / LABELS,
         out / DATASET,
         settings.dataset,
-        BuildOptions(name=survey.resolve().name, surveys=(survey,), replace=True),
+        BuildOptions(name=survey.resolve().name, surveys=survey, walked=checked.walked, replace=True),
         jobs=jobs,
         progress=lambda step, total: progress((step.stage, step.error), total),
     )

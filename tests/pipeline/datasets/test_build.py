@@ -26,6 +26,8 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 SECONDS = 90.0
+BY_PLAN = ("Walkable by the plan", "Room by room", "Rooms entered")
+"""What the page of a data set says where the survey's plans are at hand."""
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +153,9 @@ def test_the_same_bytes_whichever_way(survey: Path, labels: Path, built: Dataset
     with_plans = build_dataset(labels, tmp_path / "with_plans", options=BuildOptions(surveys=(survey,)))
     assert bytes_of(tmp_path / "with_plans") == bytes_of(tmp_path / "of_survey")
     assert with_plans.files
+    page = (tmp_path / "with_plans" / "report.html").read_text()
+    assert all(text in page for text in BY_PLAN)
+    assert not any(text in (tmp_path / "once" / "report.html").read_text() for text in BY_PLAN)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["again", "kept", "of_survey", "once", "with_plans"]
 
 

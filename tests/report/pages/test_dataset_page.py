@@ -18,12 +18,13 @@ from tests.dataset.factory import SCANS, small_dataset
 from tests.report.browser import note_problems, running_browser
 from tests.report.markup import own_part, tags_in_figures
 from vislam2tag.common.findings import Finding
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS, REQUIRED, SESSIONS, empty_table
 from vislam2tag.dataset.splitting.splits import standard_splits
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.dataset.statistics.record import FieldWork
 from vislam2tag.report.pages import dataset_map, dataset_page
+from vislam2tag.walkable.walked.walked_record import WalkedArea, WalkedFloor, WalkToFill
 
 EVIL = "</script><img src=x onerror=alert(1)>"
 
@@ -64,6 +65,25 @@ def test_hover_labels_hold_names_as_text(tmp_path: Path) -> None:
     named = replace(dataset, tables=tables, splits={})
     page = dataset_page.dataset_page(named, dataset_statistics(named, FieldWork(people=2, hours=1.0)))
     assert not tags_in_figures(page)
+
+
+def test_rooms_of_the_plan_are_listed_by_name(text: str, tmp_path: Path) -> None:
+    areas = [
+        WalkedArea(name=f"room {EVIL}", room=True, area_m2=12, walked=0, scanned=0, entered=False, place_m=(1, 2)),
+        WalkedArea(name="corridor", room=False, area_m2=30, walked=0.5, scanned=0.4, entered=True, place_m=(5, 2)),
+    ]
+    walk = WalkToFill(length_m=44.0, minutes=1.0, points_m=[(1, 2), (5, 2)], stops_m=[(1, 2)])
+    floor = WalkedFloor(number=0, walkable_m2=42, walked=0.36, scanned=0.29, areas=areas, walk=walk)
+    dataset = make_dataset(tmp_path)
+    page = dataset_page.dataset_page(
+        dataset, dataset_statistics(dataset), {Storey(dataset.info.floors[0].building, 0): floor}
+    )
+    words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", own_part(page)))
+    assert "42 m² 36 % 29 % 0 of 1 44 m 1 min" in words
+    assert "They led into 0 of 1 rooms; never into room &lt;/script&gt;" in words
+    assert "corridor 30 m² 50 % 40 % yes" in words
+    assert not tags_in_figures(page)
+    assert "Walkable by the plan" not in text
 
 
 def maps(page: str) -> list[dict[str, Any]]:

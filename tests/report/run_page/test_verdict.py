@@ -50,6 +50,9 @@ def test_each_problem_names_its_place_and_what_to_do(summary: Summary) -> None:
     assert not any("only told" in what for what in found)
     [landmark] = [what for what in found if what.startswith("landmark 3 on floor 1: 1 of ")]
     assert "2.00 m from where the survey has it" in landmark
+    named = [one.model_copy(update={"room": "room 2.114"}) for one in summary.contradictions]
+    whats = [one.what for one in problems(summary.model_copy(update={"contradictions": named}), site)]
+    assert any(what.startswith("landmark 3 on floor 1 (room 2.114): 1 of ") for what in whats)
     assert found[landmark].startswith("measure it again")
     assert any("without a position: tracking lost" in what for what in found)
     assert any("are uncertain" in what for what in found)

@@ -17,7 +17,7 @@ from vislam2tag.common.text_paths import AnyPath, path_or_none, paths_of
 from vislam2tag.dataset.description import Description, with_description
 from vislam2tag.dataset.fingerprinting.labelled import is_labelled
 from vislam2tag.dataset.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Grouping, Storey
 from vislam2tag.dataset.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.dataset.statistics.record import FieldWork
@@ -28,9 +28,13 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.datasets.session import NAMES, SessionJob, SessionOutcome, build_session, survey_findings
 from vislam2tag.pipeline.datasets.sources import LabelledSource, merged_floors, named_sessions, open_sources
+from vislam2tag.pipeline.labels.checking.walked_floors import walked_floors
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.workers import process_all
+from vislam2tag.survey.discover import read_site
 from vislam2tag.survey.names import unique_slugs
+from vislam2tag.walkable.settings import WalkableSettings
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 LABEL, BUILD = "label", "build"
 
@@ -67,6 +71,10 @@ class BuildOptions:
     """What people say of the data set."""
     field_work: FieldWork | None = None
     """What the survey took as a whole."""
+    walkable: WalkableSettings = field(default_factory=WalkableSettings)
+    """How walkable space is found on the plans of the sources' surveys, to tell what of it was walked."""
+    walked: Sequence[WalkedFloor] | None = None
+    """That, where ``check`` told it of the only source; None: it is found here."""
     replace: bool = False
     """Replace what another command or strategy left where data set or labels go."""
 
@@ -105,8 +113,29 @@ def build_dataset(
         info = _add_tables(folder, scratch / "parts", info, options)
         folder.add_files(plans)
         shutil.rmtree(scratch)
-        finish_dataset(folder, info, options.field_work)
+        finish_dataset(folder, info, options.field_work, _walked(opened, outcomes, options))
     return open_dataset(out)
+
+
+def _walked(
+    sources: Sequence[LabelledSource], outcomes: Sequence[SessionOutcome], options: BuildOptions
+) -> dict[Storey, WalkedFloor]:
+    """What of the plans was walked, in those sources whose survey is known."""
+    if options.walked is not None:
+        return {Storey(sources[0].building, floor.number): floor for floor in options.walked}
+    places = {outcome.session: outcome.places for outcome in outcomes}
+    walks = [(source, places[name]) for name, source, _ in named_sessions(sources)]
+    return {
+        Storey(source.building, number): floor.record
+        for source in sources
+        if source.survey is not None
+        for number, floor in walked_floors(
+            source.survey,
+            read_site(source.survey)[0],
+            [own for whose, own in walks if whose.building == source.building],
+            options.walkable,
+        ).items()
+    }
 
 
 def _labelled(

@@ -8,8 +8,10 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from pydantic import ValidationError
 
@@ -19,11 +21,12 @@ from vislam2tag.common.files.whole_folder import exclusive_writer
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.card.write import SUMS, write_card
 from vislam2tag.dataset.folder import MANIFEST, SPLITS, FolderWriter, open_dataset
-from vislam2tag.dataset.model import Dataset, DatasetInfo, Split
+from vislam2tag.dataset.model import Dataset, DatasetInfo, Split, Storey
 from vislam2tag.dataset.splitting.splits import split_findings, standard_splits
 from vislam2tag.dataset.statistics.dataset_statistics import dataset_statistics
 from vislam2tag.dataset.statistics.record import DatasetStatistics, FieldWork
 from vislam2tag.report.pages.dataset_page import dataset_page
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 STATISTICS_FILE = "statistics.json"
 PAGE_FILE = "report.html"
@@ -32,11 +35,17 @@ _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
 
 
 def finish_dataset(
-    folder: FolderWriter, info: DatasetInfo, field_work: FieldWork | None = None, *, keep_splits: bool = False
+    folder: FolderWriter,
+    info: DatasetInfo,
+    field_work: FieldWork | None = None,
+    walked: Mapping[Storey, WalkedFloor] = MappingProxyType({}),
+    *,
+    keep_splits: bool = False,
 ) -> Dataset:
     """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder that holds all tables.
 
-    ``keep_splits``: those that are there are all. Returns the data set as it is then.
+    ``walked`` tells what of the plans was walked, of the floors where that is known. ``keep_splits``: those that are
+    there are all. Returns the data set as it is then.
     """
     dataset = folder.opened(info)
     splits = dataset.splits
@@ -47,7 +56,7 @@ def finish_dataset(
     dataset = replace(dataset, info=folder.finish(info), splits=splits)
     statistics = dataset_statistics(dataset, field_work)
     (folder.root / STATISTICS_FILE).write_text(statistics.model_dump_json(indent=1) + "\n", encoding="utf-8")
-    (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics), encoding="utf-8")
+    (folder.root / PAGE_FILE).write_text(dataset_page(dataset, statistics, walked), encoding="utf-8")
     write_card(dataset, statistics, folder.root)
     return dataset
 

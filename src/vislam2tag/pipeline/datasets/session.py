@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.common.files.table_files import write_parquet
@@ -21,7 +22,9 @@ from vislam2tag.dataset.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, READI
 from vislam2tag.dataset.settings import DatasetSettings
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS, TRAJECTORY
+from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
 from vislam2tag.survey.corrections.file import session_start
+from vislam2tag.walkable.walked.walked_space import RADIUS_M
 
 NAMES = "names"
 """Parts that say how often each transmitter was heard by each name; no table of the data set."""
@@ -58,6 +61,8 @@ class SessionOutcome:
     readings: dict[str, int]
     """Number of radio readings by technology, those that were logged."""
     findings: tuple[Finding, ...]
+    places: WalkPlaces
+    """Where the walk surely was, and its labelled Wi-Fi scans."""
 
 
 def build_session(job: SessionJob) -> SessionOutcome:
@@ -82,7 +87,20 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
         message = "sessions were mapped, but have no radio reading"
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
     heard = {name: len(part.readings) for name, part in made.items() if len(part.readings)}
-    return SessionOutcome(job.session, result.device, result.error, heard, tuple(findings))
+    places = _places(trajectory, made[WIFI].fingerprints)
+    return SessionOutcome(job.session, result.device, result.error, heard, tuple(findings), places)
+
+
+def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:
+    """One position of each half metre that the walk came through, those as sure as what is near, and labelled scans."""
+    half_metre = [(pl.col(axis) * 2).floor().alias(f"{axis}_cell") for axis in ("x", "y")]
+    sure = trajectory.filter(pl.col("sigma").fill_null(0.0) <= RADIUS_M).drop_nulls(["floor", "x", "y"])
+    walked = sure.unique(["floor", *half_metre], keep="first", maintain_order=True)
+    scanned = scans.filter(pl.col("status") == Status.OK.label).drop_nulls(["floor", "x", "y"])
+    (position, floor), (scan, scan_floor) = (
+        (table.select("x", "y").to_numpy(), table["floor"].to_numpy().astype(np.int64)) for table in (walked, scanned)
+    )
+    return WalkPlaces(position, floor, scan, scan_floor)
 
 
 def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFingerprints:

@@ -31,6 +31,8 @@ class LabelledSource:
     building: str
     floors: tuple[FloorRecord, ...]
     plans: dict[int, Path]
+    survey: Path | None
+    """The raw survey, where it is known."""
     named: Path
     """The folder that was asked for: the labels, or the survey that they were made of on the way."""
 
@@ -74,7 +76,7 @@ def open_sources(
     found = []
     for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
         floors, plans = (labelled.floors, {}) if survey is None else _of_survey(survey, labelled, scratch / str(i))
-        found.append(LabelledSource(labelled, building, floors, plans, folder))
+        found.append(LabelledSource(labelled, building, floors, plans, survey, folder))
     return tuple(found)
 
 

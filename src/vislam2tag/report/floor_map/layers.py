@@ -8,12 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vislam2tag.common.palette import EVENT_STYLES, STATUS_STYLES
 from vislam2tag.core.faults import EventKind
 from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import EventMark, Polyline, SessionResult, Stretch, VisitMark
+
+if TYPE_CHECKING:  # SciPy, which the report of a run does without
+    from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
 """Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""
@@ -24,6 +29,7 @@ Trace = dict[str, Any]
 Columns = dict[str, list[Any]]
 """A layer's ``x`` and ``y`` and, where it has them, ``hover`` texts and ``sigma`` in metres; equally long."""
 
+_FILLING = "#8a2d77"
 _POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m<extra></extra>"
 
 
@@ -163,3 +169,22 @@ def _event_text(event: EventMark, start_ns: int | None) -> str:
 
 def _since(time_ns: int, start_ns: int | None) -> str:
     return "" if start_ns is None else f" after {(time_ns - start_ns) / 1e9:.0f} s"
+
+
+def walk_to_fill(walked: WalkedFloor | None) -> list[Trace]:
+    """The walk that fills what was not walked."""
+    if walked is None or walked.walk is None:
+        return []
+    x, y = np.array(walked.walk.points_m).T.tolist()
+    name = f"walk that fills the rest, {walked.walk.length_m:.0f} m"
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": name,
+            "x": x,
+            "y": y,
+            "line": {"color": _FILLING, "width": 2.5},
+            "hoverinfo": "name",
+        }
+    ]

@@ -10,7 +10,7 @@ import numpy as np
 
 from vislam2tag.report.floor_map.arrows import arrow_line
 from vislam2tag.report.floor_map.figures import colour_bar, site_figure
-from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text
+from vislam2tag.report.floor_map.layers import Columns, Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan
 from vislam2tag.report.page import write_page
 from vislam2tag.self_check.gain_map import Cell, GainMap
@@ -26,7 +26,7 @@ FAULTS = {
     Fault.SCATTER: "the walks do not agree on where it is: did it move, or do two sheets have this id?",
 }
 """What a reader should make of each fault."""
-_BLUE, _RED, _GREEN, _ORANGE, _VIOLET = "#0072b2", "#b00020", "#00664a", "#e69f00", "#8a2d77"
+_BLUE, _RED, _GREEN, _ORANGE = "#0072b2", "#b00020", "#00664a", "#e69f00"
 _SHADED_STEPS = 2
 """Places of the walkable space to the side of a shaded square: finer than anybody walks."""
 
@@ -89,7 +89,13 @@ def _checked_floor(
     bad = [found for found in check.bad_landmarks if found.floor == floor.number]
     walked = next((one for one in check.walked if one.number == floor.number), None)
     unwalked = [] if space is None else [_unwalked(space)]
-    above = [*_room_names(space), *_walk(walked), _left_out(check.sessions, floor.number), _bad(bad), _best(floor)]
+    above = [
+        *_room_names(space),
+        *walk_to_fill(walked),
+        _left_out(check.sessions, floor.number),
+        _bad(bad),
+        _best(floor),
+    ]
     figure = site_figure(site, survey.site.landmarks, plan, [_gain_map(gains), *unwalked], above)
     return CheckedFloor(site, floor, figure, note, walked)
 
@@ -136,25 +142,6 @@ def _room_names(space: WalkedSpace | None) -> list[Trace]:
             "textfont": {"size": 11},
             "showlegend": False,
             "hoverinfo": "skip",
-        }
-    ]
-
-
-def _walk(walked: WalkedFloor | None) -> list[Trace]:
-    """The walk that fills what was not walked."""
-    if walked is None or walked.walk is None:
-        return []
-    x, y = np.array(walked.walk.points_m).T.tolist()
-    name = f"walk that fills the rest, {walked.walk.length_m:.0f} m"
-    return [
-        {
-            "type": "scatter",
-            "mode": "lines",
-            "name": name,
-            "x": x,
-            "y": y,
-            "line": {"color": _VIOLET, "width": 2.5},
-            "hoverinfo": "name",
         }
     ]
 

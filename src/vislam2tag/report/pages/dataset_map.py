@@ -15,8 +15,9 @@ from vislam2tag.dataset.coverage.gap_walk import GapWalk, gap_walks
 from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.statistics.record import UNKNOWN
 from vislam2tag.report.floor_map.figures import axis, colour_bar, figure_json, page_layout, placed_plan
-from vislam2tag.report.floor_map.layers import Trace, plotly_text
+from vislam2tag.report.floor_map.layers import Trace, plotly_text, walk_to_fill
 from vislam2tag.report.floor_map.plan import drawn_plan
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 MOST_POINTS = 1500
 """Fingerprints drawn on a floor at most: of more, every so many-th."""
@@ -37,6 +38,13 @@ class FloorMap:
     coverage: FloorCoverage
     walks: Sequence[GapWalk]
     fingerprints: int
+    walked: WalkedFloor | None
+    """What of the plan's walkable space was walked; None where the survey that tells is not at hand."""
+
+    @property
+    def by_plan(self) -> bool:
+        """Whether coverage is measured against the plan."""
+        return self.walked is not None and not self.walked.note
 
     @property
     def walkable_m2(self) -> float:
@@ -69,14 +77,25 @@ class FloorMap:
         return 60 * sum(walk.minutes() for walk in self.walks)
 
 
-def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colours: dict[str, str]) -> FloorMap:
-    """Draw one floor; ``colours`` by device, grey where a device has none."""
+def floor_map(
+    dataset: Dataset,
+    technology: str,
+    coverage: FloorCoverage,
+    colours: dict[str, str],
+    walked: WalkedFloor | None = None,
+) -> FloorMap:
+    """Draw one floor; ``colours`` by device, grey where a device has none.
+
+    The walk that fills the rest is that of the plan where ``walked`` measured it, else one over the cells that walks
+    touched.
+    """
     building, number = coverage.storey
     floor = dataset.site_floor(Storey(building, number))
     plan, note = drawn_plan(floor)
     walks = gap_walks(coverage)
     points, labelled = _points(dataset, technology, coverage)
-    traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *_walks(walks)]
+    ways = _walks(walks) if walked is None or walked.note else walk_to_fill(walked)
+    traces = [_cells(coverage), _gaps(coverage), *_fingerprints(points, colours), *ways]
     figure = go.Figure(data=traces, layout_template="none")
     colours_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
     figure.update_layout(page_layout(), coloraxis=colours_axis)
@@ -97,6 +116,7 @@ def floor_map(dataset: Dataset, technology: str, coverage: FloorCoverage, colour
         coverage=coverage,
         walks=walks,
         fingerprints=labelled,
+        walked=walked,
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import cycle
+from types import MappingProxyType
 from typing import Any
 
 import polars as pl
@@ -11,7 +13,7 @@ from plotly.colors import qualitative
 
 from vislam2tag import __version__
 from vislam2tag.dataset.coverage.floor_coverage import coverage
-from vislam2tag.dataset.model import Dataset
+from vislam2tag.dataset.model import Dataset, Storey
 from vislam2tag.dataset.settings import CoverageSettings
 from vislam2tag.dataset.splitting.leakage import ALL_FOLDS, FoldLeakage, SplitLeakage, leakage
 from vislam2tag.dataset.statistics.record import DatasetStatistics
@@ -20,6 +22,7 @@ from vislam2tag.figures.dataset_figures import PALETTE, colours_of
 from vislam2tag.report.page import page_text
 from vislam2tag.report.pages.dataset_charts import charts
 from vislam2tag.report.pages.dataset_map import floor_map
+from vislam2tag.walkable.walked.walked_record import WalkedFloor
 
 MOST_SESSIONS = 300
 """Walks listed at most; all are in sessions.parquet."""
@@ -44,8 +47,12 @@ class SplitView:
         return next(iter(together or self.folds), None)
 
 
-def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
+def dataset_page(
+    dataset: Dataset, statistics: DatasetStatistics, walked: Mapping[Storey, WalkedFloor] = MappingProxyType({})
+) -> str:
     """Return the page as HTML that needs nothing else; equal input gives equal text.
+
+    ``walked`` tells what of the plans was walked, of the floors where that is known.
 
     However large the set, the page grows only with its floors, devices and (to :data:`MOST_SESSIONS`) walks.
     """
@@ -60,7 +67,10 @@ def dataset_page(dataset: Dataset, statistics: DatasetStatistics) -> str:
         "technology": technology,
         "names": {"wifi": "Wi-Fi", "ble": "BLE"},
         "table": Table3.of(statistics.by_device, statistics.walks),
-        "floors": [floor_map(dataset, name, covered, colours) for covered in coverage(dataset, name)],
+        "floors": [
+            floor_map(dataset, name, covered, colours, walked.get(covered.storey))
+            for covered in coverage(dataset, name)
+        ],
         "charts": charts(technology, statistics.sessions, name, colours) if technology else [],
         "transmitters": _transmitters(dataset),
         "radius_m": CoverageSettings().radius_m,
