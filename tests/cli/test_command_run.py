@@ -27,7 +27,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     ]
     assert open_dataset(out / "dataset").info.name == "campus"
     links = re.findall(r'href="([^"]+\.html)"', (out / "index.html").read_text())
-    assert links == ["labels/report.html", "check/check.html", "dataset/report.html"]
+    assert links == ["labels/report.html", "conflicts.html", "check/check.html", "dataset/report.html"]
     assert all((out / link).is_file() for link in links)
     before = bytes_of(out)
     made = (out / "dataset" / "dataset.json").stat().st_mtime_ns, (out / "check" / "check.json").stat().st_mtime_ns
