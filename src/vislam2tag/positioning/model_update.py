@@ -49,8 +49,9 @@ def updated(known: LabelledScans, later: LabelledScans, technology: str = "wifi"
     scans, places, old = scans[kept], places[kept], old[kept]
     if old.all():
         raise DatasetError("the model knows all fingerprints of the later survey already: there is nothing to update")
-    surveys = [_as_dataset((scans[rows], places[rows]), technology) for rows in (old, ~old)]
-    change = dict(survey_changes(*surveys, technology).access_points.select("bssid", "change").iter_rows())
+    before, since = (_as_dataset((scans[rows], places[rows]), technology) for rows in (old, ~old))
+    points = survey_changes(before, since, technology).access_points
+    change: dict[str, str] = dict(points.select("bssid", "change").iter_rows())
     outdated = np.array([change.get(name) in {VANISHED, MOVED} for name in scans.access_points])
     scans = scans.only(~(outdated[scans.column] & old[scans.row]))
     heard = scans.heard > 0

@@ -152,7 +152,9 @@ def _session(id: str, a: SessionResult | None, b: SessionResult | None, apart_m:
 
 def _apart_m(a: Labelled | None, b: Labelled | None) -> FloatArray:
     """Distances between the positions that both give a frame on the same floor; the frames are those of one file."""
-    one, other = a and a.positions, b and b.positions
+    if a is None or b is None:
+        return np.empty(0)
+    one, other = a.positions, b.positions
     if one is None or other is None or len(one.floor) != len(other.floor):
         return np.empty(0)
     both = one.there & other.there & (one.floor == other.floor)
