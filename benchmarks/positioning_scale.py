@@ -1,15 +1,17 @@
 """What models cost by the number of fingerprints they learn: time to learn, time to answer, memory; a table and a plot.
 
     python benchmarks/positioning_scale.py --plot docs/images/positioning_scale.svg
-    python benchmarks/positioning_scale.py --sizes 1000 20000 --models weighted-knn local-kriging
+    python benchmarks/positioning_scale.py --sizes 1000 20000 --models weighted-knn local-kriging --kept costs.jsonl
 
 Fingerprints are drawn as in ``positioning_speed.py``. Each model and size has a process of its own; memory is its
-greatest, less what it had with the data alone.
+greatest, less what it had with the data alone. Times are wall times and, in brackets, the processor's, of one thread.
+What ``--kept`` holds already is not measured again, so that a campaign can be stopped and go on.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import resource
 import time
@@ -17,6 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from positioning_speed import drawn
 
 from vislam2tag.positioning.registry import model_named
@@ -33,9 +36,20 @@ class Cost(NamedTuple):
     model: str
     size: int
     learn_s: float
+    learn_cpu_s: float
     batch_ms: float
+    batch_cpu_ms: float
     alone_ms: float
+    alone_cpu_ms: float
     memory_mib: float
+
+    def line(self) -> str:
+        """A row of the table."""
+        return (
+            f"| `{self.model}` | {self.size:,} | {self.learn_s:.1f} s ({self.learn_cpu_s:.1f}) | "
+            f"{self.batch_ms:.2f} ms ({self.batch_cpu_ms:.2f}) | {self.alone_ms:.2f} ms ({self.alone_cpu_ms:.2f}) | "
+            f"{self.memory_mib:.0f} MiB |"
+        )
 
 
 def main() -> None:
@@ -44,18 +58,22 @@ def main() -> None:
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
     parser.add_argument("--models", nargs="+", default=MODELS)
     parser.add_argument("--plot", type=Path)
+    parser.add_argument("--kept", type=Path, help="JSON lines of what was measured; further ones are added")
     arguments = parser.parse_args()
     print("| model | fingerprints | learn | a scan in a batch | a scan alone | memory |\n| --- |" + " ---: |" * 5)
-    costs = []
+    kept = arguments.kept.read_text().splitlines() if arguments.kept and arguments.kept.is_file() else []
+    costs = [Cost(**json.loads(line)) for line in kept]
+    for cost in costs:
+        print(cost.line())
+    done = {(cost.model, cost.size) for cost in costs}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         tasks = [(model, size) for size in arguments.sizes for model in arguments.models]
-        for cost in pool.imap(measured, tasks, chunksize=1):
-            print(
-                f"| `{cost.model}` | {cost.size:,} | {cost.learn_s:.1f} s | {cost.batch_ms:.2f} ms | "
-                f"{cost.alone_ms:.2f} ms | {cost.memory_mib:.0f} MiB |",
-                flush=True,
-            )
+        for cost in pool.imap(measured, [task for task in tasks if task not in done], chunksize=1):
+            print(cost.line(), flush=True)
             costs.append(cost)
+            if arguments.kept:
+                with arguments.kept.open("a") as stream:
+                    stream.write(json.dumps(cost._asdict()) + "\n")
     if arguments.plot is not None:
         plot(costs, arguments.plot)
 
@@ -66,17 +84,19 @@ def measured(task: tuple[str, int]) -> Cost:
     scans, places = drawn(size + ASKED)
     learn, asked = scans[slice(0, size)], scans[slice(size, None)]
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    begun = time.perf_counter()
+    marks = [(time.perf_counter(), time.process_time())]
     model = model_named(name).fit(learn, places[slice(0, size)])
-    learned = time.perf_counter()
+    marks.append((time.perf_counter(), time.process_time()))
     model.predict(asked)
-    answered = time.perf_counter()
+    marks.append((time.perf_counter(), time.process_time()))
     for row in range(ALONE):
         model.predict(asked[slice(row, row + 1)])
-    ended = time.perf_counter()
+    marks.append((time.perf_counter(), time.process_time()))
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-    batch_ms, alone_ms = 1000 * (answered - learned) / ASKED, 1000 * (ended - answered) / ALONE
-    return Cost(name, size, learned - begun, batch_ms, alone_ms, grown / _MEBI)
+    (learn_s, learn_cpu_s), (batch_s, batch_cpu_s), (alone_s, alone_cpu_s) = np.diff(marks, axis=0).tolist()
+    answers = [1000 * seconds / ASKED for seconds in (batch_s, batch_cpu_s)]
+    lone = [1000 * seconds / ALONE for seconds in (alone_s, alone_cpu_s)]
+    return Cost(name, size, learn_s, learn_cpu_s, *answers, *lone, grown / _MEBI)
 
 
 def plot(costs: Sequence[Cost], path: Path) -> None:

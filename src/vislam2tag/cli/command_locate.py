@@ -27,7 +27,8 @@ Say where scans were taken, by a model that `vislam2tag train` saved.
 SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a scan together), JSON lines with the same
 names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building, floor, x,
 y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE (or, without
---out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed.
+--out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`, never guessed;
+one that is `unlike` all that was learned has a place, but its radii cannot be relied on (local-kriging tells).
 
 Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
 must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins them:
@@ -163,6 +164,8 @@ def _print(found: LocatedScans, out: Path | None) -> None:
         f"(they hear none of the model's {found.access_points} access points)",
         err=err,
     )
+    if found.unlike:
+        say(f"{found.unlike} of them are unlike all that was learned: their radii cannot be relied on", err=err)
     if found.in_walks:
         say(f"scans of walks that helped each other: {found.in_walks}, {found.tracked} of them on a track", err=err)
     for finding in found.findings:

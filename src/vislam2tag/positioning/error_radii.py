@@ -147,9 +147,17 @@ def fitted_quantile_radii(kinds: Sequence[HeldOut]) -> QuantileRadii:
 
 
 def _exceeded(kind: HeldOut, line: QuantileRegressor, share: float) -> float:
-    """Return by how much log errors exceed the line at most with this probability, each group counting the same."""
+    """Return by how much log errors exceed the line at most with this probability."""
     over = np.log(np.maximum(kind.error_m, SMALLEST_SCALE_M)) - line.predict(kind.features)
-    _, group, count = np.unique(kind.group, return_inverse=True, return_counts=True)
-    order = np.argsort(over)
-    below = np.cumsum(1 / count[group[order]]) / (len(count) + 1)
-    return float(over[order][min(np.searchsorted(below, share), len(over) - 1)])
+    return group_quantile(over, kind.group, share)
+
+
+def group_quantile(values: FloatArray, group: IntArray, share: float) -> float:
+    """Return what a value of a further group is below with this probability, by values (n,) of groups (n,).
+
+    Each group counts the same (Dunn et al. 2023); the greatest value if they are few.
+    """
+    _, number, count = np.unique(group, return_inverse=True, return_counts=True)
+    order = np.argsort(values)
+    below = np.cumsum(1 / count[number[order]]) / (len(count) + 1)
+    return float(values[order][min(np.searchsorted(below, share), len(values) - 1)])

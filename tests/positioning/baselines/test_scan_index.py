@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.positioning.radio_world import radio_world
+from vislam2tag.positioning.baselines import scan_cells, scan_index
 from vislam2tag.positioning.baselines.scan_index import Apart, ScanIndex, SignalDistance
 from vislam2tag.positioning.scans.representation import Representation, represented, represented_levels
 
@@ -36,6 +37,31 @@ def test_distances_are_those_over_all_levels(distance: SignalDistance) -> None:
     np.testing.assert_allclose(np.take_along_axis(expected, found.which, axis=1), found.away, atol=1e-12)
     few = index_of(distance).nearest(asked, level, 3)
     np.testing.assert_array_equal(few.which, found.which[:, :3])
+
+
+@pytest.mark.parametrize("distance", SignalDistance)
+def test_among_very_many_scans_the_nearest_cells_alone_are_looked_into(
+    distance: SignalDistance, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ASKED.over(LEARNED.access_points)
+    level = represented_levels(asked.rssi_dbm, Representation.POWED)
+    groups = Apart(np.arange(len(asked)) % 5, np.arange(len(LEARNED)) % 5)
+    exact = index_of(distance).nearest(asked, level, 3, groups)
+    monkeypatch.setattr(scan_index, "MOST_READINGS", 0)
+    index = index_of(distance)
+    assert index.cells is not None
+    assert sum(len(cell.members) for cell in index.cells.cells) == len(LEARNED)
+    monkeypatch.setattr(scan_cells, "PROBED", len(index.cells.cells))
+    whole = index.nearest(asked, level, 3, groups)
+    np.testing.assert_array_equal(whole.which, exact.which)
+    np.testing.assert_allclose(whole.away, exact.away, atol=1e-12)
+    monkeypatch.setattr(scan_cells, "PROBED", 6)
+    some = index.nearest(asked, level, 3, groups)
+    assert np.mean(some.which[:, 0] == exact.which[:, 0]) > 0.9
+    assert (some.away >= exact.away - 1e-12).all()
+    monkeypatch.setattr(scan_cells, "PROBED", 1)
+    few = index.nearest(asked, level, len(LEARNED))
+    assert np.isinf(few.away[:, -1]).all()  # what no cell held is no neighbour
 
 
 def test_scans_of_the_same_group_are_no_neighbours_and_the_first_of_equals_comes_first() -> None:

@@ -37,6 +37,17 @@ def test_a_phone_that_hears_fainter_is_located_alike(fitted: LocalKriging) -> No
     assert result.plane.mean_m < 6
 
 
+def test_a_scan_like_nothing_that_was_learned_says_so(fitted: LocalKriging) -> None:
+    scans, _ = radio_world(seed=2)
+    other = np.random.default_rng(0).permutation(len(scans.access_points))
+    nowhere = replace(scans, column=other[scans.column])  # each access point where another stands
+    usual, strange = (fitted.predict(one).unlike for one in (scans, nowhere))
+    assert usual is not None
+    assert strange is not None
+    assert usual.mean() < 0.05
+    assert strange.mean() > 0.6
+
+
 def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:
     again = LocalKriging()
     again.access_points_, again.storeys_ = fitted.access_points_, fitted.storeys_
@@ -46,6 +57,7 @@ def test_what_is_saved_predicts_the_same(fitted: LocalKriging) -> None:
     np.testing.assert_array_equal(one.xy, other.xy)
     np.testing.assert_array_equal(one.storey_probability, other.storey_probability)
     np.testing.assert_array_equal(one.radius_95_m, other.radius_95_m)
+    np.testing.assert_array_equal(one.unlike, other.unlike)
     before, after = (np.unique(model.learned()[0].session, return_inverse=True)[1] for model in (fitted, again))
     assert len(set(zip(before.tolist(), after.tolist(), strict=True))) == len(set(before.tolist()))  # the same walks
 

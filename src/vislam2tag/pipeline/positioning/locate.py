@@ -24,7 +24,7 @@ from vislam2tag.positioning.scans.track_file import Tracks
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.positioning.settings import SequenceMethod
 
-OK, UNKNOWN = "ok", "unknown"
+OK, UNLIKE, UNKNOWN = "ok", "unlike", "unknown"
 LOCATED = {
     "scan_id": pl.String,
     "status": pl.String,
@@ -38,7 +38,7 @@ LOCATED = {
     "floor_probability": pl.Float64,
 }
 """Columns: BCS metres; null where the status is ``unknown``; ``z`` where no height was learned;
-``building`` where it has no name."""
+``building`` where it has no name. ``unlike``: nothing like the scan was learned."""
 _DECIMALS = 3
 Write = Callable[[str], object]
 _NAMES_KEPT = 100_000
@@ -56,9 +56,10 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
         "radius_95_m": found.radius_95_m,
         "floor_probability": np.take_along_axis(found.storey_probability, storey[:, None], axis=1)[:, 0],
     }
+    like = np.where(False if found.unlike is None else found.unlike, UNLIKE, OK)
     columns = {
         "scan_id": ids.tolist(),
-        "status": [OK if known else UNKNOWN for known in found.known.tolist()],
+        "status": np.where(found.known, like, UNKNOWN).tolist(),
         "building": [found.storeys[index].building or None for index in storey.tolist()],
         "floor": found.floor,
     }
@@ -75,6 +76,8 @@ class LocatedScans:
 
     scans: int
     unknown: int
+    unlike: int
+    """Scans that nothing was learned like."""
     access_points: int
     """How many the model knows."""
     findings: tuple[Finding, ...]
@@ -145,17 +148,18 @@ def locate(
         blocks = scan_blocks(scans, bad, name)
     helping = _WalkEstimation(walks)
     head = "" if as_json else ",".join(LOCATED) + "\n"
-    count = unknown = 0
+    count = unknown = unlike = 0
     for block in blocks:
         found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
         rows = located_table(block.ids, found)
+        unlike += int((rows["status"] == UNLIKE).sum())
         write(head + (rows.write_ndjson() if as_json else rows.write_csv(include_header=False)))
         head = ""  # written with the first scans, so that a file without any is refused before
     write(head)
     advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
     points = len(saved.model.access_points_)
-    return LocatedScans(count, unknown, points, bad.findings(), advice, helping.scans, helping.tracked)
+    return LocatedScans(count, unknown, unlike, points, bad.findings(), advice, helping.scans, helping.tracked)
 
 
 def hashing_advice(saved: SavedModel) -> str | None:

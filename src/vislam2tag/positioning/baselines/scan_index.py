@@ -2,7 +2,8 @@
 
 A scan hears few of all access points, and so do those that it shares any with: what two scans have in common is summed
 over the readings of the access points that the one hears (an inverted index, as text search has). No matrix of all
-levels is made.
+levels is made. Where that would look at too many readings, the scans of the nearest cells alone are compared
+(:mod:`.scan_cells`).
 """
 
 from __future__ import annotations
@@ -12,9 +13,15 @@ from enum import StrEnum
 from typing import NamedTuple, Self
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.positioning.baselines.scan_cells import ScanCell, ScanCells, dense_levels
 from vislam2tag.positioning.scans.radio_scans import RadioScans
+
+MOST_READINGS = 100_000
+"""Where a scan would be compared with more readings than this, on average, cells are looked into instead."""
+_AT_ONCE = 1024
 
 
 class SignalDistance(StrEnum):
@@ -56,6 +63,8 @@ class ScanIndex:
     """(m,) from 0 (not heard) to 1."""
     size: FloatArray
     """(n,) sum of a scan's levels (``sorensen``), or of their squares."""
+    cells: ScanCells | None = None
+    """None: all scans are compared."""
 
     @classmethod
     def of(cls, scans: RadioScans, level: FloatArray, distance: SignalDistance) -> Self:
@@ -64,7 +73,9 @@ class ScanIndex:
         count = np.bincount(scans.column, minlength=len(scans.access_points))
         size = np.bincount(scans.row, _sizes(level, distance), minlength=len(scans)).astype(np.float64)
         start = np.concatenate([[0], np.cumsum(count)])
-        return cls(distance, start, scans.row[order].astype(np.int32), level[order], size)
+        many = float((count.astype(np.float64) ** 2).sum()) > MOST_READINGS * max(len(scans), 1)
+        cells = ScanCells.of(scans, level) if many else None
+        return cls(distance, start, scans.row[order].astype(np.int32), level[order], size, cells)
 
     def __len__(self) -> int:
         return len(self.size)
@@ -74,8 +85,13 @@ class ScanIndex:
 
         Of scans equally far the first learned come first. Those of the same group as the scan are infinitely far.
         """
-        index = np.empty((len(scans), min(k, len(self))), dtype=np.int64)
-        away = np.empty(index.shape)
+        index = np.zeros((len(scans), min(k, len(self))), dtype=np.int64)
+        away = np.full(index.shape, np.inf)
+        if self.cells is not None:
+            for start in range(0, len(scans), _AT_ONCE):
+                rows = np.arange(start, min(start + _AT_ONCE, len(scans)))
+                self._among_cells(self.cells, rows, dense_levels(scans, level, rows), NearestScans(index, away), apart)
+            return NearestScans(index, away)
         for row in range(len(scans)):
             own = slice(scans.start[row], scans.start[row + 1])
             distance = self.away(scans.column[own], level[own])
@@ -84,6 +100,39 @@ class ScanIndex:
             index[row] = _smallest(distance, index.shape[1])
             away[row] = distance[index[row]]
         return NearestScans(index, away)
+
+    def _among_cells(
+        self, cells: ScanCells, rows: IntArray, level: FloatArray, found: NearestScans, apart: Apart | None
+    ) -> None:
+        """Write the nearest in the cells most like the scans ``rows`` (r,), of levels (r, a), into ``found``."""
+        size = _sizes(level, self.distance).sum(axis=1)
+        probed = cells.nearest(level)
+        members: list[list[IntArray]] = [[] for _ in rows]
+        distances: list[list[FloatArray]] = [[] for _ in rows]
+        asking, cell = np.divmod(np.argsort(probed, axis=None, kind="stable"), probed.shape[1])
+        cell = probed[asking, cell]
+        for part in np.split(np.arange(len(cell)), np.flatnonzero(np.diff(cell)) + 1):
+            own = cells.cells[cell[part[0]]]
+            away = self._apart(size[asking[part], None], self.size[own.members], self._common(level, asking[part], own))
+            for one, distance in zip(asking[part].tolist(), away, strict=True):
+                if apart is not None:
+                    distance[apart.learned[own.members] == apart.asked[rows[one]]] = np.inf
+                members[one].append(own.members)
+                distances[one].append(distance)
+        for one, row in enumerate(rows.tolist()):
+            which, distance = np.concatenate(members[one]), np.concatenate(distances[one])
+            order = np.argsort(which)
+            nearest = order[_smallest(distance[order], min(found.which.shape[1], len(order)))]
+            found.which[row, : len(nearest)] = which[nearest]
+            found.away[row, : len(nearest)] = distance[nearest]
+
+    def _common(self, level: FloatArray, asking: IntArray, cell: ScanCell) -> FloatArray:
+        """(r, c) what scans of levels (n, a), by index (r,), have in common with those of a cell."""
+        own = level[asking][:, cell.columns]
+        if self.distance is not SignalDistance.SORENSEN:
+            return np.asarray(own @ cell.level.T)
+        both = own.sum(axis=1)[:, None] + cell.level.sum(axis=1)
+        return np.asarray((both - cdist(own, cell.level, "cityblock")) / 2)
 
     def away(self, column: IntArray, level: FloatArray) -> FloatArray:
         """Return the distances (n,) from one scan: its access points (k,) and their levels (k,).
@@ -96,10 +145,13 @@ class ScanIndex:
         own = np.repeat(level, [part.stop - part.start for part in parts])
         shared = np.minimum(own, theirs) if self.distance is SignalDistance.SORENSEN else own * theirs
         common = np.bincount(scan, shared, minlength=len(self))
-        size = _sizes(level, self.distance).sum()
+        return self._apart(_sizes(level, self.distance).sum(), self.size, common)
+
+    def _apart(self, size: FloatArray, theirs: FloatArray, common: FloatArray) -> FloatArray:
+        """Distances of scans of these sizes by what they have in common; arrays of shapes that fit."""
         if self.distance is SignalDistance.EUCLIDEAN:
-            return np.asarray(np.sqrt(np.maximum(size + self.size - 2 * common, 0.0)))
-        whole = (size + self.size) / 2 if self.distance is SignalDistance.SORENSEN else np.sqrt(size * self.size)
+            return np.asarray(np.sqrt(np.maximum(size + theirs - 2 * common, 0.0)))
+        whole = (size + theirs) / 2 if self.distance is SignalDistance.SORENSEN else np.sqrt(size * theirs)
         return np.asarray(1.0 - np.divide(common, whole, out=np.zeros_like(whole), where=whole > 0))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.positioning.cell_density.density_cells import MEDIAN_STEPS, SMOOTH_M
 from vislam2tag.positioning.scans.places import Positions, ScanPlaces
 
@@ -36,8 +36,10 @@ class VotedPositions:
     spread_m: FloatArray
     """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
 
-    def positions(self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray]) -> Positions:
-        """Say it as a model does, with radii (n,) of 68 % and 95 %, metres."""
+    def positions(
+        self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray], unlike: BoolArray | None = None
+    ) -> Positions:
+        """Say it as a model does, with radii (n,) of 68 % and 95 %, metres, and which scans are unlike all (n,)."""
         radius_68_m, radius_95_m = radii_m
         return Positions(
             storeys=places.storeys,
@@ -47,6 +49,7 @@ class VotedPositions:
             storey_probability=self.storey_probability,
             radius_68_m=radius_68_m,
             radius_95_m=radius_95_m,
+            unlike=unlike,
         )
 
 

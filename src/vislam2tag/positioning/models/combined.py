@@ -65,7 +65,11 @@ class Combined(Positioner):
 
 
 def mean_positions(found: Sequence[Positions]) -> Positions:
-    """Return the mean of answers of several models to the same scans (n); what none of them knows stays unknown."""
+    """Return the mean of answers of several models to the same scans (n); what none of them knows stays unknown.
+
+    Unlike all that was learned is what one of them calls so.
+    """
+    told = [one.unlike for one in found if one.unlike is not None]
     probability = np.mean([one.storey_probability for one in found], axis=0)
     known = found[0].known
     storey = np.where(known, np.nan_to_num(probability).argmax(axis=1), -1)
@@ -84,6 +88,7 @@ def mean_positions(found: Sequence[Positions]) -> Positions:
         storey_probability=probability,
         radius_68_m=mean([one.radius_68_m for one in found]),
         radius_95_m=mean([one.radius_95_m for one in found]),
+        unlike=np.any(told, axis=0) if told else None,
     )
 
 

@@ -22,7 +22,7 @@ from vislam2tag.positioning.cell_density.density_model import learned_storeys
 from vislam2tag.positioning.cell_density.kernel_regression import KernelRegression
 from vislam2tag.positioning.cell_density.scan_kernels import StoreyKernel, directions, levels
 from vislam2tag.positioning.checked_arrays import CheckedArrays
-from vislam2tag.positioning.error_radii import HeldOut, QuantileRadii, fitted_quantile_radii
+from vislam2tag.positioning.error_radii import HeldOut, QuantileRadii, fitted_quantile_radii, group_quantile
 from vislam2tag.positioning.registry import NamedArrays, Positioner, register
 from vislam2tag.positioning.scans.held_out import (
     area_numbers,
@@ -48,6 +48,10 @@ STOREY_REGRESSION = 2.0
 MOST_CENTRES = 1000
 COMPARED = (1, 10, None)
 """So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
+NEAREST = 2
+"""Which feature follows the nearest scan's distance."""
+LIKE = 0.99
+"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
 LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
 """Smaller ones count as these where logarithms are taken."""
 SAME_PLACE_M = 1.0
@@ -79,6 +83,8 @@ class LocalKriging(Positioner):
 
     exponent_: float
     radii_: QuantileRadii
+    like_: float
+    """Of the feature ``NEAREST``: beyond, a scan is unlike all that was learned."""
     _scans: RadioScans
     _places: ScanPlaces
     _index: ScanIndex
@@ -98,13 +104,19 @@ class LocalKriging(Positioner):
         if among[rows].sum() >= _CHOSEN_WITH / 4:
             rows = rows[among[rows]]
         tried = rows[:: max(1, len(rows) // _CHOSEN_WITH)]
-        error_m = {one: self._left_out(scans, places, one, tried, walk).error_m.mean() for one in EXPONENTS}
+        error_m = dict[float, float]()
+        for exponent in EXPONENTS:
+            self._learn(scans, places, exponent)
+            error_m[exponent] = float(self._left_out(tried, walk).error_m.mean())
         self._learn(scans, places, min(error_m, key=lambda one: error_m[one]) if len(tried) else EXPONENTS[1])
         self.progress(0.4, 1)
         self._centres = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:MOST_CENTRES])
         self._storeys = learned_storeys(scans, places, self._centres)
         self.progress(0.7, 1)
-        self.radii_ = fitted_quantile_radii(self._held_out(usable_validation(validation), rows, walk))
+        kinds = self._held_out(usable_validation(validation), rows, walk)
+        self.radii_ = fitted_quantile_radii(kinds)
+        nearest = kinds[0].features[:, NEAREST]
+        self.like_ = group_quantile(nearest, kinds[0].group, LIKE) if len(nearest) else 0.0
         self.progress(1, 1)
 
     def _check(self) -> None:
@@ -119,13 +131,10 @@ class LocalKriging(Positioner):
         """(m,) of all readings."""
         return np.asarray(represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** self.exponent_)
 
-    def _left_out(
-        self, scans: RadioScans, places: ScanPlaces, exponent: float, rows: IntArray, group: IntArray
-    ) -> HeldOut:
-        """Return errors on scans ``rows`` (q,) of which nothing of their group (n,) was learned."""
-        self._learn(scans, places, exponent)
-        answer = self._kriged(scans[rows], Apart(group[rows], group))
-        return HeldOut(places[rows].distance_m(answer.voted.xy), answer.features, group[rows])
+    def _left_out(self, rows: IntArray, group: IntArray) -> HeldOut:
+        """Return errors on scans ``rows`` (q,) as if nothing of their group (n,) had been learned."""
+        answer = self._kriged(self._scans[rows], Apart(group[rows], group))
+        return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows])
 
     def _held_out(self, given: LabelledScans | None, rows: IntArray, walk: IntArray) -> tuple[HeldOut, ...]:
         if given is not None:
@@ -135,7 +144,7 @@ class LocalKriging(Positioner):
         alone = np.arange(len(self._scans))
         place = area_numbers(self._places, SAME_PLACE_M)
         groups = (walk, alone, place) if place.any() else (walk, alone)
-        return tuple(self._left_out(self._scans, self._places, self.exponent_, rows, group) for group in groups)
+        return tuple(self._left_out(rows, group) for group in groups)
 
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
         """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
@@ -168,7 +177,8 @@ class LocalKriging(Positioner):
 
     def _predict(self, scans: RadioScans) -> Positions:
         answer = self._kriged(scans)
-        return answer.voted.positions(self._places, self.radii_.radii_m(answer.features))
+        unlike = answer.features[:, NEAREST] > self.like_
+        return answer.voted.positions(self._places, self.radii_.radii_m(answer.features), unlike)
 
     def learned(self) -> LabelledScans:
         """Return all that was learned from."""
@@ -184,6 +194,7 @@ class LocalKriging(Positioner):
             "storey_weight": self._storeys.weight,
             "storey_mean": self._storeys.mean,
             **self.radii_.arrays(),
+            "like": np.array([self.like_]),
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
@@ -198,6 +209,7 @@ class LocalKriging(Positioner):
         weight, mean = checked.floats("storey_weight", "m", "s"), checked.floats("storey_mean", "s")
         self._storeys = KernelRegression(kernel, weight, mean)
         self.radii_ = QuantileRadii.restored(checked)
+        self.like_ = float(checked.floats("like", 1)[0])
 
 
 register("local-kriging", LocalKriging)

@@ -110,6 +110,8 @@ class Positions:
     """(n,) the true place lies within this distance in the plane with 68 % probability; NaN: unknown."""
     radius_95_m: FloatArray
     """(n,) the same with 95 %."""
+    unlike: BoolArray | None = None
+    """(n,) nothing like the scan was learned, so that no radius can be relied on; None: the model cannot tell."""
 
     def __len__(self) -> int:
         return len(self.storey)
@@ -123,6 +125,7 @@ class Positions:
             storey_probability=self.storey_probability[rows],
             radius_68_m=self.radius_68_m[rows],
             radius_95_m=self.radius_95_m[rows],
+            unlike=None if self.unlike is None else self.unlike[rows],
         )
 
     @property
@@ -145,4 +148,5 @@ class Positions:
             storey_probability=np.where(rows[:, None], np.nan, self.storey_probability),
             radius_68_m=np.where(rows, np.nan, self.radius_68_m),
             radius_95_m=np.where(rows, np.nan, self.radius_95_m),
+            unlike=None if self.unlike is None else self.unlike & ~rows,
         )

@@ -36,7 +36,8 @@ class Position(FiniteRecord):
     """Where a scan was taken, as `vislam2tag locate` writes it; all but id and status are null where it is unknown."""
 
     scan_id: str
-    status: Literal["ok", "unknown"]
+    status: Literal["ok", "unlike", "unknown"]
+    """``unlike``: nothing like the scan was learned, so that no radius can be relied on."""
     building: str | None
     floor: int | None
     x: float | None

@@ -13,7 +13,7 @@ function element(name, attributes) {
 // y points up on plans and down on screens.
 function draw(positions) {
   const floor = model.floors[part("floor").selectedIndex];
-  const here = positions.filter((one) => one.status === "ok" && one.floor === floor.floor
+  const here = positions.filter((one) => one.status !== "unknown" && one.floor === floor.floor
     && (one.building ?? "") === floor.building);
   const map = part("map");
   map.replaceChildren();
@@ -53,7 +53,8 @@ function tell(positions) {
   shown = JSON.stringify(last);
   part("said").textContent = `${last.scan_id}: ${last.building ?? ""} floor ${last.floor}, x ${last.x.toFixed(1)} m, `
     + `y ${last.y.toFixed(1)} m; with 68 % within ${last.radius_68_m.toFixed(1)} m, with 95 % within `
-    + `${last.radius_95_m.toFixed(1)} m`;
+    + `${last.radius_95_m.toFixed(1)} m`
+    + (last.status === "unlike" ? "; nothing like this scan was learned: do not rely on it" : "");
 }
 
 async function refresh() {
