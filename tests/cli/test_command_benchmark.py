@@ -26,6 +26,7 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("benchmark", dataset, "--model", "knn", "--set", "knn.k=2", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     assert "Split random" in done.stdout
+    assert "best on split random: knn, " in done.stdout
     assert f"page: {tmp_path / 'out' / 'report.html'}\nnext: vislam2tag train {dataset} --model knn " in done.stdout
     found = json.loads((tmp_path / "out" / "benchmark.json").read_text())
     assert [(run["model"], run["parameters"]["k"]) for run in found["runs"]] == [("knn", 2)]

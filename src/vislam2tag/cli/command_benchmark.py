@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
     from vislam2tag.dataset.model import Dataset
     from vislam2tag.positioning.benchmark.protocol import ModelChoice
-    from vislam2tag.positioning.benchmark.record import Benchmark
+    from vislam2tag.positioning.benchmark.record import Benchmark, BestModel
 
 _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside_68", "inside_95")
 HELP = f"""
@@ -172,15 +172,25 @@ def _bar() -> Iterator[Any]:
 def _tell_next(found: Benchmark, out: Path, folder: Path | None) -> None:
     """Go on with the model that the page recommends for the first split."""
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
-    from vislam2tag.positioning.benchmark.best import best_models
 
-    best = best_models(found.rows)
-    if found.failed or not best:
+    if found.failed or not found.best:
         next_step("benchmark, failed")
     elif folder is None:
         next_step("benchmark, public", page=out / PAGE_FILE)
     else:
-        next_step("benchmark", dataset=folder, model=best[0].model)
+        next_step("benchmark", dataset=folder, model=found.best[0].model)
+
+
+def _said_of(best: BestModel) -> str:
+    """Name the winner, and how far behind the next one is."""
+    said = f"best on split {best.split}: {best.model}, {best.mean_m:.2f} m"
+    if best.runner_up is None:
+        return said
+    said += f"; {best.runner_up} errs {best.behind_m:.2f} m more"
+    if best.behind_interval_m is None:
+        return f"{said} (too few walks for an interval)"
+    low, high = best.behind_interval_m
+    return f"{said} (95 % interval over walks: {low:.2f} to {high:.2f} m)"
 
 
 def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
@@ -197,6 +207,8 @@ def _print(found: Benchmark, out: Path, *, beside_paper: bool) -> None:
             cells = (figure_text(name, row.figures[name]) for name in _SHOWN)
             shown.add_row(escape(fold_name(row.fold)), escape(row.model), *map(escape, cells))
         console.print(shown)
+    for best in found.best:
+        console.print(escape(_said_of(best)), soft_wrap=True)
     if beside_paper:
         print_table_4(table_4(found.rows))
     for one in found.failed:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import AnyArray, FloatArray, IntArray
 
 ROUNDS = 1000
 FEWEST_WALKS = 5
@@ -37,3 +37,14 @@ def interval(values: FloatArray) -> tuple[float, float] | None:
         return None
     low, high = np.quantile(known, ((1 - LEVEL) / 2, (1 + LEVEL) / 2)).tolist()
     return low, high
+
+
+def mean_interval(values: FloatArray, walk: AnyArray, weight: FloatArray | None = None) -> tuple[float, float] | None:
+    """Bounds of the mean of values (n,) of walks (n,), weighed (n,) or alike; None of fewer than FEWEST_WALKS walks."""
+    names, number = np.unique(walk, return_inverse=True)
+    if len(names) < FEWEST_WALKS:
+        return None
+    weight = np.ones(len(values)) if weight is None else weight
+    sums, weights = np.bincount(number, weight * values), np.bincount(number, weight)
+    times = multiplicities(draws(len(names)))
+    return interval((times @ sums) / (times @ weights))

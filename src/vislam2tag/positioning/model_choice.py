@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vislam2tag.common.bootstrap import FEWEST_WALKS, draws, interval, multiplicities
+from vislam2tag.common.bootstrap import mean_interval
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import BoolArray, FloatArray
@@ -139,18 +139,8 @@ def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
         why = f"not better than {chosen.names[0]} alone by {GAIN:.0%}"
     else:
         why = f"{score_m / float(chosen.cost_m.mean()) - 1:.0%} worse"
-    behind_m = None if one is chosen else _behind_m(one.cost_m - chosen.cost_m, walks)
+    behind_m = None if one is chosen else mean_interval(one.cost_m - chosen.cost_m, walks)
     return TriedModel(name, one.names, mean_m, float(one.right.mean()), score_m, behind_m, why)
-
-
-def _behind_m(difference_m: FloatArray, walks: FloatArray) -> tuple[float, float] | None:
-    """Interval of a mean difference (n,) over drawn walks (n,)."""
-    names, number = np.unique(walks, return_inverse=True)
-    if len(names) < FEWEST_WALKS:
-        return None
-    sums, counts = np.bincount(number, difference_m), np.bincount(number)
-    times = multiplicities(draws(len(names)))
-    return interval((times @ sums) / (times @ counts))
 
 
 def _left_out(name: str) -> TriedModel:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+import polars as pl
 import pytest
 
 from vislam2tag.evaluation.record import FigureWithInterval
-from vislam2tag.positioning.benchmark.best import best_models
+from vislam2tag.positioning.benchmark.best import best_models, paired_interval
 from vislam2tag.positioning.benchmark.record import BenchmarkRow
 from vislam2tag.positioning.benchmark.rows import ALL
 
@@ -36,6 +38,23 @@ def test_who_answers_little_or_misses_floors_does_not_win() -> None:
     rows = [row("shy", 1.0, answered=0.5), row("flat", 1.5, floor_hit=0.8), row("sound", 2.0), row("near", 2.05)]
     [best] = best_models(rows)
     assert (best.model, best.runner_up, best.alike) == ("sound", "near", True)
+
+
+def test_the_interval_is_of_the_same_scans_and_of_whole_walks() -> None:
+    rng = np.random.default_rng(0)
+    walk = np.arange(200) // 20
+    hard = rng.exponential(10, 10)[walk]  # of both models alike
+    walks = [f"walk {number}" for number in walk.tolist()]
+    one = pl.DataFrame({"fold": "a", "scan_id": np.arange(200), "walk": walks, "error_m": hard})
+    other = one.with_columns(error_m=pl.col("error_m") + 1 + pl.Series(rng.normal(0, 0.5, 10)[walk]))
+    found = paired_interval(one, pl.concat([other, other]))  # two seeds
+    assert found is not None
+    assert 0.4 < found[0] < 1 < found[1] < 1.8
+    unanswered = other.with_columns(error_m=pl.when(pl.col("walk") == "walk 0").then(None).otherwise("error_m"))
+    assert paired_interval(one, unanswered) is not None
+    assert paired_interval(one, other.filter(pl.col("walk").is_in(["walk 0", "walk 1"]))) is None
+    [best] = best_models([row("knn", 3.0), row("trees", 2.0)], lambda *names: (len(names), 4.0))
+    assert best.behind_interval_m == (3.0, 4.0)
 
 
 def test_nothing_is_recommended_without_errors() -> None:

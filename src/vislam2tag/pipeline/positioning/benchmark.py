@@ -16,16 +16,17 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.table_files import scan_parquet, write_parquet
+from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.model import Dataset, Split
 from vislam2tag.dataset.schema import FINGERPRINTS, READINGS
 from vislam2tag.pipeline.datasets.import_format import ImportOptions, import_format
-from vislam2tag.pipeline.positioning.benchmark_figures import benchmark_figures
+from vislam2tag.pipeline.positioning.benchmark_figures import Predictions, benchmark_figures
 from vislam2tag.pipeline.run.keys import code_key
 from vislam2tag.pipeline.run.store import OutputFolder, claim
-from vislam2tag.positioning.benchmark.predictions import predictions_table
+from vislam2tag.positioning.benchmark.best import best_models, paired_interval
+from vislam2tag.positioning.benchmark.predictions import predictions_table, with_errors
 from vislam2tag.positioning.benchmark.protocol import BenchmarkRun, ModelChoice, execute, planned
 from vislam2tag.positioning.benchmark.record import Benchmark, FailedRun, RunRecord, RunTime
 from vislam2tag.positioning.benchmark.rows import benchmark_rows, model_times
@@ -106,7 +107,8 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
             except (DatasetError, UsageError) as error:
                 failed.append(FailedRun(run=str(run), error=str(error)))
         progress(Stage("figures", len(runs)), len(runs))
-        found = _summed(dataset, plan, [record for record, _ in made.values()], failed)
+        predictions = {folder.root / RUNS / f"{stem}.parquet": record for stem, (record, _) in made.items()}
+        found = _summed(dataset, plan, predictions, failed)
         _write(folder, dataset, plan, found, made)
     return found
 
@@ -187,15 +189,28 @@ def _kept(root: Path, stem: str, key: str) -> tuple[RunRecord, RunTime] | None:
     return (record, time) if record.key == key else None
 
 
-def _summed(dataset: Dataset, plan: BenchmarkPlan, runs: Sequence[RunRecord], failed: Sequence[FailedRun]) -> Benchmark:
+def _summed(dataset: Dataset, plan: BenchmarkPlan, made: Predictions, failed: Sequence[FailedRun]) -> Benchmark:
+    runs = list(made.values())
+    rows = benchmark_rows(runs)
+    walks = dataset.fingerprints.select("scan_id", walk="session").collect()
+
+    def errors(split: str, model: str) -> pl.DataFrame:
+        own = {path: run for path, run in made.items() if (run.split, run.model) == (split, model)}
+        tables = (with_errors(read_parquet(path)).with_columns(fold=pl.lit(run.fold)) for path, run in own.items())
+        return pl.concat(tables).select("fold", "scan_id", "error_m").join(walks, on="scan_id", how="left")
+
+    def behind(split: str, model: str, runner_up: str) -> tuple[float, float] | None:
+        return paired_interval(errors(split, model), errors(split, runner_up))
+
     return Benchmark(
         version=__version__,
         dataset=dataset.info.name,
         data_sha256={name: dataset.info.tables[name].sha256 for name in (FINGERPRINTS, READINGS)},
         seeds=plan.seeds,
-        rows=benchmark_rows(runs),
-        runs=list(runs),
+        rows=rows,
+        runs=runs,
         failed=list(failed),
+        best=best_models(rows, behind),
     )
 
 

@@ -14,6 +14,8 @@ from vislam2tag.common.records import Record
 from vislam2tag.evaluation.record import FigureWithInterval
 from vislam2tag.positioning.metrics import Score
 
+ALIKE = 0.05
+"""Means that differ by less than this share of the smaller one are called alike."""
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "polars", "torch")
 
 
@@ -77,6 +79,27 @@ class ModelTime(Record):
     predict_ratio: float | None
 
 
+class BestModel(Record):
+    """The model with the smallest mean error on a split, of those that answer and find floors about as often as any."""
+
+    split: str
+    model: str
+    mean_m: float
+    floor_hit: float | None
+    runner_up: str | None
+    """The next one; None where there is no other."""
+    behind_m: float
+    """By how much that one's mean error is larger."""
+    behind_interval_m: tuple[float, float] | None = None
+    """Its 95 % interval, had other walks tested: both on the same scans, walks drawn again (Efron and Tibshirani 1993).
+    None for few walks."""
+
+    @property
+    def alike(self) -> bool:
+        """Whether the runner-up is as good for any use."""
+        return self.runner_up is not None and self.behind_m < ALIKE * self.mean_m
+
+
 class Benchmark(Record):
     """All of it."""
 
@@ -88,6 +111,8 @@ class Benchmark(Record):
     rows: list[BenchmarkRow]
     runs: list[RunRecord]
     failed: list[FailedRun]
+    best: list[BestModel]
+    """Of each split."""
 
 
 def versions() -> dict[str, str]:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from vislam2tag.positioning.benchmark.best import best_models
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.table_4 import TITLE, Table4
 from vislam2tag.positioning.benchmark.text import HEADS, figure_text, fold_name
@@ -25,7 +24,7 @@ def write_benchmark_page(
     context = {
         "title": found.dataset,
         "found": found,
-        "best": best_models(found.rows),
+        "best": found.best,
         "maps": [part for part in figures if part.stem.startswith("map.")],
         "splits": [(split, list(rows)) for split, rows in groupby(found.rows, key=lambda row: row.split)],
         "heads": HEADS,
