@@ -34,6 +34,20 @@ def test_few_sessions_get_a_line_each() -> None:
     assert [line.partition(",")[0] for line in printed(3)] == [f"{number} of 3 sessions" for number in (1, 2, 3)]
 
 
+def test_parts_of_a_long_session_are_told_and_none_twice() -> None:
+    with redirect_stderr(io.StringIO()) as told, session_bar("sessions", lines=True) as bar:
+        for tenth in range(1, 11):
+            bar.reach(tenth / 10, 2)
+        bar.advance(2, None)
+        bar.reach(1.5, 2)
+    lines = told.getvalue().splitlines()
+    assert [line.partition(" of 2 sessions, ")[0] for line in lines] == [
+        *(f"{tenth / 10:.2f}" for tenth in range(1, 11)),
+        "1.50",
+    ]
+    assert all(line.endswith(" s left") for line in lines)
+
+
 def test_nothing_is_told_where_nobody_wants_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert printed(40, lines=False) == []
     monkeypatch.setitem(_shown, "progress", False)

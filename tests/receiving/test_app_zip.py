@@ -18,7 +18,7 @@ from vislam2tag.receiving.app_zip import AppPlace
 from vislam2tag.receiving.filing import file_zip, is_filed
 from vislam2tag.receiving.session_zip import RefusedZipError
 from vislam2tag.receiving.uploads import Uploads
-from vislam2tag.sessions.registry import format_of, open_survey
+from vislam2tag.sessions.registry import format_of
 
 PLENTY = 10_000_000
 SHARED = [app for app in APPS if app not in ("TUM", "EuRoC", "MCAP", "Stray Scanner, lens of each frame")]
@@ -53,19 +53,6 @@ def test_each_app_is_filed_where_the_survey_has_its_floor(app: str, survey: Path
     assert is_filed(survey / done.path, done.sums_sha256)
     (survey / done.path / "sightings.csv").write_text("")
     assert file_zip(survey, path, PLENTY).already, "what was found since stays"
-
-
-def test_a_zip_in_the_survey_is_named_with_the_command_that_files_it(survey: Path, tmp_path: Path) -> None:
-    (survey / "floor_2" / "iPhone").mkdir()
-    lying = survey / "floor_2" / "iPhone" / "walk-1.zip"
-    lying.write_bytes(shared_zip("Polycam", tmp_path, "some scan/").read_bytes())
-    (survey / "floor_2" / "iPhone" / "walk-0").mkdir()
-    APPS["ios_logger"][1](survey / "floor_2" / "iPhone" / "walk-0")
-    (finding,) = (each for each in open_survey(survey).findings if each.kind == "zipped_session")
-    assert "a recording of polycam" in finding.message
-    command = finding.message.partition("vislam2tag ")[2].split()
-    assert vislam2tag(*command).returncode == 0
-    assert format_of(survey / "floor_2" / "iPhone" / "some scan") == "polycam"
 
 
 def test_a_browser_may_send_it_too(survey: Path, tmp_path: Path) -> None:

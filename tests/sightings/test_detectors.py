@@ -17,7 +17,7 @@ from vislam2tag.sheets.page import SheetPage, write_pdf
 from vislam2tag.sheets.page_layout import largest_width_m, page_layout
 from vislam2tag.sheets.sheet_requests import SheetRequest
 from vislam2tag.sheets.tags import read_tags, sheet_tag, tag_rows
-from vislam2tag.sightings.detectors import Detector, QrDetector, SheetTagDetector, TagDetector
+from vislam2tag.sightings.detectors import Detector, QrDetector, Seen, SheetDetector, SheetTagDetector, TagDetector
 from vislam2tag.sightings.placing import placed
 from vislam2tag.sightings.search import surest
 from vislam2tag.survey.sheet_size import SHEET_SIZES
@@ -68,20 +68,88 @@ def test_oblique_tags_are_placed_within_their_sigma(turned_deg: float) -> None:
     assert pose.sigma_m < 0.1
 
 
+@pytest.mark.parametrize(("left_px", "side_px"), [(100, 40), (100, 60), (600, 80), (580, 120)])
+def test_corners_seen_exactly_from_the_front_have_their_pose(left_px: int, side_px: int) -> None:
+    corners = np.array(((0, 0), (1, 0), (1, 1), (0, 1))) * side_px + (left_px, 420.0)
+    pose = placed(Seen("7", corners, 0.5, (SIDE_M, SIDE_M)), LENS_PX)
+    assert pose is not None
+    ahead = LENS_PX[0] * SIDE_M / side_px
+    middle = (corners.mean(axis=0) - LENS_PX[2:]) / LENS_PX[:2] * ahead
+    np.testing.assert_allclose(pose.position_m, (middle[0], -middle[1], -ahead), atol=1e-6)
+
+
+def in_glare(picture: GreyImage, x: int, y: int, radius: int) -> GreyImage:
+    """The picture with a lamp's reflection, white in its middle."""
+    glare = np.zeros(picture.shape, np.float32)
+    cv2.circle(glare, (x, y), radius, 1.0, -1)
+    return np.clip(picture + 255 * cv2.GaussianBlur(glare, (0, 0), 15), 0, 255).astype(np.uint8)
+
+
+def moved_while_exposed(picture: GreyImage, pixels: int) -> GreyImage:
+    """The picture of a camera that turns sideways by so many pixels."""
+    return np.asarray(cv2.blur(picture, (pixels, 1)), np.uint8)
+
+
 def test_glare_hides_a_tag_and_moves_none() -> None:
     picture = seen_at(tag(7), 0.25, (-0.4, 0, 2.0), 20.0, seen_at(tag(9), 0.25, (0.5, 0, 2.0), -20.0))
     detector = TagDetector("apriltag-36h11", SIDE_M)
     clear, _ = found_in(picture, detector)
     assert clear.keys() == {"7", "9"}
-    glare = np.zeros(picture.shape, np.float32)
-    cv2.circle(glare, (440, 480), 60, 1.0, -1)
-    lit = np.clip(picture + 255 * cv2.GaussianBlur(glare, (0, 0), 15), 0, 255).astype(np.uint8)
-    left, _ = found_in(lit, detector)
+    left, _ = found_in(in_glare(picture, 440, 480, 60), detector)
     assert left.keys() == {"9"}
     np.testing.assert_allclose(left["9"], clear["9"], atol=0.01)
 
 
-def test_a_sheet_that_hangs_twice_in_one_picture_is_doubtful() -> None:
+SHEET_M = 0.3
+SHEET_PICTURES = {name: dead_leaves_picture(0, name) for name in ("3", "4", "5")}
+
+
+@pytest.fixture(scope="module")
+def sheets(tmp_path_factory: pytest.TempPathFactory) -> SheetDetector:
+    folder = tmp_path_factory.mktemp("images")
+    for name, picture in SHEET_PICTURES.items():
+        cv2.imwrite(str(folder / f"{name}.png"), picture)
+    rows = "".join(f"{name},{name}.png,{SHEET_M}\n" for name in SHEET_PICTURES)
+    (folder / "manifest.csv").write_text(f"id,file,width_m\n{rows}", encoding="utf-8")
+    return SheetDetector(folder)
+
+
+@pytest.mark.parametrize(("turned_deg", "blur_px"), [(0.0, 1), (45.0, 1), (-50.0, 1), (20.0, 7)])
+def test_a_sheet_is_placed_obliquely_and_in_motion(turned_deg: float, blur_px: int, sheets: SheetDetector) -> None:
+    place = (0.0, -0.1, 1.2)
+    picture = moved_while_exposed(seen_at(SHEET_PICTURES["4"], SHEET_M, place, turned_deg), blur_px)
+    found, doubtful = found_in(picture, sheets)
+    assert (set(found), doubtful) == ({"4"}, 0)
+    np.testing.assert_allclose(found["4"], place, atol=0.05)
+
+
+@pytest.mark.parametrize(("turned_deg", "blur_px"), [(0.0, 60), (65.0, 1)])
+def test_a_sheet_too_blurred_or_oblique_to_know_is_not_found(
+    turned_deg: float, blur_px: int, sheets: SheetDetector
+) -> None:
+    picture = moved_while_exposed(seen_at(SHEET_PICTURES["4"], SHEET_M, (0, 0, 1.2), turned_deg), blur_px)
+    assert found_in(picture, sheets) == ({}, 0)
+
+
+def test_glare_hides_a_sheet_or_a_part_of_it_and_moves_none(sheets: SheetDetector) -> None:
+    other = seen_at(SHEET_PICTURES["5"], SHEET_M, (0.35, 0, 1.2), -20.0)
+    picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 20.0, other)
+    clear, _ = found_in(picture, sheets)
+    assert clear.keys() == {"3", "5"}, "all sheets of a picture count"
+    for radius, left in ((45, {"3", "5"}), (180, {"5"})):
+        found, doubtful = found_in(in_glare(picture, 390, 480, radius), sheets)
+        assert (set(found), doubtful) == (left, 0)
+        for name, place in found.items():
+            np.testing.assert_allclose(place, clear[name], atol=0.03)
+
+
+def test_a_printed_sheet_that_hangs_twice_in_one_picture_is_doubtful(sheets: SheetDetector) -> None:
+    other = seen_at(SHEET_PICTURES["3"], SHEET_M, (0.35, 0, 1.2), 0.0)
+    picture = seen_at(SHEET_PICTURES["3"], SHEET_M, (-0.3, 0, 1.2), 0.0, other)
+    assert found_in(picture, sheets) == ({}, 2)
+
+
+def test_a_tag_that_hangs_twice_in_one_picture_is_doubtful() -> None:
     picture = seen_at(tag(7), 0.25, (-0.5, 0, 2.0), 0.0, seen_at(tag(7), 0.25, (0.5, 0, 2.0), 0.0))
     assert found_in(picture, TagDetector("apriltag-36h11", SIDE_M)) == ({}, 2)
 

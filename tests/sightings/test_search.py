@@ -13,8 +13,11 @@ import pytest
 
 from tests.cli.command import vislam2tag
 from tests.sightings.rendered_walk import HEIGHT_M, Walk, posters_round_the_room, write_stray_scanner
+from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.sheets.features import GreyImage
 from vislam2tag.sheets.images import read_grey
+from vislam2tag.sightings.detectors import Seen
+from vislam2tag.sightings.search import search
 
 TAG_SIDE_M, PAPER_M = 0.2, 0.25
 WALK = Walk.round_the_room(1.0)
@@ -90,6 +93,35 @@ def test_a_video_that_was_cut_off_is_an_error_of_its_session(tagged: Path, tmp_p
     assert done.returncode == 1
     assert "rgb.mp4: it is no video, or was cut off before its end" in done.stderr
     assert not (walk / "sightings.csv").exists()
+
+
+class Bright:
+    """Finds a landmark in bright pictures, and keeps all that it was shown."""
+
+    def __init__(self) -> None:
+        self.shown: list[int] = []
+
+    def find(self, picture: GreyImage) -> list[Seen]:
+        self.shown.append(int(picture[0, 0]))
+        corners = np.array(((100, 100), (140, 100), (140, 140), (100, 140)), np.float64)
+        return [Seen("7", corners, 0.5, (0.2, 0.2))] if picture[0, 0] >= 200 else []
+
+
+def test_only_pictures_that_can_show_a_landmark_are_looked_at_twice_and_progress_is_told(tmp_path: Path) -> None:
+    grey = [10] * 40 + [200] * 5 + [10] * 55
+    files = tuple(tmp_path / f"{number}.png" for number in range(100))
+    for file, level in zip(files, grey, strict=True):
+        cv2.imwrite(str(file), np.full((240, 320), level, np.uint8))
+    pictures = Pictures(np.arange(100) * 100_000_000, np.tile((300.0, 300.0, 160.0, 120.0), (100, 1)), files=files)
+    detector, told = Bright(), list[tuple[int, int]]()
+    found = search(pictures, [detector], lambda passed, total: told.append((passed, total)))
+    assert [each.time_ns for each in found.sightings] == [n * 100_000_000 for n in range(40, 45)]
+    assert len(detector.shown) == 25 + 17, "every fourth, then those within 0.6 s of what the first look found"
+    passed = [each for each, _ in told]
+    assert passed == sorted(set(passed))
+    assert {total for _, total in told} == {200}
+    assert passed[0] == 1
+    assert passed[24] == 97
 
 
 @pytest.mark.parametrize(

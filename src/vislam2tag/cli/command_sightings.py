@@ -17,6 +17,7 @@ from vislam2tag.cli.terminal import say, say_json
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from vislam2tag.common.progress import Stage
     from vislam2tag.pipeline.labels.sightings import SightingsFound
 
 HELP = """
@@ -66,12 +67,15 @@ def _sightings(
     from vislam2tag.pipeline.labels.sightings import sightings
 
     try:
-        with session_bar("sessions") as bar:
+        with session_bar("sessions", lines=True) as bar:
 
             def told(one: SightingsFound, total: int) -> None:
                 bar.advance(total, error=one.error or None)
 
-            found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, told)
+            def within(stage: Stage, total: int) -> None:
+                bar.reach(stage.done, total)
+
+            found = sightings(survey, images, tags, tag_side_m, qr_side_m, again, told, within)
     except KeyboardInterrupt:
         say("interrupted: sessions that were done keep their sightings; the same command goes on", err=True)
         raise typer.Exit(INTERRUPTED) from None

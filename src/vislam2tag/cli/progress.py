@@ -23,6 +23,7 @@ class SessionBar:
         self._console, self._bar, self._lines = console, bar, lines
         self._task = bar.add_task("", total=None, rate="")
         self._rows = 0
+        self._reached = 0.0
         self.done = 0
         """Sessions finished so far."""
         self.failed = 0
@@ -32,17 +33,34 @@ class SessionBar:
         """Count one finished session of ``total``, and say why it failed if it did; ``rows`` are those written."""
         self.done += 1
         self._rows += rows
-        elapsed_s = max(self._bar.tasks[0].elapsed or 0.0, 0.1)
         if error:
             self.fail(error)
-        rate = f"{self.done / elapsed_s:.1f} sessions/s"
-        row_rate = f", {self._rows / elapsed_s:,.0f} rows/s" if self._rows else ""
+        rate = f"{self.done / self._elapsed_s:.1f} sessions/s"
+        row_rate = f", {self._rows / self._elapsed_s:,.0f} rows/s" if self._rows else ""
         failed = f", {self.failed} failed" if self.failed else ""
-        self._bar.update(self._task, advance=1, total=total, rate=f"{rate}{row_rate}{failed}" if row_rate else "")
-        if self._lines and self.done * _LINES // total > (self.done - 1) * _LINES // total:
-            left_s = elapsed_s / self.done * max(total - self.done, 0)
-            line = f"{self.done} of {total} sessions, {rate}{row_rate}{failed}, {left_s:.0f} s left"
+        shown = f"{rate}{row_rate}{failed}" if row_rate else ""
+        if self._moves_to(self.done, total, shown):
+            line = f"{self.done} of {total} sessions, {rate}{row_rate}{failed}, {self._left_s(total):.0f} s left"
             self._console.print(line, highlight=False)
+
+    def reach(self, done: float, total: int) -> None:
+        """Show how many of ``total`` sessions are done while one is worked at, a part of it included."""
+        if self._moves_to(done, total):
+            line = f"{done:.2f} of {total} sessions, {self._left_s(total):.0f} s left"
+            self._console.print(line, highlight=False)
+
+    def _moves_to(self, done: float, total: int, rate: str = "") -> bool:
+        """Move the bar; True where what is no terminal gets a line now."""
+        before, self._reached = self._reached, done
+        self._bar.update(self._task, completed=done, total=total, rate=rate)
+        return self._lines and done * _LINES // total > before * _LINES // total
+
+    def _left_s(self, total: int) -> float:
+        return self._elapsed_s / self._reached * max(total - self._reached, 0)
+
+    @property
+    def _elapsed_s(self) -> float:
+        return max(self._bar.tasks[0].elapsed or 0.0, 0.1)
 
     def fail(self, error: str) -> None:
         """Count a failure and say why."""

@@ -127,7 +127,7 @@ def prepared_session(task: SessionTask) -> PreparedSession:
 def read_corrected(task: SessionTask) -> tuple[Session, tuple[str, ...]]:
     """A session with its corrections applied, and one sentence for each use; raises SessionError as reading it does."""
     with at_hand(task.ref) as ref:
-        read = with_companions(read_session(ref, task.finding_settings), ref.folder)
+        read = with_companions(read_session(ref, task.finding_settings), ref.own)
     return corrected_session(read, task.corrections)
 
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shlex
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import polars as pl
 
 from vislam2tag.common import plugins
-from vislam2tag.common.errors import SessionError, SurveyError
-from vislam2tag.common.files.archives import names_in
+from vislam2tag.common.errors import DatasetError, SessionError, SurveyError
+from vislam2tag.common.files.archives import zip_names
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
@@ -26,14 +24,15 @@ from vislam2tag.sessions.companions.tie import FOLDER as COMPANIONS
 from vislam2tag.sessions.companions.tie import companion_hashes, tied_recordings
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.zipped import named_alike, unpacked
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections, unused_corrections
 from vislam2tag.survey.corrections.landmarks import with_control_points_corrected
-from vislam2tag.survey.discover import read_site, session_folders
-from vislam2tag.survey.model import SessionKey, SessionRef, Site, Survey
+from vislam2tag.survey.discover import read_site, session_folders, zip_of
+from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, Survey
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
-from vislam2tag.survey.stored_survey import stored_folder
+from vislam2tag.survey.stored_survey import opened, stored_folder
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
@@ -87,16 +86,12 @@ def recorded_folder(folder: Path) -> Path:
     return inside[0] if len(inside) == 1 and inside[0].is_dir() and format_of(folder) is None else folder
 
 
-def format_in_zip(path: Path) -> str | None:
-    """Name of the format that would recognise what a zip unpacks to, by its files' names; None where none does."""
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        folder = Path(scratch) / "zip"
-        folder.mkdir()
-        for name in islice(names_in(path), _MOST_NAMES):
-            if not name.is_absolute() and ".." not in name.parts:
-                with suppress(OSError):  # a name that this system does not allow
-                    (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                    (folder / name).touch()
+def format_in_zip(root: Path, packed: Path) -> str | None:
+    """Name of the format that would recognise what a zip in a survey unpacks to, by its files' names; None: none does.
+
+    Raises DatasetError or OSError where the zip cannot be listed.
+    """
+    with opened(root, packed) as file, named_alike(zip_names(file)[:_MOST_NAMES]) as folder:
         found = format_of(recorded_folder(folder))
         return None if found == UNKNOWN_FORMAT else found
 
@@ -110,9 +105,9 @@ def hash_inputs(ref: SessionRef) -> dict[str, str]:
     """SHA-256 of each input file of a session and its companions by name; raises SessionError where one is not read."""
     try:
         with at_hand(ref) as ref:
-            paths = _format_named(ref).input_files(ref.folder)
+            paths = format_for(ref).input_files(ref.folder)
             own = {path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in paths}
-            return own | companion_hashes(ref.folder)
+            return own | companion_hashes(ref.own)
     except OSError as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 
@@ -121,43 +116,72 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
     """Read one session whole. Raises SessionError where its folder or format is gone; nothing else."""
     try:
         with at_hand(ref) as ref:
-            return _format_named(ref).read(ref, settings or FindingSettings())
+            return format_for(ref).read(ref, settings or FindingSettings())
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
 
 
 @contextmanager
-def at_hand(ref: SessionRef, *further: str) -> Iterator[SessionRef]:
+def at_hand(ref: SessionRef, *further: str, whole: bool = False) -> Iterator[SessionRef]:
     """Yield a session whose files are on this machine while the block lasts: one in a store is fetched, others stay.
 
-    Fetched is what its format reads, its companions, and the ``further`` files that are there, by name.
+    Fetched is what its format reads, its companions, and the ``further`` files that are there, by name. Of one in a zip
+    what its format reads is unpacked, or the ``whole`` of it.
     """
-    if ref.stored is None:
+    with ExitStack() as stack:
+        if ref.stored is not None:
+            ref = _fetched(
+                ref, ref.stored, Path(stack.enter_context(TemporaryDirectory(prefix="vislam2tag-"))), further
+            )
+        if ref.packed is not None:
+            scratch = Path(stack.enter_context(TemporaryDirectory(prefix="vislam2tag-")))
+            read = None if whole else FORMATS.named(ref.format).input_files
+            ref = unpacked(ref, ref.packed, scratch, recorded_folder, read)
         yield ref
-        return
-    with TemporaryDirectory(prefix="vislam2tag-") as scratch:
-        folder = Path(scratch) / ref.folder.name
-        files = {ref.stored.path(file, folder): file.name for file in ref.stored.files}
-        for path in files:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
-        here = replace(ref, folder=folder, stored=None)
-        read = {*_format_named(here).input_files(folder), *(folder / name for name in further)}
+
+
+def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Path, further: Sequence[str]) -> SessionRef:
+    """A session of a store with the files that are read, in ``scratch``."""
+    folder = scratch / ref.folder.name
+    files = {stored.path(file, folder): file.name for file in stored.files}
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    here = replace(ref, folder=folder, stored=None, packed=None if ref.packed is None else scratch / ref.packed.name)
+    if here.packed is None:
+        read = {*format_for(here).input_files(folder), *(folder / name for name in further)}
         read |= {path for path in files if folder / COMPANIONS in path.parents}
-        for path in files.keys() & read:
-            if ref.stored.store.fetch(files[path], path) is None:
-                path.unlink()  # removed since the survey was listed
-        yield here
+    else:
+        read = set(files)
+    for path in files.keys() & read:
+        if stored.store.fetch(files[path], path) is None:
+            path.unlink()  # removed since the survey was listed
+    return here
 
 
-def _format_named(ref: SessionRef) -> SessionFormat:
+def format_for(ref: SessionRef) -> SessionFormat:
+    """The format that reads a session at hand; raises SessionError where that or the session's files are not there."""
     if ref.format == UNKNOWN_FORMAT:
         raise SessionError(f"{ref.folder}: cannot be looked into; check its permissions")
     if ref.format not in FORMATS.names():
         raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
+    if ref.packed is not None:
+        raise SessionError(
+            f"{ref.packed}: cannot be unpacked: it is damaged, far too large, or there is no room for it; send it "
+            "again, or lay the folder that it holds in its place"
+        )
     if not ref.folder.exists():
         raise SessionError(f"{ref.folder}: no such session folder")
     return FORMATS.named(ref.format)
+
+
+class FoundSession(NamedTuple):
+    """A session as it lies in a survey: ``key`` by its folder's names, ``packed`` the zip that it is read from."""
+
+    key: SessionKey
+    folder: Path
+    format: str
+    packed: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -166,18 +190,21 @@ class SurveyFiles:
 
     root: Path
     site: Site
-    sessions: tuple[tuple[SessionKey, Path, str], ...]
-    """Key by its folder's names, folder and format of each session, sorted by key."""
+    sessions: tuple[FoundSession, ...]
+    """Sorted by key."""
     findings: tuple[Finding, ...]
     odd_folders: tuple[Finding, ...]
 
     def corrected(self, corrections: Corrections) -> Survey:
         """The survey as corrections make it; raises SurveyError where they are wrong for it."""
-        own = [key for key, _, _ in self.sessions]
+        own = [found.key for found in self.sessions]
         keys = true_keys(own, corrections, self.site)
         unused = unused_corrections(corrections, [*keys, *own], self.site)
         listed = zip(keys, self.sessions, session_slugs(keys), strict=True)
-        refs = (SessionRef(key, *of[1:], slug, stored_folder(self.root, of[1])) for key, of, slug in listed)
+        refs = [
+            SessionRef(key, of.folder, of.format, slug, stored_folder(self.root, of.folder, of.packed), of.packed)
+            for key, of, slug in listed
+        ]
         site = with_control_points_corrected(self.site, corrections)
         in_order = tuple(sorted(refs, key=lambda ref: ref.key))
         off_plan = landmarks_off_plan(site, corrections)
@@ -228,41 +255,41 @@ def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) 
     return true
 
 
-def _sessions(root: Path) -> tuple[list[tuple[SessionKey, Path, str]], list[Finding]]:
+def _sessions(root: Path) -> tuple[list[FoundSession], list[Finding]]:
     sessions = []
     folders, findings = session_folders(root)
-    findings += _zipped(root)
     tied = {tie.resolve() for _, folder in folders for tie in tied_recordings(folder)}
     for key, folder in folders:
-        if folder.resolve() in tied:
+        packed = zip_of(folder)
+        if folder.resolve() in tied or (packed is not None and packed.resolve() in tied):
             continue  # its readings are those of the walk that it is tied to
         path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
-        name = format_of(folder)
+        name = format_of(folder) if packed is None or folder.exists() else None
         if "\ufffd" in path:
             message = "the folder's name is not UTF-8; left out: rename it"
             findings.append(_unrecognised(path, message, Severity.WARNING))
-        elif name is None:
+        elif name is not None:
+            sessions.append(FoundSession(key, folder, name))
+            if packed is not None:
+                message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
+                findings.append(Finding(kind="zipped_session", file=f"{path}.zip", count=1, message=message))
+        elif packed is None:
             findings.append(_unrecognised(path, "no file of a known session format in it; left out", Severity.INFO))
-        else:
-            sessions.append((key, folder, name))
+        elif (name := _format_in_zip(root, packed, findings)) is not None:
+            sessions.append(FoundSession(key, folder, name, packed))
     return sessions, findings
 
 
-def _zipped(root: Path) -> list[Finding]:
-    """Zips that lie where a session's folder would, and what they hold."""
-    findings = []
-    for path in sorted(root.glob("floor_*/*/*.zip")):
-        name, shown = format_in_zip(path), path.relative_to(root).as_posix()
-        if name is None:
-            findings.append(_unrecognised(shown, "a zip of no known recording; left out", Severity.INFO))
-            continue
-        floor, device = path.parents[1].name.removeprefix("floor_"), path.parent.name
-        message = (
-            f"holds a recording of {name}, and is not unpacked: nothing of it is processed; file it: vislam2tag "
-            f"{shlex.join(('receive', str(root), str(path), '--floor', floor, '--device', device))}"
-        )
-        findings.append(Finding(kind="zipped_session", file=shown, count=1, message=message))
-    return findings
+def _format_in_zip(root: Path, packed: Path, findings: list[Finding]) -> str | None:
+    shown = packed.relative_to(root).as_posix()
+    try:
+        name = format_in_zip(root, packed)
+    except (DatasetError, OSError) as error:
+        findings.append(_unrecognised(shown, f"is no whole zip ({error}); left out: send it again", Severity.WARNING))
+        return None
+    if name is None:
+        findings.append(_unrecognised(shown, "a zip of no known recording; left out", Severity.INFO))
+    return name
 
 
 def _unrecognised(folder: str, message: str, severity: Severity) -> Finding:

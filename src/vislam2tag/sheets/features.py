@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.arrays import AnyArray
+from vislam2tag.core.arrays import AnyArray, BoolArray
 
 GreyImage: TypeAlias = npt.NDArray[np.uint8]
 """Grey levels (height, width), 0 black to 255 white; recognisers use no colour."""
@@ -40,6 +40,10 @@ class Features:
     def strongest(self, count: int) -> Features:
         """Keep the first ``count``."""
         return Features(self.points[:count], self.descriptors[:count], self.size_px)
+
+    def only(self, wanted: BoolArray) -> Features:
+        """Keep those that ``wanted`` (k,) says."""
+        return Features(self.points[wanted], self.descriptors[wanted], self.size_px)
 
 
 def orb(count: int) -> cv2.Feature2D:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray
 from vislam2tag.sheets.features import GreyImage, features_of, orb, resized
 from vislam2tag.sheets.images import own_files, read_grey
 from vislam2tag.sheets.quality import reference_features
@@ -39,6 +39,10 @@ QR_CORNER_PX = 1.0
 """Usual error of a QR code's corner per axis, pixels: they follow from its finder patterns."""
 SHEET_CORNER_PX = 1.5
 """Usual error of a sheet's corner per axis, pixels: it follows from features within the image."""
+
+
+OWN_REACH = 1.2
+"""Features within a sheet so much larger than the one found are that one's: its edges are known to some pixels."""
 
 
 @dataclass(frozen=True)
@@ -140,11 +144,28 @@ class SheetDetector:
         self._features = orb(LOOK_FEATURES)
 
     def find(self, picture: GreyImage) -> Sequence[Seen]:
-        """List the sheet that most features of a picture agree on, if enough do."""
+        """List the sheets that enough features of a picture agree on; one that hangs twice is there twice."""
         shrink = min(1.0, LOOK_PX / min(picture.shape))
         small = resized(picture, (round(picture.shape[1] * shrink), round(picture.shape[0] * shrink)))
-        best = self._recogniser.best(features_of(small, self._features))
-        if best.index < 0 or best.inliers < ENOUGH_INLIERS:
-            return []
         scale = picture.shape[1] / small.shape[1]
-        return [Seen(self._ids[best.index], best.corners * scale, SHEET_CORNER_PX * scale, self._sizes[best.index])]
+        left = features_of(small, self._features)
+        found = []
+        while (best := self._recogniser.best(left)).index >= 0 and best.inliers >= ENOUGH_INLIERS:
+            sheet, size = self._ids[best.index], self._sizes[best.index]
+            found.append(Seen(sheet, best.corners * scale, SHEET_CORNER_PX * scale, size))
+            middle = best.corners.mean(axis=0)
+            outside = ~_inside(left.points, middle + OWN_REACH * (best.corners - middle))
+            if outside.all():
+                break
+            left = left.only(outside)
+        return found
+
+
+def _inside(points: AnyArray, corners: FloatArray) -> BoolArray:
+    """Which points (n, 2) lie within a polygon (4, 2), by how often a ray to the right of each crosses its edges."""
+    x, y = points.T
+    inside = np.zeros(len(points), dtype=bool)
+    for (x1, y1), (x2, y2) in zip(corners, np.roll(corners, 1, axis=0), strict=True):
+        between = (y1 > y) != (y2 > y)
+        inside ^= between & (x < x1 + (x2 - x1) * (y - y1) / (y2 - y1 if y1 != y2 else 1.0))
+    return inside

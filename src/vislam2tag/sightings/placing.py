@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import cv2
@@ -32,8 +33,9 @@ class Placed:
 def placed(seen: Seen, lens_px: FloatArray) -> Placed | None:
     """Place a landmark by the lens (4,) fx, fy, cx, cy, pixels; None where its corners fit no pose.
 
-    Of the two poses that a small square far away has, the one that fits better (Collins and Bartoli, IJCV 2014); its
-    position hardly differs. The covariance is that of least squares, by the derivatives of the projection.
+    Of the two poses that a small square far away has (Collins and Bartoli, IJCV 2014), each brought to the nearest of
+    least squares, the one that fits better; its position hardly differs. The covariance is that of least squares, by
+    the derivatives of the projection.
     """
     from scipy.spatial.transform import Rotation
 
@@ -43,26 +45,38 @@ def placed(seen: Seen, lens_px: FloatArray) -> Placed | None:
     camera = np.array(((lens_px[0], 0, lens_px[2]), (0, lens_px[1], lens_px[3]), (0, 0, 1)), np.float64)
     if not np.isfinite(seen.corners_px).all() or not np.isfinite(camera).all():
         return None
-    try:
-        count, turns, shifts, _ = cv2.solvePnPGeneric(
-            square, seen.corners_px, camera, np.zeros(4), flags=cv2.SOLVEPNP_IPPE
-        )
-    except cv2.error:
+    found = _poses(square, seen.corners_px, camera)
+    if not found:
         return None
-    if not count or not (np.isfinite(turns[0]).all() and np.isfinite(shifts[0]).all()):
-        return None
+    _, turn, shift = min(found, key=lambda pose: pose[0])
     if seen.centre_m != (0.0, 0.0):  # the derivative below is that of the landmark's own place
-        shifts = [shifts[0] - cv2.Rodrigues(turns[0])[0] @ middle[:, None]]
+        shift = shift - cv2.Rodrigues(turn)[0] @ middle[:, None]
         square = square + middle
-    again, derivative = cv2.projectPoints(square, turns[0], shifts[0], camera, np.zeros(4))
+    again, derivative = cv2.projectPoints(square, turn, shift, camera, np.zeros(4))
     misfit = (again[:, 0] - seen.corners_px) / seen.sigma_px
-    if float(np.sqrt(np.mean(misfit**2))) > MISFIT or float(shifts[0][2, 0]) <= 0:
+    if float(np.sqrt(np.mean(misfit**2))) > MISFIT:
         return None
     normal = derivative[:, :6].T @ derivative[:, :6]
     covariance = seen.sigma_px**2 * np.linalg.pinv(normal)
-    rotation = _CAMERA @ cv2.Rodrigues(turns[0])[0] @ _SHEET
+    rotation = _CAMERA @ cv2.Rodrigues(turn)[0] @ _SHEET
     return Placed(
-        _CAMERA @ shifts[0][:, 0],
+        _CAMERA @ shift[:, 0],
         Rotation.from_matrix(rotation).as_quat(),
         float(np.sqrt(np.trace(covariance[3:, 3:]) / 3)),
     )
+
+
+def _poses(
+    square: FloatArray, corners_px: FloatArray, camera: FloatArray
+) -> list[tuple[float, FloatArray, FloatArray]]:
+    """How far corners are off, root mean square, pixels, turn (3, 1) and shift (3, 1) of poses that may fit."""
+    found = []
+    for way in (cv2.SOLVEPNP_IPPE, cv2.SOLVEPNP_ITERATIVE):  # the first is lost exactly in front of a square
+        with suppress(cv2.error):
+            _, turns, shifts, _ = cv2.solvePnPGeneric(square, corners_px, camera, np.zeros(4), flags=way)
+            for rough in zip(turns, shifts, strict=True):
+                turn, shift = map(np.asarray, cv2.solvePnPRefineLM(square, corners_px, camera, np.zeros(4), *rough))
+                off = cv2.projectPoints(square, turn, shift, camera, np.zeros(4))[0][:, 0] - corners_px
+                if np.isfinite(off).all() and shift[2, 0] > 0:
+                    found.append((float(np.sqrt(np.mean(off**2))), turn, shift))
+    return found

@@ -45,21 +45,26 @@ class Search:
 
 
 def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress[int] = silent) -> Search:
-    """Look for landmarks. Raises SessionError where the pictures cannot be opened."""
+    """Look for landmarks; ``progress`` counts the pictures that were passed, of those of both looks.
+
+    Raises SessionError where the pictures cannot be opened.
+    """
     quick = _every(pictures.time_ns, QUICK_S)
-    near = np.zeros(len(pictures.time_ns), dtype=bool)
+    count = len(pictures.time_ns)
+    near = np.zeros(count, dtype=bool)
     looked = 0
     for number, picture in unpacked(pictures, quick):
         looked += 1
         if any(detector.find(picture) for detector in detectors):
             near |= np.abs(pictures.time_ns - pictures.time_ns[number]) <= CLOSE_S * 1e9
-        progress(looked, len(quick))
+        progress(number + 1, 2 * count)
     found, doubtful = [], 0
     for number, picture in unpacked(pictures, np.flatnonzero(near)):
         sure, unsure = surest([detector.find(picture) for detector in detectors], pictures.lens_px[number])
         found += [PictureSighting(name, int(pictures.time_ns[number]), pose) for name, pose in sure.items()]
         doubtful += unsure
-    return Search(tuple(found), doubtful, len(near), len(quick) - looked)
+        progress(count + number + 1, 2 * count)
+    return Search(tuple(found), doubtful, count, len(quick) - looked)
 
 
 def surest(seen: Sequence[Sequence[Seen]], lens_px: FloatArray) -> tuple[dict[str, Placed], int]:

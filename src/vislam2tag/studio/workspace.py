@@ -42,18 +42,18 @@ class Snapshot:
     @cached_property
     def ids(self) -> tuple[str, ...]:
         """Of the sessions in the order of their folders, whatever is corrected."""
-        return session_slugs([key for key, _, _ in self.files.sessions])
+        return session_slugs([found.key for found in self.files.sessions])
 
     @cached_property
     def refs(self) -> Mapping[str, SessionRef]:
         """Sessions by id."""
         by_folder = {ref.folder: ref for ref in self.survey.sessions}
-        return {id: by_folder[folder] for id, (_, folder, _) in zip(self.ids, self.files.sessions, strict=True)}
+        return {id: by_folder[found.folder] for id, found in zip(self.ids, self.files.sessions, strict=True)}
 
     @cached_property
     def folder_keys(self) -> Mapping[str, SessionKey]:
         """Keys by the names of folders, by id."""
-        return dict(zip(self.ids, (key for key, _, _ in self.files.sessions), strict=True))
+        return dict(zip(self.ids, (found.key for found in self.files.sessions), strict=True))
 
     @cached_property
     def id_of_key(self) -> Mapping[str, str]:
@@ -155,7 +155,7 @@ class Workspace:
     def jobs(self, survey: Survey, corrections: Corrections) -> dict[str, Job]:
         """What it takes to label the sessions of a survey with corrections, by id; sessions left out have none."""
         refs = selected(survey, corrections, Selection())
-        ids = {folder: id for id, (_, folder, _) in zip(self.now.ids, self.now.files.sessions, strict=True)}
+        ids = {found.folder: id for id, found in zip(self.now.ids, self.now.files.sessions, strict=True)}
         tasks = [session_task(ref, survey, corrections, self.settings) for ref in refs]
         made = jobs_of(tasks, self.settings, OutputFolder(self.out))
         return {ids[job.task.ref.folder]: job for job in made if isinstance(job, Job)}

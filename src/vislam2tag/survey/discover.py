@@ -159,8 +159,9 @@ def subfolders(folder: Path) -> list[Path]:
 def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Finding]]:
     """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds.
 
-    A floor's or device's folder that cannot be listed is a finding. A site of the Indoor Location Competition 2.0 has
-    files in place of sessions' folders.
+    Where there is a zip of that name, ``SESSION.zip``, it may hold the session in place of the folder. A floor's or
+    device's folder that cannot be listed is a finding. A site of the Indoor Location Competition 2.0 has files in place
+    of sessions' folders.
     """
     if is_ilc20_site(root):
         return ilc20_sessions(root), []
@@ -178,8 +179,16 @@ def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Fin
 
     for number, floor_folder in floor_folders(root)[0].items():
         for device in inside(floor_folder):
-            found += [(SessionKey(number, device.name, session.name), session) for session in inside(device)]
+            zipped = {path.with_suffix("") for path in device.glob("[!.]*.zip") if path.is_file()}
+            folders = sorted(zipped.union(inside(device)))
+            found += [(SessionKey(number, device.name, folder.name), folder) for folder in folders]
     return found, findings
+
+
+def zip_of(session: Path) -> Path | None:
+    """The zip that lies beside a session's folder, or in its place; None where there is none."""
+    path = session.with_name(f"{session.name}.zip")
+    return path if is_file(path) else None
 
 
 def _floor(root: Path, folder: Path, number: int, row: FloorRow | None) -> tuple[Floor, list[Finding]]:

@@ -38,6 +38,7 @@ class StoredFolder:
     name: str
     """Path below the survey."""
     files: tuple[Listed, ...]
+    """Those in it and, where it is read from one, the zip of its name beside it."""
 
     @property
     def address(self) -> str:
@@ -46,7 +47,7 @@ class StoredFolder:
 
     def path(self, file: Listed, folder: Path) -> Path:
         """Where a file of the folder belongs in another one that stands for it."""
-        return folder / PurePosixPath(file.name).relative_to(self.name)
+        return folder.parent / PurePosixPath(file.name).relative_to(PurePosixPath(self.name).parent)
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,15 @@ class SessionRef:
     """File-name stem of this session's outputs: unique in the survey, letters, digits, ``.``, ``_`` and ``-`` only."""
     stored: StoredFolder | None = None
     """Where the session lies in an object store; ``folder`` then has the names of its files, without their content."""
+    packed: Path | None = None
+    """The zip beside ``folder`` that the session is read from; ``folder`` then has what was found in it since."""
+    beside: Path | None = None
+    """Of a session that is unpacked in ``folder`` just now: the folder beside its zip."""
+
+    @property
+    def own(self) -> Path:
+        """The folder that is written to: of what is found in the session, and of what is tied to it."""
+        return self.beside or self.folder
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from vislam2tag.common.errors import StoreConflictError, SurveyError
-from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.plain_files import plain, read_bytes
 from vislam2tag.common.files.store import store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
@@ -63,13 +64,31 @@ def survey_to_correct(survey: Path) -> Iterator[Path]:
             raise StoreConflictError(f"{error}; look at it, then run the same command again") from error
 
 
-def stored_folder(root: Path, folder: Path) -> StoredFolder | None:
-    """Where a session of an open survey lies in its store; None for a survey of this machine."""
+def stored_folder(root: Path, folder: Path, packed: Path | None) -> StoredFolder | None:
+    """Where a session of an open survey, or the zip that it is ``packed`` in, lies in its store; None for a survey of
+    this machine.
+    """
     outline = outline_of(root)
     if outline is None:
         return None
-    name = folder.relative_to(root).as_posix()
-    return StoredFolder(outline.store, name, tuple(outline.files[name]))
+    name, *zips = (path.relative_to(root).as_posix() for path in (folder, packed) if path is not None)
+    files = [*outline.files.get(name, ()), *(each for one in zips for each in outline.files[one])]
+    return StoredFolder(outline.store, name, tuple(files))
+
+
+@contextmanager
+def opened(root: Path, path: Path) -> Iterator[IO[bytes]]:
+    """Yield a file of an open survey, of which, in a store, only what is read is fetched.
+
+    Raises OSError or StoreError where it cannot be opened.
+    """
+    outline = outline_of(root)
+    if outline is None:
+        with plain(path).open("rb") as file:
+            yield file
+    else:
+        with outline.store.opened(path.relative_to(root).as_posix()) as file:
+            yield file
 
 
 def _site(root: Path) -> Iterator[Path]:

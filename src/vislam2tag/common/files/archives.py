@@ -10,9 +10,10 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import IO, Any
 
@@ -125,31 +126,45 @@ def first_bytes_of_files(path: Path, suffix: str, size: int) -> Iterator[bytes]:
         return
 
 
-def folder_of(path: Path, scratch: Path, most_bytes: int = MOST_UNPACKED) -> Path:
+def zip_names(file: IO[bytes]) -> list[PurePosixPath]:
+    """List the files of a zip, but those whose names lead outside.
+
+    Raises DatasetError where it is damaged, encrypted or packed in a way that is not read.
+    """
+    try:
+        return [member.name for member in islice(_of_zip(file), _MOST_MEMBERS) if not _leads_outside(member.name)]
+    except _DAMAGED as error:
+        raise DatasetError(first_line(error)) from error
+
+
+def folder_of(
+    path: Path, scratch: Path, most_bytes: int = MOST_UNPACKED, wanted: Container[PurePosixPath] | None = None
+) -> Path:
     """Return the folder itself, a file's folder, or where the archive was unpacked to (below ``scratch``).
 
-    Raises DatasetError where the path is not there, the archive is damaged, encrypted or packed in a way that is not
-    read, or where it unpacks to more than ``most_bytes``.
+    Of an archive only the files ``wanted``, by name, are unpacked; None: all. Raises DatasetError where the path is not
+    there, the archive is damaged, encrypted or packed in a way that is not read, or where it unpacks to more than
+    ``most_bytes``.
     """
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")
     path = _meant(path)
     if path.is_dir():
         return path
-    return _unpacked(path, scratch, most_bytes) if is_archive(path) else path.parent
+    return _unpacked(path, scratch, most_bytes, wanted) if is_archive(path) else path.parent
 
 
 _DEEPEST = 100
 """Folders within folders: thousands could neither be looked through nor removed."""
 
 
-def _unpacked(path: Path, scratch: Path, most_bytes: int) -> Path:
-    """Unpack the files of an archive; links, devices and names that lead outside are left out."""
+def _unpacked(path: Path, scratch: Path, most_bytes: int, wanted: Container[PurePosixPath] | None) -> Path:
+    """Unpack the files of an archive that are wanted; links, devices and names that lead outside are left out."""
     target = scratch / "unpacked"
     left = most_bytes
     try:
         for member in _members(path):
-            if member.name.is_absolute() or ".." in member.name.parts:
+            if _leads_outside(member.name) or (wanted is not None and member.name not in wanted):
                 continue
             if len(member.name.parts) > _DEEPEST:
                 raise _cannot_unpack(path, f"a file of it lies more than {_DEEPEST} folders deep")
@@ -167,6 +182,10 @@ def _unpacked(path: Path, scratch: Path, most_bytes: int) -> Path:
         raise _cannot_unpack(path, first_line(error)) from error
     target.mkdir(exist_ok=True)
     return target
+
+
+def _leads_outside(name: PurePosixPath) -> bool:
+    return name.is_absolute() or ".." in name.parts
 
 
 def _cannot_unpack(path: Path, cause: str) -> DatasetError:

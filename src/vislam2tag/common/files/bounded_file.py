@@ -19,7 +19,7 @@ class BoundedFile(io.RawIOBase):
         """As any file's, or raise the refusal."""
         if size > self.most:
             raise self._refusal
-        data = self._file.read(self.most + 1 if size < 0 else size)
+        data = bytes(self._file.read(self.most + 1 if size < 0 else size))  # a store's come as a buffer
         if len(data) > self.most:
             raise self._refusal
         return data

@@ -10,11 +10,12 @@ import os
 import re
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import timedelta
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
 from vislam2tag.common.extras import import_extra
@@ -156,6 +157,14 @@ class Store:
         except _errors() as error:
             raise self._error(name, "read", error) from None
         return _version(found.meta)
+
+    @contextmanager
+    def opened(self, name: str) -> Iterator[IO[bytes]]:
+        """Yield an object as a file, of which only what is read is fetched."""
+        try:
+            yield _obstore().open_reader(_connection(self.address), name)
+        except _errors() as error:
+            raise self._error(name, "read", error) from None
 
     def version(self, name: str) -> Version | None:
         """Version of an object that is there; None where there is none."""

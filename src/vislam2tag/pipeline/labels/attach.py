@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vislam2tag.common.errors import OutputError, SessionError, UsageError
+from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clock_alignment import ClockAlignment
@@ -24,8 +24,8 @@ from vislam2tag.sessions.companions.tie import (
     write_tie,
 )
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of
-from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_in_zip, format_of, read_session
+from vislam2tag.survey.discover import zip_of
 from vislam2tag.survey.model import SessionKey, SessionRef
 from vislam2tag.survey.names import unique_slugs
 
@@ -59,13 +59,15 @@ def attach(
 ) -> Attached:
     """Tie a second recording of a walk to its session: find the clock's offset and drift, and remember them.
 
-    ``walk`` is the session's folder; ``other`` the folder or zip of an app, or a table (``columns`` and ``zone`` say
-    how its times are to be read). ``by`` one of ``motion``, ``levels``, ``taps``: only that may tell the offset. The
-    tie is ``companions/NAME.json`` in the walk's folder; neither recording is touched. Raises SessionError where one of
-    both cannot be read, UsageError, with the figures, where nothing tells the offset clearly, OutputError where a tie
-    of that name is there (unless ``replace``) or cannot be written.
+    ``walk`` is the session's folder, or the zip that it is read from; ``other`` the folder or zip of an app, or a table
+    (``columns`` and ``zone`` say how its times are to be read). ``by`` one of ``motion``, ``levels``, ``taps``: only
+    that may tell the offset. The tie is ``companions/NAME.json`` in the walk's folder; neither recording is touched.
+    Raises SessionError where one of both cannot be read, UsageError, with the figures, where nothing tells the offset
+    clearly, OutputError where a tie of that name is there (unless ``replace``) or cannot be written.
     """
     walk, other = Path(walk), Path(other)
+    if walk.suffix == ".zip":
+        walk = walk.with_suffix("")  # what is tied to it is kept beside
     if by is not None and by not in WAYS:
         raise UsageError(f"--by {by}: there are {', '.join(WAYS)}")
     if not is_usable_lever_arm(lever_arm_m):
@@ -98,11 +100,20 @@ def attach(
 
 
 def _session(walk: Path) -> Session:
-    format_name = format_of(walk) if walk.is_dir() else None
-    if format_name is None or format_name == UNKNOWN_FORMAT:
+    """The session in a folder, or in the zip of its name beside it."""
+    packed = zip_of(walk)
+    try:
+        name = format_of(walk) if walk.is_dir() else None
+        if name is not None:
+            packed = None
+        elif packed is not None:
+            name = format_in_zip(packed.parent, packed)
+    except (DatasetError, OSError) as error:
+        raise SessionError(f"{packed}: is no whole zip ({error}): send it again") from error
+    if name is None or name == UNKNOWN_FORMAT:
         raise SessionError(f"{walk}: is no session's folder; give survey/floor_K/DEVICE/SESSION of the walk with poses")
-    ref = SessionRef(SessionKey(0, walk.parent.name, walk.name), walk, format_name, "walk")
-    session = FORMATS.named(format_name).read(ref, FindingSettings())
+    key = SessionKey(0, walk.parent.name, walk.name)
+    session = read_session(SessionRef(key, walk, name, "walk", packed=packed))
     if not session.camera.usable.any():
         raise SessionError(f"{walk}: has no poses to tie a recording to; exchange both, or see vislam2tag inspect")
     return session

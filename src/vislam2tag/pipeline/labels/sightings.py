@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
 from vislam2tag.common.files.whole_file import whole_file
-from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.common.text_paths import AnyPath, path_or_none
 from vislam2tag.sessions.apps.format import SIGHTINGS_FILE, AppFormat
-from vislam2tag.sessions.registry import FORMATS, open_survey
+from vislam2tag.sessions.registry import FORMATS, at_hand, format_for, open_survey
 from vislam2tag.survey.model import SessionRef
 
 if TYPE_CHECKING:
@@ -71,11 +71,13 @@ def sightings(
     qr_side_m: float | None = None,
     again: bool = False,
     progress: Progress[SightingsFound] = silent,
+    within: Progress[Stage] = silent,
 ) -> list[SightingsFound]:
     """Look through the pictures of each session and write :data:`SIGHTINGS_FILE` into its folder.
 
     Looked for are sheets whose ``images`` lie in a folder, ``tags`` of a family with a black square of this side,
-    and QR codes of a side, whose texts end in the id.
+    and QR codes of a side, whose texts end in the id. ``progress`` is told each session that is done, ``within`` how
+    many are while one is looked through, a part of it included.
     Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
     an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
     """
@@ -84,13 +86,18 @@ def sightings(
     survey = open_survey(root)
     found = []
     for ref in survey.sessions:
-        one = _of_session(ref, detectors, again)
+        one = _of_session(ref, detectors, again, _part_of(within, str(ref.key), len(found), len(survey.sessions)))
         found.append(one)
         progress(one, len(survey.sessions))
     return found
 
 
-def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool) -> SightingsFound:
+def _part_of(within: Progress[Stage], session: str, done: int, sessions: int) -> Progress[int]:
+    """Tell how far one session is, as a part of all."""
+    return lambda passed, pictures: within(Stage(session, done + passed / pictures), sessions)
+
+
+def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool, progress: Progress[int]) -> SightingsFound:
     known = FORMATS.named(ref.format) if ref.format in FORMATS.names() else None
     if not isinstance(known, AppFormat):
         return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
@@ -100,10 +107,13 @@ def _of_session(ref: SessionRef, detectors: Sequence[Detector], again: bool) -> 
     from vislam2tag.sightings.search import search
 
     try:
-        pictures = known.pictures(ref.folder)
-        if pictures is None:
-            return SightingsFound(str(ref.key), error="it has no pictures")
-        outcome = search(pictures, detectors)
+        with at_hand(ref, whole=True) as here:
+            format_for(here)
+            pictures = known.pictures(here.folder)
+            if pictures is None:
+                return SightingsFound(str(ref.key), error="it has no pictures")
+            outcome = search(pictures, detectors, progress)
+        target.parent.mkdir(exist_ok=True)
         with whole_file(target) as partial:
             partial.write_bytes(_table(outcome.sightings))
     except (SessionError, OutputError, OSError) as error:

@@ -9,7 +9,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 from vislam2tag.common.files.plain_files import read_bytes
 from vislam2tag.common.files.store import Version
 from vislam2tag.labeling.results import RESULTS
-from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
+from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.accuracy import TRUTH_FILE
 from vislam2tag.pipeline.labels.landmark_survey import ReducedSession
@@ -106,6 +106,7 @@ def _code_of(format_name: str, settings: str) -> str:
 def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
     started, since = datetime.now(UTC), time.monotonic()
     mark, version = stored.out.mark(stored.slug)
+    before = set() if mark is None else set(mark.tables)
     if mark is not None and not stored.out.holds(stored.slug, mark):
         mark = None
     inputs = _inputs(stored.task.ref)
@@ -116,7 +117,7 @@ def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
             _lay_out(job, mark)
         outcome, records = recorded(work, job)
         if outcome.repeated:
-            _put(stored, job, version, inputs)
+            _put(stored, job, version, inputs, before)
             log = "".join(f"{json.dumps(line)}\n" for line in _log(outcome, records, started, time.monotonic() - since))
             stored.out.write_text(f"{LOGS}/{job.slug}.jsonl", log)
     for record in records:
@@ -177,14 +178,11 @@ def _lay_out(job: Job, mark: Mark) -> None:
     job.out.write_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
 
 
-def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str) -> None:
+def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str, tables_before: Set[str]) -> None:
     store = stored.out.store
-    tables = {}
-    for name in SCHEMAS:
-        path = job.out.root / table_name(name, job.slug)
-        if path.exists():
-            tables[name] = store.put(table_name(name, job.slug), path)
-    store.delete(table_name(name, job.slug) for name in OPTIONAL if name not in tables)
+    made = {path.parent.name: path for path in job.out.root.glob(f"*/{job.slug}.parquet")}
+    tables = {name: store.put(table_name(name, job.slug), path) for name, path in sorted(made.items())}
+    store.delete(table_name(name, job.slug) for name in tables_before.union(OPTIONAL) - tables.keys())
     result = read_bytes(job.out.root / RESULTS / f"{job.slug}.json")
     stored.out.put_mark(job.slug, result, before, inputs, tables)
 

@@ -25,7 +25,6 @@ from vislam2tag.labeling.results import (
     SUMMARY_FILE,
     SessionResult,
 )
-from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
 REPORT_FILE = "report.html"
@@ -114,12 +113,12 @@ class OutputStore:
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
-        folders = (RESULTS, LOGS, *SCHEMAS)
         gone = [
             f"{folder}/{file.name}"
-            for folder in folders
+            for folder in self.store.folders()
             for file in Store(f"{self.place}/{folder}").list()
-            if PurePosixPath(file.name).stem not in slugs
+            if (folder in (RESULTS, LOGS) or PurePosixPath(file.name).match("floor_*.parquet"))
+            and PurePosixPath(file.name).stem not in slugs
         ]
         self.store.delete(gone)
         return sum(name.startswith(f"{RESULTS}/") for name in gone)

@@ -28,7 +28,7 @@ from vislam2tag.labeling.results import (
     SUMMARY_FILE,
     SessionResult,
 )
-from vislam2tag.labeling.schemas import OPTIONAL
+from vislam2tag.labeling.schemas import OPTIONAL, SCHEMAS
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to
 
 PARTIAL, LOCK = ".partial", ".lock"
@@ -85,8 +85,9 @@ class OutputFolder:
         Tables that not every session has go, too: the session may have none now.
         """
         self._remove(self.root / RESULTS / f"{slug}.json")
-        for table in OPTIONAL:
-            self._remove(self.root / table / f"{slug}.parquet")
+        for path in self.root.glob(f"*/{slug}.parquet"):
+            if path.parent.name not in SCHEMAS.keys() - OPTIONAL:
+                self._remove(path)
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""

@@ -72,7 +72,7 @@ def write_tie(session: Path, name: str, tie: Tie) -> Path:
     """Write a tie into the folder of its session; raises OutputError where that cannot be."""
     path = tie_file(session, name)
     try:
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{path.parent}: cannot be made: {error.strerror}") from error
     with whole_file(path) as partial:
