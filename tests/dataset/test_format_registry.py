@@ -31,18 +31,18 @@ def write_labels(labels: Path, folder: Path, context: ExportContext) -> tuple[Fi
 def formats(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry.FORMATS, "_items", {})
     monkeypatch.setitem(vars(plugins.DATASET_FORMATS), "built_in", {})
-    registry.register(ImportFormat("b", read, "reads b", lambda path: "b" in path.stem))
+    registry.register(ImportFormat("b", read, lambda path: "b" in path.stem))
     registry.register(
-        ImportFormat("a", read, "reads a", lambda path: "a" in path.stem),
-        ExportFormat("a", "writes a", {"fingerprints": {"x"}}, takes={"split"}, write=write),
+        ImportFormat("a", read, lambda path: "a" in path.stem),
+        ExportFormat("a", {"fingerprints": {"x"}}, takes={"split"}, write=write),
     )
-    registry.register(writes=ExportFormat("c", "writes c", {"wifi": {"x"}}, write_labels=write_labels))
+    registry.register(writes=ExportFormat("c", {"wifi": {"x"}}, write_labels=write_labels))
 
 
 @pytest.mark.usefixtures("formats")
 def test_formats_by_name() -> None:
     assert list(registry.import_formats()) == ["a", "b"]
-    assert registry.import_named("a").help == "reads a"
+    assert registry.import_named("a").name == "a"
     assert registry.export_named("a").source == "dataset"
     assert registry.export_named("c").source == "labels"
     assert registry.export_named("a").takes == {"split"}

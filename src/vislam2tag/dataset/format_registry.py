@@ -91,8 +91,6 @@ class ImportFormat:
 
     name: str
     read: Reader
-    help: str
-    """One line for ``import --help``: what the path is, and what of it is taken."""
     recognises: Callable[[Path], bool]
     """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
     takes: Collection[str] = ()
@@ -104,8 +102,6 @@ class ExportFormat:
     """A format that can be written: from a data set (``write``) or from labels (``write_labels``)."""
 
     name: str
-    help: str
-    """One line for ``export --help``: what is written."""
     holds: Mapping[str, Collection[str]]
     """By table, the columns that survive; of labels the tables are those that ``process`` wrote."""
     takes: Collection[str] = ()

@@ -13,7 +13,9 @@ import polars as pl
 import pytest
 
 from tests.cli.command import the_error, vislam2tag
+from tests.receiving.zips import record, session_zip
 from tests.sessions.companions.walks import OtherClock, write_sensor_logger
+from tests.sessions.phone_raw import HEADERS
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.core.clock_alignment import ClockAlignment
 from vislam2tag.pipeline.labels.process import process
@@ -125,6 +127,28 @@ def test_a_table_and_sensors_that_both_have_get_names_of_their_own(
     labelled = pl.read_parquet(tmp_path / "labels" / "sensors_band" / "*.parquet")
     assert labelled.filter(status="ok").height > 0.9 * band.height
     assert (tmp_path / "labels" / "sensors_pixel").is_dir(), "a recording within the survey moves with it"
+
+
+def test_the_zip_of_our_own_app_is_taken_as_it_is(
+    without_wifi: Path, walked: Session, clock: OtherClock, tmp_path: Path
+) -> None:
+    turns = walked.tables["sensors"].filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated"))[1::2]
+    stamps = clock.of(turns["time_ns"].to_numpy()).tolist()
+    values = turns.select("v1", "v2", "v3").to_numpy().tolist()
+    files = {
+        "session.json": record(),
+        "Sensors.csv": "\n".join(
+            (
+                HEADERS["Sensors.csv"],
+                *(f"{t},GYRO,{x},{y},{z},,,,3" for t, (x, y, z) in zip(stamps, values, strict=True)),
+            )
+        ).encode(),
+    }
+    (tmp_path / "other.zip").write_bytes(session_zip(files))
+    walk = folder_of(without_wifi)
+    done = vislam2tag("attach", walk, tmp_path / "other.zip", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["taken_for"] == "a recording of phone"
 
 
 def test_a_recording_of_another_walk_is_refused_with_its_figures(

@@ -23,8 +23,4 @@ def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Findi
     return (Finding(kind="unlabelled_left_out", file="", count=left_out, message="fingerprints without a position"),)
 
 
-register(
-    writes=ExportFormat(
-        "points-csv", "points.csv: where fingerprints were taken", {"fingerprints": COLUMNS}, write=write
-    )
-)
+register(writes=ExportFormat("points-csv", {"fingerprints": COLUMNS}, write=write))

@@ -28,6 +28,8 @@ _ENDPOINTS = {
     "az": ("AZURE_STORAGE_ENDPOINT", "AZURE_ENDPOINT"),
 }
 """Variables that name a server of one's own."""
+PROBE = ".vislam2tag-probe-"
+"""How the names of objects begin that tell whether a store has conditional writes; they last as long as that takes."""
 _TIMEOUT_S = 60
 """Of one request; what is torn, refused for being too frequent (429, 503) or met a server's error is tried again."""
 _RETRIES = {
@@ -245,7 +247,7 @@ class Store:
 
     def refuse_without_conditional_writes(self) -> None:
         """Raise StoreError where two programs could both create one object: then nothing here would be safe."""
-        probe = f".vislam2tag-probe-{os.urandom(8).hex()}"
+        probe = f"{PROBE}{os.urandom(8).hex()}"
         first = self.put_over(probe, b"first", None)
         try:
             for before in (None, Version('"another"', None if first.number is None else "1")):

@@ -32,7 +32,6 @@ HOLDS = {
     "access_points": ("bssid", "technology", "frequency_mhz"),
     "sessions": ("session", "building", "device", "user"),
 }
-EXPORT_HELP = f"{FILE}: a point a fingerprint, in WGS84 where the floors have a georeference, else in metres"
 _Floor = tuple[str, int]
 
 
@@ -101,4 +100,4 @@ def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
     return (Finding(kind="no_georeference", file=FILE, count=len(floors), message=message, severity=Severity.INFO),)
 
 
-register(writes=ExportFormat("geojson", EXPORT_HELP, HOLDS, write=write))
+register(writes=ExportFormat("geojson", HOLDS, write=write))

@@ -37,7 +37,6 @@ HOLDS = {
     TRAJECTORY: ("floor", "time_ns", "x", "y", "z", "qx", "qy", "qz", "qw", "cov_xx", "cov_xy", "cov_yy"),
     **READINGS,
 }
-EXPORT_HELP = "SLUG.mcap for each session, for Foxglove: poses, transforms, fixes, plan, labelled Wi-Fi and BLE"
 _READING = "vislam2tag.LabelledReading"
 _OUTLINE_M = 0.1
 _IMAGES = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
@@ -226,4 +225,4 @@ def _message(topic: str, schema: str, time_ns: int, content: Mapping[str, object
     return topic, schema, time_ns, json.dumps(content).encode()
 
 
-register(writes=ExportFormat("mcap", EXPORT_HELP, HOLDS, takes=("survey",), write_labels=write))
+register(writes=ExportFormat("mcap", HOLDS, takes=("survey",), write_labels=write))

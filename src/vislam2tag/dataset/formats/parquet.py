@@ -28,8 +28,6 @@ SPLITS_COLUMNS = ("split", "id", "group")
 _MANIFEST, _SPLITS = "vislam2tag_manifest", "vislam2tag_splits"
 _ROWS_A_GROUP = 100_000
 HOLDS = {**{name: tuple(schema) for name, schema in SCHEMAS.items()}, SET: (MANIFEST, SPLITS, ONE_SPLIT)}
-EXPORT_HELP = "plain Parquet tables, splits as one table, columns.csv; for pandas, Polars, DuckDB, R"
-IMPORT_HELP = "the plain Parquet tables that export wrote (folder or archive)"
 
 
 def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
@@ -128,6 +126,4 @@ def _splits(path: Path, infos: Mapping[str, SplitInfo]) -> dict[str, Split]:
     }
 
 
-register(
-    ImportFormat("parquet", read, IMPORT_HELP, recognises), ExportFormat("parquet", EXPORT_HELP, HOLDS, write=write)
-)
+register(ImportFormat("parquet", read, recognises), ExportFormat("parquet", HOLDS, write=write))

@@ -30,10 +30,6 @@ _OFF_FLOOR_M = 0.05
 _NAME = re.compile(r"^(Training|Test)_(rss|coordinates|device|date)(_.*)?\.csv$", re.IGNORECASE)
 _PARTS = {"training": TRAIN, "test": TEST}
 _ROLES = ("rss", "coordinates", "device", "date")
-HELP = (
-    "Tampere University's quartet (Lohan et al. 2017): folder or archive with Training_rss_DATE.csv, "
-    "Training_coordinates_DATE.csv, Training_device_DATE.csv, Training_date_DATE.csv and the same of Test_; their split"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -154,4 +150,4 @@ def _refuse_other_count(file: Path, found: int, expected: int) -> None:
         raise DatasetError(f"{file}: has {found} lines, expected {expected}, one for each line of levels")
 
 
-register(ImportFormat("tampere", read, HELP, recognises))
+register(ImportFormat("tampere", read, recognises))

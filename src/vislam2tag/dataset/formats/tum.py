@@ -19,10 +19,6 @@ HOLDS = {
         *("session", "device", "floor"),
     )
 }
-EXPORT_HELP = (
-    "a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and metres in the BCS, which evo reads; "
-    "SLUG_covariance.txt: t xx xy yy, m2"
-)
 
 
 def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
@@ -56,4 +52,4 @@ def _findings(unmapped: int) -> tuple[Finding, ...]:
     return (Finding(kind="unmapped_sessions", file="", count=unmapped, message=message, severity=Severity.INFO),)
 
 
-register(writes=ExportFormat("tum", EXPORT_HELP, HOLDS, write_labels=write))
+register(writes=ExportFormat("tum", HOLDS, write_labels=write))

@@ -18,16 +18,12 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
 from vislam2tag.dataset.reading.wide_tables import read_columns, read_matrix
 
 _NAME = re.compile(r"(trn|tst)(\d\d)(rss|crd|tms|ids)\.csv", re.IGNORECASE)
 _ROLES = ("rss", "crd", "tms")
 _PLACE: dict[str, pl.DataType] = {"x": pl.Float64(), "y": pl.Float64(), "floor": pl.Float64()}
-HELP = (
-    "UJI's long-term library set (Mendoza-Silva et al. 2018): folder or archive with MM/trnNNrss.csv, ...crd.csv, "
-    "...tms.csv and the same of tst; a session is a walk of a month"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -42,19 +38,8 @@ def read(path: Path, context: ImportContext) -> Dataset:
     Raises DatasetError where a walk lacks a file, or its files have different lengths.
     """
     walks = _walks(path, folder_of(path, context.scratch, context.most_unpacked))
-    rows, heard, first_row = [], [], 0
-    for (month, walk), files in walks.items():
-        table = read_matrix(files["rss"])
-        described = _described(files, table.rows.height).with_columns(
-            pl.col("row") + first_row,
-            session=pl.lit(f"month_{month}.{walk}"),
-            part=pl.lit(_part(month, walk, min(walks)[0]), dtype=pl.String),
-        )
-        rows.append(described)
-        heard.append(table.heard.with_columns(pl.col("row") + first_row))
-        first_row += described.height
-        context.progress(f"month {month}", len(walks))
-    points = PointFingerprints(pl.concat(rows), pl.concat(heard))
+    first = min(walks)[0]
+    points = numbered_on(_walk(*key, files, first, len(walks), context) for key, files in walks.items())
     inputs = {f"{key[0]}/{file.name}": sha256_of(file) for key, files in walks.items() for file in files.values()}
     info = DatasetInfo(
         name="uji-library",
@@ -69,6 +54,17 @@ def read(path: Path, context: ImportContext) -> Dataset:
         sources=(DatasetSource(kind="uji-library", name=path.name, version=__version__, inputs=inputs),),
     )
     return point_dataset(info, points)
+
+
+def _walk(
+    month: str, walk: str, files: dict[str, Path], first: str, walks: int, context: ImportContext
+) -> PointFingerprints:
+    table = read_matrix(files["rss"])
+    rows = _described(files, table.rows.height).with_columns(
+        session=pl.lit(f"month_{month}.{walk}"), part=pl.lit(_part(month, walk, first), dtype=pl.String)
+    )
+    context.progress(f"month {month}", walks)
+    return PointFingerprints(rows, table.heard)
 
 
 def _part(month: str, walk: str, first: str) -> str | None:
@@ -114,4 +110,4 @@ _CREATORS = (
     "Elena Simona Lohan",
     "Joaquín Huerta",
 )
-register(ImportFormat("uji-library", read, HELP, recognises))
+register(ImportFormat("uji-library", read, recognises))

@@ -30,7 +30,6 @@ _COLUMNS: dict[str, pl.DataType] = {
     "User_ID": pl.String(),
     "Phone_type": pl.String(),
 }
-HELP = "UTSIndoorLoc: folder or archive with UTS_training.csv and UTS_test.csv, or one of them; with their split"
 
 
 def recognises(path: Path) -> bool:
@@ -96,4 +95,4 @@ def _described(file: Path, table: WideTable) -> pl.DataFrame:
     )
 
 
-register(ImportFormat("uts", read, HELP, recognises))
+register(ImportFormat("uts", read, recognises))

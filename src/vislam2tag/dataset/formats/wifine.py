@@ -17,7 +17,7 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.dataset.folder import sha256_of
 from vislam2tag.dataset.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.dataset.model import TEST, TRAIN, Dataset, DatasetInfo, DatasetSource, Grouping, Person
-from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, point_dataset
+from vislam2tag.dataset.reading.point_fingerprints import PointFingerprints, floor_infos, numbered_on, point_dataset
 from vislam2tag.dataset.reading.wide_tables import read_wide
 
 NOT_HEARD = -100.0
@@ -26,10 +26,6 @@ _COLUMNS: dict[str, pl.DataType] = {
     "num_visible_APs": pl.Float64(),
     **dict.fromkeys(("timestamp", "x", "y", "z", "floorID"), pl.Float64()),
 }
-HELP = (
-    "WiFine (Khassanov et al. 2021): folder or archive with train/train_*.csv, val/val_*.csv, test/test_*.csv, a walk "
-    "each; what is not of train tests in the split that comes with them"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -43,29 +39,9 @@ def read(path: Path, context: ImportContext) -> Dataset:
     files = sorted(file for file in folder.rglob("*.csv") if _NAME.fullmatch(file.name))
     if not files:
         raise DatasetError(f"{path}: holds no train/train_*.csv, val/val_*.csv or test/test_*.csv of WiFine")
-    rows, heard, first_row = [], [], 0
     parts = {file: TRAIN if file.name.lower().startswith("train") else TEST for file in files}
-    for file, part in parts.items():
-        table = read_wide(file, _COLUMNS, str.isdecimal)
-        if table.rows.select("x", "y", "floorID").null_count().sum_horizontal()[0]:
-            raise DatasetError(f"{file}: a line has no x, y or floorID; expected the columns {', '.join(_COLUMNS)}")
-        rows.append(
-            table.rows.select(
-                pl.col("row") + first_row,
-                "x",
-                "y",
-                "z",
-                floor=pl.col("floorID").cast(pl.Int32),
-                session=pl.lit(file.stem),
-                time_ns=(pl.col("timestamp") * 1e9).round().cast(pl.Int64),
-                part=pl.lit(part if len(set(parts.values())) > 1 else None, dtype=pl.String),
-            )
-        )
-        own = table.heard.filter(pl.col("rssi_dbm") > NOT_HEARD)
-        heard.append(own.with_columns(pl.col("row") + first_row, bssid=pl.format("ap{}", pl.col("bssid"))))
-        first_row += table.rows.height
-        context.progress(file.name, len(files))
-    points = PointFingerprints(pl.concat(rows), pl.concat(heard))
+    split = len(set(parts.values())) > 1
+    points = numbered_on(_walk(file, part if split else None, len(files), context) for file, part in parts.items())
     inputs = {file.name: sha256_of(file) for file in files}
     info = DatasetInfo(
         name="wifine",
@@ -82,6 +58,25 @@ def read(path: Path, context: ImportContext) -> Dataset:
     return point_dataset(info, points)
 
 
+def _walk(file: Path, part: str | None, files: int, context: ImportContext) -> PointFingerprints:
+    table = read_wide(file, _COLUMNS, str.isdecimal)
+    if table.rows.select("x", "y", "floorID").null_count().sum_horizontal()[0]:
+        raise DatasetError(f"{file}: a line has no x, y or floorID; expected the columns {', '.join(_COLUMNS)}")
+    rows = table.rows.select(
+        "row",
+        "x",
+        "y",
+        "z",
+        floor=pl.col("floorID").cast(pl.Int32),
+        session=pl.lit(file.stem),
+        time_ns=(pl.col("timestamp") * 1e9).round().cast(pl.Int64),
+        part=pl.lit(part, dtype=pl.String),
+    )
+    heard = table.heard.filter(pl.col("rssi_dbm") > NOT_HEARD).with_columns(bssid=pl.format("ap{}", pl.col("bssid")))
+    context.progress(file.name, files)
+    return PointFingerprints(rows, heard)
+
+
 _CREATORS = (
     "Yerbolat Khassanov",
     "Mukhamet Nurpeiissov",
@@ -89,4 +84,4 @@ _CREATORS = (
     "Askat Kuzdeuov",
     "Huseyin Atakan Varol",
 )
-register(ImportFormat("wifine", read, HELP, recognises))
+register(ImportFormat("wifine", read, recognises))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import polars as pl
@@ -51,6 +51,16 @@ class PointFingerprints:
 
     rows: pl.DataFrame
     heard: pl.DataFrame
+
+
+def numbered_on(parts: Iterable[PointFingerprints]) -> PointFingerprints:
+    """One table of several, the rows of each numbered from 0."""
+    rows, heard, first = [], [], 0
+    for part in parts:
+        rows.append(part.rows.with_columns(pl.col("row") + first))
+        heard.append(part.heard.with_columns(pl.col("row") + first))
+        first += part.rows.height
+    return PointFingerprints(pl.concat(rows), pl.concat(heard))
 
 
 def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFrame = _NO_NAMES) -> Dataset:

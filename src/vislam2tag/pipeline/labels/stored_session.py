@@ -180,8 +180,8 @@ def _lay_out(job: Job, mark: Mark) -> None:
 
 def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str, tables_before: Set[str]) -> None:
     store = stored.out.store
-    made = {path.parent.name: path for path in job.out.root.glob(f"*/{job.slug}.parquet")}
-    tables = {name: store.put(table_name(name, job.slug), path) for name, path in sorted(made.items())}
+    made = job.out.tables(job.slug)
+    tables = {name: store.put(table_name(name, job.slug), path) for name, path in made.items()}
     store.delete(table_name(name, job.slug) for name in tables_before.union(OPTIONAL) - tables.keys())
     result = read_bytes(job.out.root / RESULTS / f"{job.slug}.json")
     stored.out.put_mark(job.slug, result, before, inputs, tables)

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
-from vislam2tag.common.files.store import Store, Stored, Version
+from vislam2tag.common.files.store import PROBE, Store, Stored, Version
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -186,7 +186,7 @@ def _run_of_ours(store: Store) -> Stored | None:
 
 def _emptied(store: Store, replace: bool) -> Stored | None:
     """Refuse a folder that holds what ``process`` did not write, or remove it; return the run that began meanwhile."""
-    first = next(store.list(), None)
+    first = next((file for file in store.list() if not file.name.startswith(PROBE)), None)
     if first is None:
         return None
     if (begun := _run_of_ours(store)) is not None:

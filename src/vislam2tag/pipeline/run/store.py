@@ -85,9 +85,14 @@ class OutputFolder:
         Tables that not every session has go, too: the session may have none now.
         """
         self._remove(self.root / RESULTS / f"{slug}.json")
-        for path in self.root.glob(f"*/{slug}.parquet"):
-            if path.parent.name not in SCHEMAS.keys() - OPTIONAL:
+        for name, path in self.tables(slug).items():
+            if name not in SCHEMAS.keys() - OPTIONAL:
                 self._remove(path)
+
+    def tables(self, slug: str) -> dict[str, Path]:
+        """Files of a session's tables by name, sorted."""
+        found = (folder / f"{slug}.parquet" for folder in sorted(self.root.iterdir()))
+        return {path.parent.name: path for path in found if path.is_file()}
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""

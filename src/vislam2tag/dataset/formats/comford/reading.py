@@ -39,7 +39,6 @@ RSSI = ("sample_id", "rssi", "ap_id", "channel/freq")
 APS = ("ap_id", "technology", "x", "y", "z")
 FILES: Mapping[str, tuple[str, ...]] = {"Samples.csv": SAMPLES, "RSSI.csv": RSSI, "APs.csv": APS}
 TECHNOLOGIES = {"wifi": "WiFi", "ble": "BLE"}
-IMPORT_HELP = "COMFORD: folder or archive with Samples.csv, RSSI.csv and APs.csv"
 _OUR_ID = r"^(.+)/[a-z]+/\d{6}$"
 """Ids that this program writes begin with the walk."""
 _VALIDATION = "validation"
@@ -163,4 +162,4 @@ def _orphans(count: int) -> tuple[Finding, ...]:
     return (Finding(kind="unknown_samples", file="RSSI.csv", count=count, message=message),)
 
 
-READS = ImportFormat("comford", read, IMPORT_HELP, recognises)
+READS = ImportFormat("comford", read, recognises)

@@ -42,7 +42,6 @@ HOLDS = {
     "access_points": ("bssid", "technology", "frequency_mhz"),
     "sessions": ("session", "building", "device", "user"),
 }
-EXPORT_HELP = "COMFORD's intermediate/Samples.csv, RSSI.csv and APs.csv, which the package comford loads"
 
 
 def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
@@ -116,4 +115,4 @@ def _unknown_levels(count: int) -> tuple[Finding, ...]:
     return (Finding(kind="unknown_levels_left_out", file="", count=count, message=message, severity=Severity.INFO),)
 
 
-WRITES = ExportFormat("comford", EXPORT_HELP, HOLDS, takes=("split",), write=write)
+WRITES = ExportFormat("comford", HOLDS, takes=("split",), write=write)

@@ -29,10 +29,6 @@ ORIGIN_STEP_DEG = 1e-4
 """Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""
 _HEAD_BYTES = 65_536
 _FILES_LOOKED_AT = 3
-HELP = (
-    "GetSensorData logs (IPIN competitions): a .txt log, or a folder or archive of them; Wi-Fi and BLE between POSI "
-    "marks, in metres east and north of --origin"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -167,4 +163,4 @@ def _walk(
     return walk, tuple(findings)
 
 
-READS = ImportFormat("getsensordata", read, HELP, recognises, takes=("origin",))
+READS = ImportFormat("getsensordata", read, recognises, takes=("origin",))

@@ -32,10 +32,6 @@ from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.plans.load import plan_file
 
 TECHNOLOGY = "wifi"
-IMPORT_HELP = (
-    f"giaIndoorLoc's labelled layout: folder or archive with floor_K/DEVICE/SESSION/{WIFI_FILE}; its Wi-Fi and, where "
-    f"{SENSORS_FILE} is beside, magnetic field"
-)
 _NAMES = "names"
 _SITE_KINDS = ("missing_file", "missing_plan")
 """The published data need no landmarks, and a plan only for pictures."""
@@ -187,4 +183,4 @@ def _site(root: Path, scratch: Path) -> tuple[tuple[FloorInfo, ...], dict[str, P
     return tuple(floors), plans, tuple(finding for finding in findings if finding.kind not in _SITE_KINDS)
 
 
-READS = ImportFormat("gia", read, IMPORT_HELP, recognises)
+READS = ImportFormat("gia", read, recognises)

@@ -22,8 +22,8 @@ from vislam2tag.dataset.formats.gia.private_labels import PrivateLabels, hidden_
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.schemas import SCHEMAS
 from vislam2tag.sessions.formats.published import FILE_NAMES
-from vislam2tag.sessions.registry import format_of, open_survey
-from vislam2tag.survey.model import SessionKey
+from vislam2tag.sessions.registry import at_hand, format_of, open_survey
+from vislam2tag.survey.model import SessionKey, SessionRef
 
 WIFI_TYPE = "WLAN"
 OUTSIDE = ("after_last_landmark", "outside_frames")
@@ -36,9 +36,6 @@ HOLDS = {
     "wifi": ("floor", "device", "session", "row", "scan", "time_ns", "bssid", "ssid", "rssi_dbm", "x", "y"),
     "sensors": ("floor", "device", "session", "row", "time_ns", "sensor", "v1", "v2", "v3", "v4", "v5", "v6", "x", "y"),
 }
-EXPORT_HELP = (
-    f"giaIndoorLoc's layout: floor_K/DEVICE/SESSION/{WIFI_FILE} and {SENSORS_FILE}; --survey puts the raw files beside"
-)
 
 
 @dataclass
@@ -64,7 +61,7 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
     """
     opened = open_labelled(labels)
     private = PrivateLabels.of(opened.sessions, context.privacy)
-    raw = _raw_folders(context.survey) if context.survey else {}
+    raw = {ref.key: ref for ref in open_survey(context.survey).sessions} if context.survey else {}
     count = _LossCounts()
     written = 0
     for session in opened.sessions:
@@ -73,7 +70,9 @@ def write(labels: Path, folder: Path, context: ExportContext) -> tuple[Finding, 
         if _write_session(session, result, own, private, count):
             written += 1
             if context.survey:
-                _copy_session(_raw_folder(raw, result, context.survey), own, session, private, count)
+                with at_hand(_raw_session(raw, result, context.survey), whole=True) as here:
+                    _refuse_other_files(here, result, context.survey)
+                    _copy_session(here.folder, own, session, private, count)
         context.progress(result.session, len(opened.sessions))
     if not written:
         raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
@@ -141,19 +140,21 @@ def _shortest(levels: pl.Series) -> pl.Expr:
     return pl.col("rssi_dbm").cast(pl.Int32) if (known == known.round()).all() else pl.col("rssi_dbm")
 
 
-def _raw_folders(survey: Path) -> dict[SessionKey, Path]:
-    return {ref.key: ref.folder for ref in open_survey(survey).sessions}
-
-
-def _raw_folder(raw: Mapping[SessionKey, Path], result: SessionResult, survey: Path) -> Path:
+def _raw_session(raw: Mapping[SessionKey, SessionRef], result: SessionResult, survey: Path) -> SessionRef:
     key = SessionKey(result.floor, result.device, result.session)
     if key not in raw:
         raise UsageError(f"--survey {survey}: has no session {key}; give the survey that the labels were made of")
-    for account in result.files:
-        file = raw[key] / account.name
-        if not file.is_file() or sha256_of(file) != account.sha256:
-            raise UsageError(f"--survey: {file} is not what the labels were made of; run `vislam2tag process` again")
     return raw[key]
+
+
+def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -> None:
+    for account in result.files:
+        file = here.folder / account.name
+        if account.role != "companion" and (not file.is_file() or sha256_of(file) != account.sha256):
+            raise UsageError(
+                f"--survey {survey}: {here.key}: {account.name} is not what the labels were made of; run `vislam2tag "
+                "process` again"
+            )
 
 
 def _copy_session(
@@ -183,4 +184,4 @@ def _copy_site(survey: Path, folder: Path) -> None:
             shutil.copyfile(file, target)
 
 
-WRITES = ExportFormat("gia", EXPORT_HELP, HOLDS, takes=("survey",), write_labels=write)
+WRITES = ExportFormat("gia", HOLDS, takes=("survey",), write_labels=write)

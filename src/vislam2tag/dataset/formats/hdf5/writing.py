@@ -66,7 +66,6 @@ HOLDS = {
     IMU_WINDOWS: tuple(SCHEMAS[IMU_WINDOWS]),
     MAGNETIC: tuple(SCHEMAS[MAGNETIC]),
 }
-EXPORT_HELP = f"{FILE}: matrix of levels, positions, floors, devices and the parts of every split, for training"
 
 
 def write(dataset: Dataset, folder: Path, context: ExportContext) -> tuple[Finding, ...]:
@@ -120,4 +119,4 @@ def _technology(
     return losses.findings
 
 
-WRITES = ExportFormat("hdf5", EXPORT_HELP, HOLDS, write=write)
+WRITES = ExportFormat("hdf5", HOLDS, write=write)

@@ -26,10 +26,6 @@ from vislam2tag.sessions.tables.ilc20_trace import parse_trace
 
 BESIDE_M = 10.0
 """Plans are drawn by hand: a waypoint may lie this far beside one."""
-HELP = (
-    "Indoor Location Competition 2.0: folder or archive with SITE/FLOOR/path_data_files/*.txt, floor_info.json and "
-    "floor_image.png; Wi-Fi and BLE between waypoints"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -116,4 +112,4 @@ def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
     return inside
 
 
-READS = ImportFormat("ilc20", read, HELP, recognises)
+READS = ImportFormat("ilc20", read, recognises)

@@ -57,10 +57,6 @@ NUMBERINGS = {
     "device": Numbering("PHONEID", "phones.csv", "device", 1),
 }
 """By the column of the fingerprints."""
-IMPORT_HELP = (
-    "UJIIndoorLoc: folder, archive or one of trainingData.csv, validationData.csv; with their split, and the names "
-    "that export wrote beside them"
-)
 
 
 def recognises(path: Path) -> bool:
@@ -195,4 +191,4 @@ def _ssids(heard: pl.DataFrame, transmitters: pl.DataFrame) -> pl.DataFrame:
     return named.select("bssid", pl.lit(TECHNOLOGY).alias("technology"), "ssid", "count")
 
 
-READS = ImportFormat("uji", read, IMPORT_HELP, recognises)
+READS = ImportFormat("uji", read, recognises)

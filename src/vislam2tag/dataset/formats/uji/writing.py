@@ -35,7 +35,6 @@ from vislam2tag.dataset.writing.labelled_samples import (
 from vislam2tag.dataset.writing.left_out import ONE_SPLIT, SET
 from vislam2tag.dataset.writing.train_test_assignment import train_test_assignment
 
-EXPORT_HELP = "UJIIndoorLoc's trainingData.csv and validationData.csv: one column an access point, 100 = not heard"
 HOLDS = {
     SET: (ONE_SPLIT,),
     "fingerprints": ("technology", "building", "floor", "x", "y", "user", "device", "start_ns", "date"),
@@ -131,4 +130,4 @@ def _add(files: Mapping[str, CsvFile], rows: pl.DataFrame, cells: pl.DataFrame) 
         file.add(table.filter(pl.col("part") == part).drop("part"))
 
 
-WRITES = ExportFormat("uji", EXPORT_HELP, HOLDS, takes=("split",), write=write)
+WRITES = ExportFormat("uji", HOLDS, takes=("split",), write=write)
