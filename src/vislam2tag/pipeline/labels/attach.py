@@ -66,7 +66,7 @@ def attach(
     clearly, OutputError where a tie of that name is there (unless ``replace``) or cannot be written.
     """
     walk, other = Path(walk), Path(other)
-    if walk.suffix == ".zip":
+    if walk.suffix == ".zip" and walk.is_file():
         walk = walk.with_suffix("")  # what is tied to it is kept beside
     if by is not None and by not in WAYS:
         raise UsageError(f"--by {by}: there are {', '.join(WAYS)}")
