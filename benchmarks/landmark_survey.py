@@ -33,6 +33,7 @@ from vislam2tag.simulation.survey import simulate
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.smoothing import smooth_in_own_frame
+from vislam2tag.survey.shared_errors import SharedErrors
 
 SETTINGS = Settings()
 SIGMA_M = 0.02
@@ -175,6 +176,10 @@ def complete(site: Site, surveyed: IntArray) -> tuple[Landmarks, FloatArray, Flo
         heading_sigma_rad=np.where(headed, joined.heading_sigma_rad, np.nan),
         storeys=truth.storeys,
     )
+    sharing = np.concatenate((surveyed[joined.agreed[surveyed]], others)).astype(np.int64)
+    ids = tuple(truth.ids[row] for row in sharing.tolist())
+    shared = SharedErrors(truth.floor[sharing], ids, position[sharing], joined.shared_covariance(sharing))
+    completed = shared.onto(completed)
     miss = position[others] - truth.position_bcs[others]
     return completed, np.hypot(*miss.T), squares(miss, covariance[others])
 

@@ -26,7 +26,8 @@ Give landmarks without a position one, from all walks together.
 
 Measure three or more landmarks well apart, leave x and y of the others empty in marker_dict.csv (or the others out of
 it), walk past all of them: each gets a position, a heading and their standard deviations. FILE holds all landmarks of
-all floors, the surveyed ones as they are; `process --landmarks FILE` reads it. The survey stays as it is.
+all floors, the surveyed ones as they are; beside it stands what errors they share (FILE with the ending
+.covariance.parquet). `process --landmarks FILE` reads both. The survey stays as it is.
 
 Exit code: 0 all right, 1 at least one session cannot be read or is not tied to the survey, 2 wrong usage, not a survey,
 or FILE cannot be written, 130 interrupted (nothing is written).
@@ -58,11 +59,13 @@ def _survey_landmarks(
         Path | None, typer.Option(metavar="FILE", help="Write everything found out about landmarks and walks as JSON.")
     ] = None,
 ) -> None:
-    from vislam2tag.pipeline.labels.landmark_results import check_targets, landmark_survey, write_completed
+    from vislam2tag.pipeline.labels.landmark_files import check_targets, shared_errors, write_completed
+    from vislam2tag.pipeline.labels.landmark_results import landmark_survey
 
     check_targets(survey, out, *([] if report is None else [report]))
-    result = landmark_survey(_with_progress(survey, settings_of(config, {}, survey), tuple(floor or ()), jobs))
-    write_completed(result, out, report)
+    joint = _with_progress(survey, settings_of(config, {}, survey), tuple(floor or ()), jobs)
+    result = landmark_survey(joint)
+    write_completed(result, out, report, shared_errors(joint))
     if json:
         say_json(result)
     else:

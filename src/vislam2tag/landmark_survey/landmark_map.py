@@ -15,7 +15,7 @@ from math import ceil, log
 
 import numpy as np
 
-from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, of_landmarks
 from vislam2tag.core.orientation import wrapped
 from vislam2tag.core.robust import iterate, variance_factor
 from vislam2tag.landmark_survey.charts import Chart, tied_to_survey
@@ -48,6 +48,11 @@ class Doubts:
     shift: tuple[FloatArray, ...]
     walk: FloatArray
     survey: FloatArray
+
+    @property
+    def seen_off_m2(self) -> float:
+        """Mean variance per axis of how far a walk sees a landmark off its place."""
+        return self.shift_m**2 * (SHIFT_TAIL + 2) / SHIFT_TAIL
 
     def expected(self) -> Doubts:
         """For covariances: the mean variance of each shift where re-weighting gives the inverse mean precision."""
@@ -88,6 +93,18 @@ class LandmarkMap:
         """(m, 2, 2) of the positions, m^2."""
         column = np.arange(2 * len(self.position)).reshape(-1, 2)
         return np.asarray(self.covariance[column[:, :, None], column[:, None, :]])
+
+    def shared_covariance(self, rows: IntArray) -> FloatArray:
+        """(3k, 3k) of where walks see some landmarks (k,), headings last: how far off their places is part of it."""
+        covariance, places = of_landmarks(self.covariance, rows), np.arange(2 * len(rows))
+        covariance[places, places] += self.doubts.seen_off_m2
+        return (covariance + covariance.T) / 2
+
+    @property
+    def agreed(self) -> BoolArray:
+        """(m,) surveyed landmarks whose place the walks do not make less certain than its survey says."""
+        variance = np.trace(self.position_covariance, axis1=1, axis2=2)
+        return np.asarray(variance <= np.trace(self.priors.covariance, axis1=1, axis2=2))
 
     @property
     def heading_sigma_rad(self) -> FloatArray:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, joint_columns
-from vislam2tag.landmark_survey.landmark_map import SHIFT_TAIL, LandmarkMap, linear_map, survey_equations
+from vislam2tag.landmark_survey.landmark_map import LandmarkMap, linear_map, survey_equations
 
 GREATEST_SIGMA_M = 5.0
 """A landmark that is not known better than this has no position."""
@@ -84,8 +84,7 @@ class OtherWalks:
         position = joined.position[rows] + step[: 2 * k : 2] + 1j * step[1 : 2 * k : 2]
         heading_sigma = np.sqrt(np.diag(covariance)[2 * k :])
         heading = np.where(heading_sigma < GREATEST_HEADING_SIGMA_RAD, joined.heading_rad[rows] + step[2 * k :], np.nan)
-        seen_off_m2 = joined.doubts.shift_m**2 * (SHIFT_TAIL + 2) / SHIFT_TAIL
-        covariance[np.arange(2 * k), np.arange(2 * k)] += seen_off_m2
+        covariance[np.arange(2 * k), np.arange(2 * k)] += joined.doubts.seen_off_m2
         variance = np.diag(covariance)[: 2 * k].reshape(-1, 2).mean(axis=1)
         placed = np.flatnonzero(variance < GREATEST_SIGMA_M**2)
         kept = joint_columns(placed, k)

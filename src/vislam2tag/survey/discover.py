@@ -11,11 +11,13 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.whole_folder import restore
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
 from vislam2tag.survey.floor_file import FLOOR_FILE, FloorRow, read_floor_file
 from vislam2tag.survey.ilc20_site import SITE_FILES as ILC20_FILES
 from vislam2tag.survey.ilc20_site import ilc20_floors, ilc20_sessions, is_ilc20_site
 from vislam2tag.survey.landmark_file import (
+    SurveyedLandmark,
     landmarks_from,
     read_completed_file,
     read_control_points,
@@ -24,6 +26,7 @@ from vislam2tag.survey.landmark_file import (
 from vislam2tag.survey.model import Floor, SessionKey, Site
 from vislam2tag.survey.plans.load import check_image
 from vislam2tag.survey.settings import SurveySettings
+from vislam2tag.survey.shared_errors import with_shared_errors
 from vislam2tag.survey.site_checks import walks_in_no_floor
 from vislam2tag.survey.site_file import SITE_FILE, has_site_file, read_site_file
 from vislam2tag.survey.site_floors import described_floors
@@ -63,7 +66,13 @@ def read_site(
         landmarks, landmark_findings = read_landmark_files(root, folders, default_sigma_m)
     else:
         landmarks, landmark_findings = read_completed_file(landmark_file, folders, default_sigma_m)
-    return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
+    return Site(tuple(floors), _with_shared(landmarks, landmark_file)), (*findings, *landmark_findings)
+
+
+def _with_shared(rows: list[SurveyedLandmark], landmark_file: Path | None) -> Landmarks:
+    """Landmarks as arrays, with what the file beside a completed one says of the errors that they share."""
+    landmarks = landmarks_from(rows)
+    return landmarks if landmark_file is None else with_shared_errors(landmarks, landmark_file)
 
 
 def _ilc20_site(root: Path, landmark_file: Path | None, sigma_m: float) -> tuple[Site, tuple[Finding, ...]]:
@@ -72,7 +81,7 @@ def _ilc20_site(root: Path, landmark_file: Path | None, sigma_m: float) -> tuple
     if landmark_file is None:
         return Site(tuple(floors), landmarks_from([])), tuple(findings)
     landmarks, landmark_findings = read_completed_file(landmark_file, {floor.number for floor in floors}, sigma_m)
-    return Site(tuple(floors), landmarks_from(landmarks)), (*findings, *landmark_findings)
+    return Site(tuple(floors), _with_shared(landmarks, landmark_file)), (*findings, *landmark_findings)
 
 
 def _published_floors(root: Path, folders: dict[int, Path]) -> tuple[list[Floor], list[Finding]]:

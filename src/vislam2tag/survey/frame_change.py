@@ -180,7 +180,10 @@ def changes_from(site: Site, own: int) -> dict[int, FrameChange]:
 
 
 def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
-    """Turn landmarks of all floors into the BCS of floor ``own``, in which a walk that passed them is mapped."""
+    """Turn landmarks of all floors into the BCS of floor ``own``, in which a walk that passed them is mapped.
+
+    Where frames differ they no longer share errors.
+    """
     changes = changes_from(site, own)
     if not changes:
         return landmarks
@@ -196,7 +199,9 @@ def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
         turn = _matrix(own_T_other)
         covariance[surveyed] = turn @ covariance[surveyed] @ turn.T
         heading[rows] += own_T_other.rotation_rad
-    return replace(landmarks, position_bcs=position, covariance_bcs=covariance, heading_rad=heading)
+    return replace(
+        landmarks, position_bcs=position, covariance_bcs=covariance, heading_rad=heading, joint_covariance=None
+    )
 
 
 def _matrix(similarity: Similarity2) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:

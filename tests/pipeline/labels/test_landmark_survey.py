@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -11,17 +12,17 @@ import numpy as np
 import pytest
 
 from tests.surveys import bytes_of, make_survey
-from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.core.arrays import of_landmarks
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.pipeline.labels.landmark_results import (
-    LandmarkRow,
-    LandmarkSurvey,
+from vislam2tag.pipeline.labels.landmark_files import (
     check_targets,
     landmark_file_text,
-    landmark_survey,
+    shared_errors,
     write_completed,
 )
-from vislam2tag.pipeline.labels.landmark_survey import join_sessions, survey_landmarks
+from vislam2tag.pipeline.labels.landmark_results import LandmarkRow, LandmarkSurvey, landmark_survey
+from vislam2tag.pipeline.labels.landmark_survey import JointSurvey, join_sessions, survey_landmarks
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.simulation.choices import Climb
 from vislam2tag.simulation.scenario import regular_survey
@@ -60,9 +61,14 @@ def rows_of(survey: LandmarkSurvey) -> dict[str, LandmarkRow]:
     return {row.landmark: row for row in survey.landmarks}
 
 
+@pytest.fixture(scope="module", name="joint")
+def _joint(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> JointSurvey:
+    return survey_landmarks(rewritten(survey, tmp_path_factory.mktemp("few") / "s", few))
+
+
 @pytest.fixture(scope="module", name="result")
-def _result(survey: Path, tmp_path_factory: pytest.TempPathFactory) -> LandmarkSurvey:
-    return landmark_survey(survey_landmarks(rewritten(survey, tmp_path_factory.mktemp("few") / "s", few)))
+def _result(joint: JointSurvey) -> LandmarkSurvey:
+    return landmark_survey(joint)
 
 
 def misses(result: LandmarkSurvey, truth: Landmarks) -> dict[str, float]:
@@ -194,6 +200,35 @@ def test_the_file_is_read_back_as_it_was_written(result: LandmarkSurvey, survey:
         else:
             assert np.isnan(position).all()
         assert (row.heading_rad is None) == np.isnan(heading)
+
+
+def test_errors_that_landmarks_share_are_read_back_but_not_of_those_changed_since(
+    joint: JointSurvey, survey: Path, tmp_path: Path
+) -> None:
+    shared = shared_errors(joint)
+    assert shared is not None
+    file = tmp_path / "completed.csv"
+    write_completed(landmark_survey(joint), file, shared=shared)
+    read = open_survey(survey, landmark_file=file).site.landmarks
+    assert read.joint_covariance is not None
+    rows = np.array([read.index[name] for name in shared.ids])
+    assert np.allclose(of_landmarks(read.joint_covariance, rows), shared.covariance)
+    one, other = (2 * read.index[name] for name in ("1", "12"))
+    apart = np.sqrt(read.joint_covariance[one, one] * read.joint_covariance[other, other])
+    assert abs(read.joint_covariance[one, other]) > 0.02 * apart
+
+    lines = [re.sub(r"^1,[-.\d]+", "1,3.5", line) for line in file.read_text().splitlines()]
+    file.write_text("\n".join(lines) + "\n")
+    changed = open_survey(survey, landmark_file=file).site.landmarks
+    assert changed.joint_covariance is not None
+    assert not changed.joint_covariance[one, np.arange(len(changed.joint_covariance)) // 2 != one // 2].any()
+    assert changed.covariance_bcs[one // 2][0, 0] < read.covariance_bcs[one // 2][0, 0]
+
+    (tmp_path / "completed.covariance.parquet").write_bytes(b"no table")
+    with pytest.raises(SurveyError, match=r"make completed\.csv again with vislam2tag survey-landmarks"):
+        open_survey(survey, landmark_file=file)
+    write_completed(landmark_survey(joint), file)
+    assert open_survey(survey, landmark_file=file).site.landmarks.joint_covariance is None
 
 
 def test_ids_with_commas_and_quotes_survive(tmp_path: Path, survey: Path) -> None:

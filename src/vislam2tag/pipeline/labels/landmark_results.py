@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import math
-from contextlib import ExitStack
-from pathlib import Path
 
 import numpy as np
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import OutputError
-from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
-from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.diagnosis.references import References
 from vislam2tag.landmark_survey.landmark_map import LandmarkMap, predicted
 from vislam2tag.landmark_survey.other_walks import GREATEST_HEADING_SIGMA_RAD, GREATEST_SIGMA_M
@@ -132,7 +127,7 @@ def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
     else:
         x, y = joined.position[index].real, joined.position[index].imag
     seen = _passes(joined, index)
-    reason = "" if surveyed else _unplaced(joint, index, len(seen), sigma_m)
+    reason = "" if surveyed else unplaced(joint, index)
     placed = surveyed or not reason
     heading, heading_sigma = _heading(joint, index)
     off = _discrepancy(joined, index) if surveyed and seen else None
@@ -161,11 +156,12 @@ def _passes(joined: LandmarkMap, index: int) -> list[int]:
     return [count for count in counts if count]
 
 
-def _unplaced(joint: JointSurvey, index: int, sessions: int, sigma_m: float) -> str:
-    """Why a landmark gets no position; empty where it does."""
+def unplaced(joint: JointSurvey, index: int) -> str:
+    """Why a landmark that nobody surveyed gets no position; empty where it does."""
+    sigma_m = math.sqrt(float(np.trace(joint.joined.position_covariance[index])) / 2)
     if not any(joint.places[index] in session.places for session in joint.mapped):
         return "no walk passed it"
-    if sessions == 0:
+    if not _passes(joint.joined, index):
         return "only walks passed it that nothing ties to the survey"
     if not sigma_m <= GREATEST_SIGMA_M:
         return f"too uncertain (one standard deviation is {sigma_m:.1f} m): survey it or a landmark near it"
@@ -232,50 +228,3 @@ def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] |
     way = np.array([offset.real, offset.imag])
     sigmas = math.sqrt(float(way @ np.linalg.solve(covariance, way)))
     return abs(offset), sigma_m, sigmas > CERTAIN_SIGMAS and abs(offset) > LEAST_M
-
-
-COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigma_rad")
-
-
-def check_targets(survey_root: Path, *targets: Path) -> None:
-    """Raise OutputError where a file to be written has no folder, lies among the survey's own, or is named twice.
-
-    Before the work rather than after it.
-    """
-    root = survey_root.resolve()
-    for target in targets:
-        place = target.resolve()
-        if sum(place == other.resolve() for other in targets) > 1:
-            raise OutputError(f"{target}: one file cannot hold both the landmarks and the report; choose another name")
-        if not target.parent.is_dir() or target.is_dir():
-            reason = "is a folder" if target.is_dir() else "there is no such folder"
-            raise OutputError(f"{target}: cannot be written ({reason}); choose another name")
-        if root not in place.parents:
-            continue
-        first = place.relative_to(root).parts[0]
-        if first.startswith("floor_") or first == "corrections.toml":
-            raise OutputError(f"{target}: lies among the survey's own files; choose another name")
-
-
-def write_completed(survey: LandmarkSurvey, out: Path, report: Path | None = None) -> None:
-    """Write the landmark file (docs/reference/formats.md) and, where wanted, the whole result as JSON; each whole or
-    not at all.
-
-    Raises OutputError where one cannot be written.
-    """
-    texts = {out: landmark_file_text(survey)}
-    if report is not None:
-        texts[report] = survey.model_dump_json(indent=1) + "\n"
-    with ExitStack() as stack:
-        for target, text in texts.items():
-            stack.enter_context(whole_file(target)).write_text(text, encoding="utf-8", newline="")
-
-
-def landmark_file_text(survey: LandmarkSurvey) -> str:
-    """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
-    return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
-
-
-def _fields(row: LandmarkRow) -> tuple[str, ...]:
-    numbers = (row.x_m, row.y_m, row.z_m, row.floor, row.sigma_m, row.heading_rad, row.heading_sigma_rad)
-    return (row.landmark, *("" if number is None else str(number) for number in numbers))

@@ -222,6 +222,8 @@ def _fingerprint(job: Job, hashes: dict[str, str], logged: Sequence[str]) -> str
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
     for array in (marks.position_bcs, marks.covariance_bcs, marks.z_m, marks.heading_rad, marks.heading_sigma_rad):
         digest.update(np.ascontiguousarray(array).tobytes())
+    if marks.joint_covariance is not None:
+        digest.update(np.ascontiguousarray(marks.joint_covariance).tobytes())
     if task.told is not None:
         for array in (task.told.position_bcs, task.told.heading_rad, task.told.joint_covariance):
             digest.update(np.ascontiguousarray(array).tobytes())

@@ -49,7 +49,8 @@ def corrected_landmarks(
             if concerns(entry, *place):
                 _move(chosen, index, entry, default_sigma_m)
                 uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
-    return chosen, tuple(uses)
+    # Whoever corrects places by hand knows better than what the others shared with them.
+    return replace(chosen, joint_covariance=None) if uses else chosen, tuple(uses)
 
 
 def named_by_floor(landmarks: Landmarks, corrections: Corrections, key: SessionKey) -> Landmarks:
