@@ -51,32 +51,59 @@ def _plain(value: Any) -> Any:
 
 def tables_that_fit(table: Table, console: Console) -> list[Table]:
     """Split a table too wide for a console into several, each with its columns of text, so that no number is cut."""
+    from rich.measure import Measurement
     from rich.table import Table
+
+    def span(text: object) -> Measurement:
+        return Measurement.get(console, console.options.update(max_width=10_000), text)
+
+    texts = [i for i, column in enumerate(table.columns) if column.justify == "left"]
+    most, least = [], []
+    for i, column in enumerate(table.columns):
+        head, cells = span(column.header), [span(cell) for cell in column.cells]
+        most.append(max([head.maximum, *(cell.maximum for cell in cells)]))
+        words = [cell.minimum if i in texts else cell.maximum for cell in cells]  # a number stays in its line
+        least.append(max([head.minimum, *words]))
+    beside = (span(table).maximum - sum(most)) / max(len(most), 1)
 
     def part(columns: Sequence[int]) -> Table:
         made = Table(title=table.title, title_justify="left", box=table.box)
-        for i in columns:
+        widths = _shared(
+            int(console.width - beside * len(columns)), [least[i] for i in columns], [most[i] for i in columns]
+        )
+        for i, width in zip(columns, widths, strict=True):
             old = table.columns[i]
-            made.add_column(old.header, justify=old.justify, overflow=old.overflow)
+            made.add_column(old.header, justify=old.justify, overflow=old.overflow, width=width)
         cells = [list(table.columns[i].cells) for i in columns]
         for number, row in enumerate(zip(*cells, strict=True)):
             made.add_row(*row, end_section=table.rows[number].end_section)
         return made
 
-    def fits(columns: Sequence[int]) -> bool:
-        wide = console.options.update(max_width=10_000)
-        return part(columns).__rich_measure__(console, wide).minimum <= console.width
+    def fits(columns: Sequence[int], width: Sequence[int]) -> bool:
+        return sum(width[i] + beside for i in columns) <= console.width
 
     count = len(table.columns)
-    if fits(range(count)):
+    if fits(range(count), most):
         return [table]
-    texts = [i for i in range(count) if table.columns[i].justify == "left"]
     groups: list[list[int]] = [[]]
     for i in (i for i in range(count) if i not in texts):
-        if groups[-1] and not fits([*texts, *groups[-1], i]):
+        if groups[-1] and not fits([*texts, *groups[-1], i], least):
             groups.append([])
         groups[-1].append(i)
     return [part([*texts, *group]) for group in groups]
+
+
+def _shared(width: int, least: Sequence[int], most: Sequence[int]) -> list[int]:
+    """Widths of columns that share this one, each with its least where that can be, and with no more than its most.
+
+    Where the least alone is too wide, the widest columns give.
+    """
+    widths = list(least)
+    while sum(widths) > width and max(widths) > 1:
+        widths[widths.index(max(widths))] -= 1
+    while sum(widths) < width and (short := [i for i in range(len(widths)) if widths[i] < most[i]]):
+        widths[min(short, key=widths.__getitem__)] += 1
+    return widths
 
 
 def visible_console(**options: Any) -> Console:
