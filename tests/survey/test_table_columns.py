@@ -31,6 +31,10 @@ TABLES: dict[str, tuple[str | bytes, str | None]] = {
         "Rechtswert was taken for x; Hochwert was taken for y; Höhe [m] was taken for z; Genauigkeit was taken for "
         "sigma_m; Marke was taken for id",
     ),
+    "a description first": (
+        "Beschreibung;Hochwert;Rechtswert;Höhe;Genauigkeit;Nummer\nTür;2,5;1,5;1,25;0,04;10\nTür;4;30;;;7\n",
+        "Nummer was taken for id",
+    ),
     "English names": (
         "Northing,Easting,Marker ID,Elevation,accuracy\n2.5,1.5,10,1.25,0.04\n4,30,7,,\n",
         "Northing was taken for y",

@@ -89,14 +89,14 @@ def _print(inspection: Inspection) -> None:
 def _floor_table(floors: Iterable[FloorOverview]) -> Table:
     from rich.markup import escape
 
-    rows = table("Floors", ("floor", "size", "plan"), ("landmarks", "control points", "sessions"))
+    rows = table("Floors", ("floor", "plan"), ("size", "landmarks", "control points", "sessions"))
     for floor in floors:
-        size = "unknown" if floor.width_m is None else f"{floor.width_m:g} m x {floor.height_m:g} m"
+        size = "unknown" if floor.width_m is None else f"{floor.width_m:.4g} m x {floor.height_m:.4g} m"
         unsurveyed = f" ({floor.landmarks_unsurveyed} unsurveyed)" if floor.landmarks_unsurveyed else ""
         rows.add_row(
             escape(f"{floor.number}  {floor.name}"),
-            size,
             escape(floor.plan or "none (metric grid)"),
+            size,
             f"{floor.landmarks}{unsurveyed}",
             str(floor.control_points),
             str(floor.sessions),

@@ -104,9 +104,10 @@ def understood(header: Sequence[str], columns: TableColumns) -> Understood:
                 guesses.append(f"{written} was taken for {name}{unit}")
         else:
             found.append((written.lower(), 1.0))
-    if columns.first[:1] == ("id",) and found and _column(header[0], columns)[0] in (None, "id"):
+    own = _column(header[0], columns)[0] if header else None
+    if columns.first[:1] == ("id",) and found and (own == "id" or (own is None and "id" not in dict(found))):
         guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was taken")]
-        order = list(range(len(found)))  # the first column is the id, whatever its name
+        order = list(range(len(found)))  # the first column is the id, whatever its name, where none is called so
     else:
         names = [name for name, _ in found]
         ahead = [names.index(name) for name in columns.first if name in names]
