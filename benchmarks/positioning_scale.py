@@ -4,8 +4,9 @@
     python benchmarks/positioning_scale.py --sizes 1000 20000 --models weighted-knn local-kriging --kept costs.jsonl
 
 Fingerprints are drawn as in ``positioning_speed.py``. Each model and size has a process of its own; memory is its
-greatest, less what it had with the data alone. Times are wall times and, in brackets, the processor's, of one thread.
-What ``--kept`` holds already is not measured again, so that a campaign can be stopped and go on.
+greatest while learning and answering, less what it had with the data alone (Linux). Times are wall times and, in
+brackets, the processor's, of one thread. What ``--kept`` holds already is not measured again, so that a campaign can be
+stopped and go on.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
-import resource
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -83,7 +83,8 @@ def measured(task: tuple[str, int]) -> Cost:
     name, size = task
     scans, places = drawn(size + ASKED)
     learn, asked = scans[slice(0, size)], scans[slice(size, None)]
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    Path("/proc/self/clear_refs").write_text("5")  # the greatest counts from now
+    before = memory_mib("VmRSS")
     marks = [(time.perf_counter(), time.process_time())]
     model = model_named(name).fit(learn, places[slice(0, size)])
     marks.append((time.perf_counter(), time.process_time()))
@@ -92,11 +93,17 @@ def measured(task: tuple[str, int]) -> Cost:
     for row in range(ALONE):
         model.predict(asked[slice(row, row + 1)])
     marks.append((time.perf_counter(), time.process_time()))
-    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    grown = memory_mib("VmHWM") - before
     (learn_s, learn_cpu_s), (batch_s, batch_cpu_s), (alone_s, alone_cpu_s) = np.diff(marks, axis=0).tolist()
     answers = [1000 * seconds / ASKED for seconds in (batch_s, batch_cpu_s)]
     lone = [1000 * seconds / ALONE for seconds in (alone_s, alone_cpu_s)]
-    return Cost(name, size, learn_s, learn_cpu_s, *answers, *lone, grown / _MEBI)
+    return Cost(name, size, learn_s, learn_cpu_s, *answers, *lone, grown)
+
+
+def memory_mib(name: str) -> float:
+    """Resident memory now (VmRSS), or the greatest so far (VmHWM); Linux alone."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) / _MEBI for line in lines if line.startswith(name))
 
 
 def plot(costs: Sequence[Cost], path: Path) -> None:

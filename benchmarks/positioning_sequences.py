@@ -2,19 +2,24 @@
 
     vislam2tag simulate survey --floors 3 --devices 3 --sessions 3 --minutes 3 --seed 7
     vislam2tag dataset survey --out fingerprints
-    python benchmarks/positioning_sequences.py survey fingerprints
+    python benchmarks/positioning_sequences.py fingerprints --survey survey
+    python benchmarks/positioning_sequences.py wifine --split official --model weighted-knn
+    python benchmarks/positioning_sequences.py mall --traces site2/F4 --model weighted-knn
 
-Trains on each fold of the split ``trajectory``; prints means over the folds. Tracks are the tracker's own.
+Trains on each fold of the split; prints means over the folds. The raw survey tells how the tracker moved.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from dead_reckoning import step_path
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.dataset.folder import open_dataset
 from vislam2tag.positioning.metrics import Score, score
@@ -24,8 +29,9 @@ from vislam2tag.positioning.scans.places import Positions
 from vislam2tag.positioning.scans.radio_scans import RadioScans
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.sessions.registry import open_survey, read_session
+from vislam2tag.sessions.tables.ilc20_trace import parse_trace
+from vislam2tag.sessions.without_poses import inertial_log
 
-SPLIT = "trajectory"
 COLUMNS: dict[str, Callable[[Score], float | None]] = {
     "mean": lambda figures: figures.plane.mean_m,
     "95th percentile": lambda figures: figures.plane.p95_m,
@@ -39,24 +45,31 @@ Walks = list[tuple[Positions, LearningData]]
 def main() -> None:
     """Print a line for each way."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("survey", type=Path, help="the raw survey: where the tracker saw itself")
-    parser.add_argument("dataset", type=Path, help="the data set made of it")
+    parser.add_argument("dataset", type=Path)
+    parser.add_argument("--survey", type=Path, help="the raw survey it was made of: where the tracker saw itself")
+    parser.add_argument(
+        "--traces", type=Path, help="a floor of the Indoor Location Competition 2.0: steps are the track"
+    )
+    parser.add_argument("--split", default="trajectory")
     parser.add_argument("--model", default="cell-density")
     arguments = parser.parse_args()
-    walks = held_out_walks(arguments.dataset, arguments.model)
-    tracks = [tracked(arguments.survey, asked.scans) for _, asked in walks]
+    walks = held_out_walks(arguments.dataset, arguments.split, arguments.model)
     print("| | " + " | ".join(COLUMNS) + " |\n" + "| --- " * (len(COLUMNS) + 1) + "|")
     tell("each scan alone", walks, [found for found, _ in walks])
     for name, together in (("filter", filtered), ("smoother", smoothed)):
         tell(name, walks, [together(found, asked.scans) for found, asked in walks])
-        with_track = [together(found, asked.scans, track) for (found, asked), track in zip(walks, tracks, strict=True)]
-        tell(f"{name} with the tracker", walks, with_track)
+        if (arguments.survey or arguments.traces) is not None:
+            of = partial(tracked, arguments.survey) if arguments.survey else partial(stepped, arguments.traces)
+            tracks = [of(asked.scans) for _, asked in walks]
+            both = zip(walks, tracks, strict=True)
+            with_track = [together(found, asked.scans, track) for (found, asked), track in both]
+            tell(f"{name} with the {'tracker' if arguments.survey else 'steps'}", walks, with_track)
 
 
-def held_out_walks(folder: Path, model: str) -> Walks:
+def held_out_walks(folder: Path, split_name: str, model: str) -> Walks:
     """Return what a model says of each fold's walks, and these."""
     dataset = open_dataset(folder)
-    data, split = learning_data(dataset), dataset.splits[SPLIT]
+    data, split = learning_data(dataset), dataset.splits[split_name]
     walks = []
     for fold in split.info.folds:
         learned, asked = data.train_test(split, fold)
@@ -73,6 +86,19 @@ def tracked(survey: Path, scans: RadioScans) -> FloatArray:
             camera = read_session(session).camera
             time_ns, plane = camera.time_ns[camera.usable], camera.plane_acs[camera.usable]
             place[rows] = np.column_stack([np.interp(scans.time_ns[rows], time_ns, axis) for axis in plane.T])
+    return place
+
+
+def stepped(floor: Path, scans: RadioScans) -> FloatArray:
+    """Return where the organisers' step model puts each scan (n, 2), metres from each walk's start."""
+    place = np.full((len(scans), 2), np.nan)
+    for session in np.unique(scans.session):
+        file = floor / "path_data_files" / f"{session.rpartition('.')[2]}.txt"
+        trace, rows = parse_trace(file.read_bytes(), file.name), scans.session == session
+        log = inertial_log(trace.sensors)
+        if log is not None:
+            moments = replace(trace.taps, time_ns=scans.time_ns[rows], position_bcs=np.zeros((int(rows.sum()), 2)))
+            place[rows] = step_path(log, moments)
     return place
 
 
