@@ -47,9 +47,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("dataset", type=Path)
     parser.add_argument("--survey", type=Path, help="the raw survey it was made of: where the tracker saw itself")
-    parser.add_argument(
-        "--traces", type=Path, help="a floor of the Indoor Location Competition 2.0: steps are the track"
-    )
+    parser.add_argument("--traces", type=Path, help="a floor of the malls as published: steps are the track")
     parser.add_argument("--split", default="trajectory")
     parser.add_argument("--model", default="cell-density")
     arguments = parser.parse_args()
