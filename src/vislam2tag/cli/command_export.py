@@ -130,4 +130,8 @@ def _exported(source: Path, out: Path, format_name: str, options: ExportOptions,
 def _print(record: ExportRecord, out: Path) -> None:
     say(f"{out}: {record.format}, {len(record.files)} files")
     for finding in record.findings:
-        say(f"{finding.kind} {finding.count}: {finding.message}")
+        if finding.message.startswith("columns"):  # of rows that are written
+            rows = f"{finding.count:,} {finding.file.replace('_', ' ')}"
+            say(f"{finding.kind}: {finding.message} ({rows} have them)")
+        else:
+            say(f"{finding.kind} {finding.count}: {finding.message}")

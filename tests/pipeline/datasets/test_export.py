@@ -133,7 +133,7 @@ def test_what_is_left_out_is_recorded(sources: dict[str, Path], tmp_path: Path) 
     record = json.loads((tmp_path / "out" / RECORD_FILE).read_text())
     lost = {finding["file"]: finding["message"] for finding in record["findings"] if finding["kind"] == "left_out"}
     assert "sigma" in lost["fingerprints"]
-    assert lost["readings"] == "left out of readings: time_ns, floor, x, y, sigma"
+    assert lost["readings"] == "columns left out of readings: time_ns, floor, x, y, sigma"
     assert lost["imu_windows"] == "the table imu_windows is left out: the format has no place for it"
     assert lost["splits"] == "all splits but one are left out"
 

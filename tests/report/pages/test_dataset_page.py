@@ -79,11 +79,11 @@ def test_rooms_of_the_plan_are_listed_by_name(text: str, tmp_path: Path) -> None
         dataset, dataset_statistics(dataset), {Storey(dataset.info.floors[0].building, 0): floor}
     )
     words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", own_part(page)))
-    assert "42 m² 36 % 29 % 0 of 1 44 m 1 min" in words
+    assert "42 m² 36 % 29 % 0 of 1 44 m, 1 min" in words
     assert "They led into 0 of 1 rooms; never into room &lt;/script&gt;" in words
     assert "corridor 30 m² 50 % 40 % yes" in words
     assert not tags_in_figures(page)
-    assert "Walkable by the plan" not in text
+    assert "Walkable (plan)" not in text
 
 
 def maps(page: str) -> list[dict[str, Any]]:

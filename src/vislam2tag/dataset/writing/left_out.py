@@ -66,7 +66,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
-    return _finding(name, found["_rows"], f"left out of {name}: {', '.join(lost)}") if lost else None
+    return _finding(name, found["_rows"], f"columns left out of {name}: {', '.join(lost)}") if lost else None
 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
