@@ -107,16 +107,16 @@ def memory_mib(name: str) -> float:
 
 
 def plot(costs: Sequence[Cost], path: Path) -> None:
-    """Draw learning and answering times over sizes, both axes logarithmic."""
+    """Draw the processor's times to learn and to answer over sizes, both axes logarithmic."""
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
     for name in dict.fromkeys(cost.model for cost in costs):
         own = [cost for cost in costs if cost.model == name]
         sizes = [cost.size for cost in own]
-        left.loglog(sizes, [cost.learn_s for cost in own], marker="o", label=name)
-        right.loglog(sizes, [cost.batch_ms for cost in own], marker="o", label=f"{name}, in a batch")
-        right.loglog(sizes, [cost.alone_ms for cost in own], marker="x", linestyle="--", label=f"{name}, alone")
+        left.loglog(sizes, [cost.learn_cpu_s for cost in own], marker="o", label=name)
+        right.loglog(sizes, [cost.batch_cpu_ms for cost in own], marker="o", label=f"{name}, in a batch")
+        right.loglog(sizes, [cost.alone_cpu_ms for cost in own], marker="x", linestyle="--", label=f"{name}, alone")
     left.set(xlabel="fingerprints learned", ylabel="time to learn / s")
     right.set(xlabel="fingerprints learned", ylabel="time to answer a scan / ms")
     for axes in (left, right):
