@@ -1,6 +1,7 @@
-"""Errors inside losses and breaks of simulated walks with a tracker, with and without inertial bridges.
+"""Errors inside losses, breaks and slips of simulated walks with a tracker, with and without inertial sensors.
 
     python benchmarks/bridging.py                       12 walks of 3 minutes for each seed and severity
+    python benchmarks/bridging.py --slips               trackers that are led off by 0.7 m in half a second, unreported
 
 Frames count as inside where the tracker told nothing of the walk (losses and holes), as near where that is less than
 ten seconds away. The share of them inside the stated regions stands beside the errors.
@@ -13,6 +14,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from data_sets import TRUTH_FILE, Walk, landmarks_on
@@ -24,10 +26,14 @@ from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.sessions.without_poses import inertial_log
 from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.tracking import tracker
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon
 from vislam2tag.smoother.odometry import continuous_odometry
 
 NEAR_S = 10.0
+SLIP_M, SLIP_S, SLIP_EVERY_S = 0.7, 0.5, 40.0
 WITHIN = {"68 %": 2.279, "95 %": 5.991}
 """Squared Mahalanobis distances (two axes) within which a stated region holds the truth."""
 
@@ -45,12 +51,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, nargs="+", default=[31, 32])
     parser.add_argument("--severity", nargs="+", default=["mild", "default", "severe"])
+    parser.add_argument("--slips", action="store_true")
     options = parser.parse_args()
+    shown = ("near a slip",) if options.slips else ("inside", "near", "elsewhere")
     print("| severity | frames | bridges | mean / p95, m | inside 68 % / 95 % |\n| --- | --- | --- | --- | --- |")
     for severity in options.severity:
-        walks = [walk for seed in options.seeds for walk in walks_with_readings(seed, severity)]
-        masks = [places(walk) for walk in walks]
-        for place in ("inside", "near", "elsewhere"):
+        with mock.patch.object(tracker, "dead_reckon", slipping if options.slips else dead_reckon):
+            walks = [walk for seed in options.seeds for walk in walks_with_readings(seed, severity)]
+        masks = [near_slips(walk) if options.slips else places(walk) for walk in walks]
+        for place in shown:
             for bridges in (False, True):
                 parts = [errors(walk, mask[place], bridges) for walk, mask in zip(walks, masks, strict=True) if mask]
                 error_m = np.concatenate([part.error_m for part in parts])
@@ -86,6 +95,28 @@ def places(walk: Walk) -> dict[str, BoolArray]:
     at_s = odometry.time_s[1:][untold]
     near[odometry.frame] = np.abs(odometry.time_s[:, None] - at_s).min(axis=1) < NEAR_S
     return {"inside": inside, "near": near & ~inside, "elsewhere": ~near & ~inside}
+
+
+def slip_times_s(end_s: float) -> FloatArray:
+    """When (k,) a tracker slips on a walk of so many seconds."""
+    return np.arange(SLIP_EVERY_S / 2, end_s - NEAR_S, SLIP_EVERY_S)
+
+
+def slipping(frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator) -> DeadReckoning:
+    """Dead reckoning of a tracker that also slips, each time another way."""
+    reckoned, time_s = dead_reckon(frames, settings, rng), (frames.exposure_ns - frames.exposure_ns[0]) * 1e-9
+    ways = np.random.default_rng(len(time_s))
+    slips = sum(
+        SLIP_M * np.exp(1j * ways.uniform(-np.pi, np.pi)) * np.clip((time_s - at_s) / SLIP_S, 0, 1)
+        for at_s in slip_times_s(time_s[-1]).tolist()
+    )
+    return replace(reckoned, plane=reckoned.plane + slips)
+
+
+def near_slips(walk: Walk) -> dict[str, BoolArray]:
+    """Mask (n,) of the frames less than ten seconds from a slip."""
+    time_s = (walk.camera.time_ns - walk.camera.time_ns[0]) * 1e-9
+    return {"near a slip": np.abs(time_s[:, None] - slip_times_s(time_s[-1])).min(axis=1) < NEAR_S}
 
 
 def errors(walk: Walk, frames: BoolArray, bridges: bool) -> Frames:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +15,20 @@ from vislam2tag.core.similarity import as_complex
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.dead_reckoning.bridging import bridged_observations
+from vislam2tag.evaluation.truth import errors_at_frames, read_truth
+from vislam2tag.mapping.registry import strategy_named
+from vislam2tag.mapping.settings import MappingSettings
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.without_poses import no_landmarks
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import TrackerSettings
+from vislam2tag.simulation.survey import simulate
+from vislam2tag.simulation.tracking import tracker
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
+from vislam2tag.survey.corrections.file import Corrections
 
 WAY = corners((30, 0), (0, 30), (-25, 0))
 SPEED_M_S = 1.2
@@ -117,3 +129,39 @@ def test_stretches_that_would_end_after_the_last_frame_are_not_tried(log: Inerti
     late_ns = np.full(len(camera.time_ns), 50_000_000)
     late_ns[[0, -1]] = 0, 20_000_000
     assert np.isfinite(observed(replace(camera, time_ns=camera.time_ns + late_ns))[1].path).all()
+
+
+def test_a_slip_that_the_sensors_tell_of_is_doubted_where_it_was_and_no_other_step_is(log: InertialLog) -> None:
+    time_s, _ = truth(log)
+    sound = track(log, lost_s=(0.0, 0.0))
+    off = np.clip((time_s - 40.0) / 0.5, 0, 1)[:, None] * (0.0, 0.0, 0.8)
+    doubts = [
+        bridged_observations(camera, no_landmarks(), 6.0, slips=True).odometry.doubt
+        for camera in (sound, replace(sound, position_acs=sound.position_acs + off))
+    ]
+    assert np.abs(doubts[0]).max() < 0.3
+    at = int(np.abs(doubts[1]).argmax())
+    assert abs(time_s[at] - 40.25) < 0.5
+    assert doubts[1][at] == pytest.approx(-0.8j, abs=0.2)
+    assert (np.abs(np.delete(doubts[1], at)) < 0.3).all()
+
+
+def test_a_tracker_that_slips_between_landmarks_is_asked_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reckon = tracker.dead_reckon
+
+    def slipping(frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator) -> DeadReckoning:
+        way, at_s = reckon(frames, settings, rng), (frames.exposure_ns - frames.exposure_ns[0]) * 1e-9
+        return replace(way, plane=way.plane + (0.8 + 0.4j) * np.clip((at_s - 35) / 0.5, 0, 1))
+
+    monkeypatch.setattr(tracker, "dead_reckon", slipping)
+    simulate(regular_survey(5, "none", (0,), ("LG",), 1, 70.0), tmp_path / "survey")
+    survey = open_survey(tmp_path / "survey")
+    prepared = prepared_session(SessionTask(survey.sessions[0], survey.site, Corrections()))
+    camera, seen = prepared.session.camera, prepared.session.landmarks
+    strategy = strategy_named("smoother", MappingSettings())
+    truth = read_truth(survey.sessions[0].folder / "truth.csv")
+    means = []
+    for each in (camera, replace(camera, inertial=None)):
+        errors = errors_at_frames(strategy.map(each, seen, prepared.landmarks), truth)
+        means.append(float(np.nanmean(errors)))
+    assert means[0] < 0.8 * means[1]

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.dead_reckoning.walks import corners, walked
-from vislam2tag.dead_reckoning.carrying import held, sampled, swung
+from vislam2tag.dead_reckoning.carrying import IN_POCKET_DEG, held, on_thigh, sampled, swung
 from vislam2tag.dead_reckoning.speed import speed_model
 from vislam2tag.dead_reckoning.training import carried_walks
 from vislam2tag.dead_reckoning.walk import SensedWalk
@@ -30,6 +30,18 @@ def test_a_swinging_phone_turns_as_its_gyroscope_tells() -> None:
     felt = turns.as_rotvec()[:, 0]
     assert np.cumsum(told) == pytest.approx(felt[1:] - felt[0], abs=0.08)
     assert felt.max() == pytest.approx(np.radians(25), abs=0.01)
+
+
+def test_a_phone_on_a_thigh_swings_once_in_two_steps_as_its_gyroscope_tells() -> None:
+    turned, swinging = held(LOG, IN_POCKET_DEG), on_thigh(LOG)
+    axis = Rotation.from_euler("zyx", IN_POCKET_DEG, degrees=True).inv().apply((1.0, 0.0, 0.0))
+    felt = (Rotation.from_quat(turned.orientation).inv() * Rotation.from_quat(swinging.orientation)).as_rotvec() @ axis
+    assert np.radians(20) < np.ptp(felt[200:-200]) / 2 < np.radians(30)
+    spectrum = np.abs(np.fft.rfft(felt[200:-200] - felt[200:-200].mean()))
+    strongest_hz = spectrum.argmax() / (len(felt[200:-200]) / 50)
+    assert strongest_hz == pytest.approx(1.8 / 2, abs=0.05)
+    told = np.cumsum((swinging.rate - turned.rate) @ axis) / 50
+    assert np.corrcoef(np.diff(told), np.diff(felt))[0, 1] > 0.9
 
 
 def test_speed_is_told_alike_in_a_quiet_and_a_swinging_hand_at_any_rate() -> None:

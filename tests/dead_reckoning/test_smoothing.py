@@ -15,7 +15,7 @@ from vislam2tag.dead_reckoning.equations import STATES, PathModel, PathState, Ti
 from vislam2tag.dead_reckoning.nodes import Nodes
 from vislam2tag.dead_reckoning.settings import DeadReckoningSettings
 from vislam2tag.dead_reckoning.shared_ways import SharedLines
-from vislam2tag.dead_reckoning.smoothing import smooth_path
+from vislam2tag.dead_reckoning.smoothing import FACTORS, smooth_path
 from vislam2tag.dead_reckoning.walls import Walls
 
 SETTINGS = DeadReckoningSettings(wall_memory_s=3.0)
@@ -69,8 +69,10 @@ def test_the_right_side_is_the_slope_of_the_cost(seed: int, unknown: int) -> Non
 
 
 @given(seed=st.integers(0, 50))
-def test_covariances_are_those_of_the_dense_inverse(seed: int) -> None:
+def test_covariances_are_those_of_the_dense_inverse_where_the_scatter_is_known(seed: int) -> None:
     model, ties, _ = made(seed)
+    known = SETTINGS.model_copy(update={"fix_sigma_spread": 0.01})
+    model = replace(model, settings=known)
     found = smooth_path(model, ties)
     assume(found.converged)
     ties = Ties(ties.node, ties.position, found.fix_sigma_m)
@@ -80,3 +82,13 @@ def test_covariances_are_those_of_the_dense_inverse(seed: int) -> None:
     inverse = np.array([blocks[k, :, k] for k in range(len(blocks))])
     assert found.covariance == pytest.approx(inverse, rel=0.1, abs=1e-3)
     assert np.abs(np.linalg.solve(matrix, right).reshape(-1, STATES)[:, :2]).max() < 0.05
+
+
+def test_what_the_scatter_of_fixes_may_be_is_averaged_over() -> None:
+    model, ties, _ = made(3)
+    sure = replace(model, settings=SETTINGS.model_copy(update={"fix_sigma_spread": 0.01}))
+    small, large = (smooth_path(sure, replace(ties, sigma_m=ties.sigma_m * factor)) for factor in (0.45, 3.0))
+    vague = smooth_path(model, ties)
+    assert small.fix_sigma_m < vague.fix_sigma_m < large.fix_sigma_m
+    assert np.abs(vague.fix_sigma_m / (ties.sigma_m * FACTORS) - 1).min() > 0.01, "one of those tried, not their mean"
+    assert np.trace(small.covariance[3, :2, :2]) < np.trace(vague.covariance[3, :2, :2])

@@ -1,4 +1,4 @@
-"""Losses and breaks bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md, "Bridges").
+"""Losses, breaks and slips bridged by how the walker walked meanwhile (docs/explanation/smoother-path.md, "Bridges").
 
 Inertial sensors tell steps and turns, but for a heading and a scale, which the tracker's steps on both sides tell. How
 far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
@@ -17,6 +17,7 @@ from vislam2tag.dead_reckoning.features import WindowFeatures
 from vislam2tag.dead_reckoning.heading import turned_about_up
 from vislam2tag.dead_reckoning.signals import RATE_HZ, WalkSignals
 from vislam2tag.dead_reckoning.speed import speed_model
+from vislam2tag.dead_reckoning.tracker_slips import tracker_slips
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry, continuous_odometry
 
@@ -58,15 +59,31 @@ class WalkerMotion:
         return cls(np.interp(at_s, signals.time_s, path), known)
 
 
-def bridged_observations(camera: CameraTrack, log: LandmarkLog, range_m: float) -> WalkObservations:
-    """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged."""
+def bridged_observations(
+    camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False
+) -> WalkObservations:
+    """Reduce a session with two or more usable frames, as the smoother wants it, its untold stretches bridged.
+
+    With ``slips`` the inertial sensors also tell where the tracker may have slipped.
+    """
     odometry = continuous_odometry(camera, log)
-    untold = (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
+    untold = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
     if camera.inertial is not None and untold:
         exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
         motion = WalkerMotion.of(camera.inertial, exposed_ns)
-        odometry = odometry if motion is None else bridged(odometry, motion)
+        if motion is not None:
+            odometry = bridged(with_slips(odometry, motion) if slips else odometry, motion)
     return WalkObservations.of(camera, log, range_m, odometry)
+
+
+def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
+    """Doubt the steps of n frames' odometry over which the tracker may have slipped: landmarks tell whether it did."""
+    sound = motion.known & (odometry.jump_m2 == 0) & (odometry.jump_rad2 == 0)
+    doubt = odometry.doubt.copy()
+    for slip in tracker_slips(odometry.time_s, odometry.path, motion.path, sound):
+        doubt[slip.start : slip.stop] = 0
+        doubt[(slip.start + slip.stop) // 2] = slip.off
+    return replace(odometry, doubt=doubt)
 
 
 def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:

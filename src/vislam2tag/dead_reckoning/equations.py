@@ -44,6 +44,17 @@ class PathState:
     scale: FloatArray
     heading_rad: FloatArray
 
+    @classmethod
+    def of_columns(cls, columns: FloatArray) -> PathState:
+        """The state whose x, y, scale and heading are these columns (k, 4)."""
+        x, y, scale, heading = columns.T
+        return cls(x + 1j * y, scale, heading)
+
+    @property
+    def columns(self) -> FloatArray:
+        """(k, 4) x, y, scale and heading."""
+        return np.column_stack((self.position.real, self.position.imag, self.scale, self.heading_rad))
+
 
 @dataclass(frozen=True)
 class Ties:

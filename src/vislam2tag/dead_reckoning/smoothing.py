@@ -1,4 +1,4 @@
-"""The most probable path through a walk's fixes, by Gauss-Newton, and how far fixes usually are from it."""
+"""The expected path through a walk's fixes: by Gauss-Newton for each scatter that these may have, then their mean."""
 
 from __future__ import annotations
 
@@ -26,12 +26,16 @@ AGAINST_TURNED = 6.0
 """Minus twice the logarithm of how seldom a phone is carried turned (one walk in twenty)."""
 FACTORS = np.exp(np.linspace(-0.8, 1.1, 6))
 """Scatters of fixes that are tried, as parts of the usual one."""
+LEAST_SHARE = 0.02
+"""Those that the evidence makes less likely are left aside."""
 
 
 @dataclass(frozen=True)
 class SmoothedPath:
-    """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 4, 4) of x, y, scale and heading;
-    ``fix_sigma_m`` is how far this walk's fixes scatter, ``converged`` whether another round would change nothing.
+    """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 4, 4) of x, y, scale and heading.
+
+    Both are means over what the scatter of the fixes may be; ``fix_sigma_m`` is that scatter's root mean square,
+    ``converged`` tells whether another round would change nothing.
     """
 
     state: PathState
@@ -50,20 +54,34 @@ class _Fitted:
 
 
 def smooth_path(model: PathModel, ties: Ties) -> SmoothedPath:
-    """Find the path that fits sensors and fixes best; the scatter of the fixes is found by the evidence.
+    """Find the path that fits sensors and fixes; how far fixes scatter is not known, but each scatter has its evidence.
 
     There must be a fix. Raises numpy.linalg.LinAlgError where the numbers are beyond all bounds.
     """
     tries = [(_fitted(carried, ties, state), carried, doubt) for carried, state, doubt in _starts(model, ties)]
     start, model, _ = min(tries, key=lambda each: each[0].cost + each[2])
-    best, least = start, np.inf
-    for factor in FACTORS.tolist():
-        tried = _fitted(model, Ties(ties.node, ties.position, ties.sigma_m * factor), start.state)
-        against = tried.evidence + (np.log(factor) / model.settings.fix_sigma_spread) ** 2
-        if against < least:
-            best, least = tried, against
-    equations = model.equations(best.state, replace(ties, sigma_m=best.sigma_m))
-    return SmoothedPath(best.state, solve(equations).covariance, best.sigma_m, best.converged)
+    fitted = [
+        _fitted(model, Ties(ties.node, ties.position, ties.sigma_m * factor), start.state)
+        for factor in FACTORS.tolist()
+    ]
+    against = np.array([each.evidence for each in fitted])
+    against += (np.log(FACTORS) / model.settings.fix_sigma_spread) ** 2
+    share = np.exp((against.min() - against) / 2)
+    share = np.where(share < LEAST_SHARE * share.sum(), 0, share)
+    likely = np.flatnonzero(share).tolist()
+    return _mean_path(model, ties, [fitted[index] for index in likely], share[likely] / share.sum())
+
+
+def _mean_path(model: PathModel, ties: Ties, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
+    """The mean of paths with shares (p,) that sum to 1, and its covariance: theirs, and how far they are apart."""
+    states = np.stack([each.state.columns for each in fitted])
+    mean = np.tensordot(share, states, axes=1)
+    covariance = np.zeros((len(mean), STATES, STATES))
+    for part, each, state in zip(share.tolist(), fitted, states, strict=True):
+        own = solve(model.equations(each.state, replace(ties, sigma_m=each.sigma_m))).covariance
+        covariance += part * (own + (state - mean)[:, :, None] * (state - mean)[:, None, :])
+    sigma_m = float(np.sqrt(share @ np.square([each.sigma_m for each in fitted])))
+    return SmoothedPath(PathState.of_columns(mean), covariance, sigma_m, all(each.converged for each in fitted))
 
 
 def _starts(model: PathModel, ties: Ties) -> list[tuple[PathModel, PathState, float]]:
@@ -105,8 +123,7 @@ def _fitted(model: PathModel, ties: Ties, state: PathState) -> _Fitted:
         right = equations.right.ravel()
         step = cho_solve_banded((factor, False), right, check_finite=False).reshape(-1, STATES)
         share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(step[:, 3]).max()), 1e-12))
-        x, y, scale, heading = share * step.T
-        state = PathState(state.position + x + 1j * y, state.scale + scale, state.heading_rad + heading)
+        state = PathState.of_columns(state.columns + share * step)
         converged = share == 1 and float(np.abs(step[:, :2]).max()) < CLOSE_M
         if converged:
             break

@@ -11,6 +11,9 @@ import pytest
 from tests.dead_reckoning.walks import START_NS, corners, walked
 from tests.sessions.getsensordata import HEAD, MAC, ORIGIN, posi
 from vislam2tag.common.errors import SessionError
+from vislam2tag.core.faults import EventKind
+from vislam2tag.mapping.registry import WITHOUT_TRACKER, strategy_named
+from vislam2tag.mapping.settings import MappingSettings
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -89,3 +92,19 @@ def test_a_log_without_inertial_readings_is_told(survey: Path) -> None:
     file.write_text("".join(line for line in lines if not line.startswith("GYRO")), encoding="utf-8")
     with pytest.raises(SessionError, match=r"T01\.txt has no accelerometer and gyroscope"):
         read_session(open_survey(survey).sessions[0])
+
+
+def test_air_pressure_tells_of_a_rise(survey: Path) -> None:
+    (survey / "site.toml").write_text(f"{SITE}elevation_m = 3.5\n", encoding="utf-8")
+    file = next(survey.rglob("T01.txt"))
+    rises_m = {at: 3.5 * min(max(at - 15, 0) / 8, 1) for at in np.arange(0.0, 37.0, 0.1).tolist()}
+    pressure = [f"PRES;{at:.3f};{at + BOOT_S:.3f};{1000 - 0.12 * rise:.4f};0" for at, rise in rises_m.items()]
+    rows = [line for line in file.read_text(encoding="utf-8").splitlines() if not line.startswith("%")]
+    rows = sorted(rows + pressure, key=lambda row: float(row.split(";")[1]))
+    file.write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+    opened = open_survey(survey)
+    prepared = prepared_session(SessionTask(opened.sessions[0], opened.site, Corrections()))
+    strategy = strategy_named(WITHOUT_TRACKER, MappingSettings())
+    walk = strategy.map(prepared.session.camera, prepared.session.landmarks, prepared.landmarks)
+    assert np.ptp(walk.position_bcs[:, 2]) == pytest.approx(3.5, abs=0.4)
+    assert EventKind.STAIRS in {event.kind for event in walk.events}

@@ -19,7 +19,7 @@ from vislam2tag.smoother.contradictions import contradictions
 from vislam2tag.smoother.frame_states import ExposureInterpolation
 from vislam2tag.smoother.landmark_priors import LandmarkPriors
 from vislam2tag.smoother.observations import FEWEST_FRAMES, WalkObservations
-from vislam2tag.smoother.slips import slips
+from vislam2tag.smoother.slips import may_have_slipped, slips
 from vislam2tag.smoother.smoothing import mapped_path, smooth
 
 
@@ -48,7 +48,11 @@ class Smoother:
             return nothing
         observations = bridged_observations(camera, log, self.sighting_range_m)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
-        smoothed = smooth(observations, LandmarkPriors.of(log.ids, landmarks))
+        priors = LandmarkPriors.of(log.ids, landmarks)
+        smoothed = smooth(observations, priors)
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):
+            observations = bridged_observations(camera, log, self.sighting_range_m, slips=True)
+            smoothed = smooth(observations, priors)
         if smoothed is None:
             return nothing
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)

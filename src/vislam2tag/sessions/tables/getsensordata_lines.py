@@ -30,9 +30,10 @@ KINDS: Mapping[str, str] = {
     "GYRO": _SENSOR % "",
     "MAGN": _SENSOR % "",
     "AHRS": _SENSOR % _ANGLES,
+    "PRES": rf"^PRES;(?<app>{_NUMBER});(?<seen>{_NUMBER});(?<v1>{_NUMBER})(?:;|$)",
 }
 """Pattern of each kind of rows that is taken; all others are not."""
-SENSOR_KINDS = ("ACCE", "GYRO", "MAGN", "AHRS")
+SENSOR_KINDS = ("ACCE", "GYRO", "MAGN", "AHRS", "PRES")
 _TEXTS = ("ssid", "bssid", "rest")
 
 

@@ -26,6 +26,7 @@ from vislam2tag.sessions.tables.getsensordata_lines import (
 )
 from vislam2tag.sessions.tables.radio_text import GREATEST_DBM, LEAST_DBM, mark_jittered
 from vislam2tag.sessions.tables.raw_table import ns_of_seconds
+from vislam2tag.sessions.tables.sensor_table import SENSOR_VALUES
 
 OLDEST_S = 600.0
 """Phones cache results for a minute or so; a Wi-Fi time this much older is on another clock."""
@@ -34,7 +35,8 @@ _NEWEST_S = 1.0
 _MOST = 10_000
 """Numbers of floors and buildings are smaller."""
 _HEAD_BYTES = 8192
-_SENSORS = {"ACCE": "ACC", "GYRO": "GYRO", "MAGN": "MAG", "AHRS": "ROT"}  # names as in the table ``sensors``
+_SENSORS = {"ACCE": "ACC", "GYRO": "GYRO", "MAGN": "MAG", "AHRS": "ROT", "PRES": "PRESSURE"}
+"""Names as in the table ``sensors``."""
 _UUID = r"[0-9A-Fa-f]{8}-?(?:[0-9A-Fa-f]{4}-?){3}[0-9A-Fa-f]{12}"
 _DATE = re.compile(r"Date of creation:\s*\w{3} (\w{3}) +(\d+) (\d\d):(\d\d):(\d\d) .*?(\d{4})")
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
@@ -140,14 +142,15 @@ def _readings(table: pl.DataFrame) -> pl.DataFrame:
 
 def _sensors(rows: Mapping[str, pl.DataFrame], offset_s: float) -> pl.DataFrame:
     """Sensor values at the phone's times; each sensor that counts from elsewhere is shifted by its own median."""
-    rest = [pl.lit(0.0).alias(f"v{number}") for number in (4, 5, 6)]
     parts = []
     for kind, name in _SENSORS.items():
         table = rows[kind]
+        none = [pl.lit(0.0).alias(value) for value in SENSOR_VALUES if value not in table.columns]
         own_s = (table["seen"] - table["app"]).median() if table.height else offset_s
         shift_s = 0.0 if abs(float(own_s) - offset_s) < _NEWEST_S else offset_s - float(own_s)  # type: ignore[arg-type]
         times = table.with_columns(time=pl.col("seen") + shift_s)
-        parts.append(times.select("row", ns_of_seconds("time"), pl.lit(name).alias("sensor"), "v1", "v2", "v3", *rest))
+        values = times.with_columns(none).select(SENSOR_VALUES)
+        parts.append(times.select("row", ns_of_seconds("time"), pl.lit(name).alias("sensor")).hstack(values))
     whole = pl.concat(parts).sort("row")
     return whole.with_columns(repeated=~pl.struct("sensor", "time_ns").is_first_distinct())
 
