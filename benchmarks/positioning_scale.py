@@ -95,9 +95,9 @@ def measured(task: tuple[str, int]) -> Cost:
     marks.append((time.perf_counter(), time.process_time()))
     grown = memory_mib("VmHWM") - before
     (learn_s, learn_cpu_s), (batch_s, batch_cpu_s), (alone_s, alone_cpu_s) = np.diff(marks, axis=0).tolist()
-    answers = [1000 * seconds / ASKED for seconds in (batch_s, batch_cpu_s)]
-    lone = [1000 * seconds / ALONE for seconds in (alone_s, alone_cpu_s)]
-    return Cost(name, size, learn_s, learn_cpu_s, *answers, *lone, grown)
+    batch_ms, batch_cpu_ms = (1000 * seconds / ASKED for seconds in (batch_s, batch_cpu_s))
+    alone_ms, alone_cpu_ms = (1000 * seconds / ALONE for seconds in (alone_s, alone_cpu_s))
+    return Cost(name, size, learn_s, learn_cpu_s, batch_ms, batch_cpu_ms, alone_ms, alone_cpu_ms, grown)
 
 
 def memory_mib(name: str) -> float:

@@ -32,6 +32,7 @@ from vislam2tag.pipeline.datasets.radio_maps import write_radio_maps
 from vislam2tag.pipeline.site.plan import PlanRequest, write_plans
 from vislam2tag.pipeline.site.show import draw_site, summarise_site
 from vislam2tag.planning.settings import PlanSettings
+from vislam2tag.positioning.benchmark.best import best_models
 from vislam2tag.positioning.benchmark.record import Benchmark
 from vislam2tag.positioning.benchmark.rows import benchmark_rows
 from vislam2tag.report.pages.benchmark_page import write_benchmark_page
@@ -77,8 +78,16 @@ def radio_maps(folder: Path) -> Path:
 
 def benchmark(folder: Path) -> Path:
     runs = [record("knn", "LG", None, 2.0), record("extra-trees", "LG", None, 2.5)]
+    rows = benchmark_rows(runs)
     found = Benchmark(
-        version="1", dataset="set", data_sha256={}, seeds=1, rows=benchmark_rows(runs), runs=runs, failed=[]
+        version="1",
+        dataset="set",
+        data_sha256={},
+        seeds=1,
+        rows=rows,
+        runs=runs,
+        failed=[],
+        best=best_models(rows),
     )
     parts = [FigurePart("map.device.knn", "On the plan", "About it.", PICTURE, 7.0)]
     write_benchmark_page(folder / "page.html", found, parts, None)

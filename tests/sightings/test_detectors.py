@@ -82,7 +82,7 @@ def in_glare(picture: GreyImage, x: int, y: int, radius: int) -> GreyImage:
     """The picture with a lamp's reflection, white in its middle."""
     glare = np.zeros(picture.shape, np.float32)
     cv2.circle(glare, (x, y), radius, 1.0, -1)
-    return np.clip(picture + 255 * cv2.GaussianBlur(glare, (0, 0), 15), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(picture + 255 * cv2.GaussianBlur(glare, (0, 0), 15), 0, 255), np.uint8)
 
 
 def moved_while_exposed(picture: GreyImage, pixels: int) -> GreyImage:

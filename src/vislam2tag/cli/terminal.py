@@ -11,7 +11,7 @@ from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.visible_text import visible
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.segment import Segment
     from rich.table import Table
 
@@ -54,7 +54,7 @@ def tables_that_fit(table: Table, console: Console) -> list[Table]:
     from rich.measure import Measurement
     from rich.table import Table
 
-    def span(text: object) -> Measurement:
+    def span(text: RenderableType) -> Measurement:
         return Measurement.get(console, console.options.update(max_width=10_000), text)
 
     texts = [i for i, column in enumerate(table.columns) if column.justify == "left"]

@@ -160,4 +160,4 @@ def group_quantile(values: FloatArray, group: IntArray, share: float) -> float:
     _, number, count = np.unique(group, return_inverse=True, return_counts=True)
     order = np.argsort(values)
     below = np.cumsum(1 / count[number[order]]) / (len(count) + 1)
-    return float(values[order][min(np.searchsorted(below, share), len(values) - 1)])
+    return float(values[order][min(int(np.searchsorted(below, share)), len(values) - 1)])

@@ -70,12 +70,13 @@ def _poses(
     square: FloatArray, corners_px: FloatArray, camera: FloatArray
 ) -> list[tuple[float, FloatArray, FloatArray]]:
     """How far corners are off, root mean square, pixels, turn (3, 1) and shift (3, 1) of poses that may fit."""
-    found = []
+    found = list[tuple[float, FloatArray, FloatArray]]()
     for way in (cv2.SOLVEPNP_IPPE, cv2.SOLVEPNP_ITERATIVE):  # the first is lost exactly in front of a square
         with suppress(cv2.error):
             _, turns, shifts, _ = cv2.solvePnPGeneric(square, corners_px, camera, np.zeros(4), flags=way)
             for rough in zip(turns, shifts, strict=True):
-                turn, shift = map(np.asarray, cv2.solvePnPRefineLM(square, corners_px, camera, np.zeros(4), *rough))
+                finer = cv2.solvePnPRefineLM(square, corners_px, camera, np.zeros(4), *rough)
+                turn, shift = (np.asarray(one, np.float64) for one in finer)
                 off = cv2.projectPoints(square, turn, shift, camera, np.zeros(4))[0][:, 0] - corners_px
                 if np.isfinite(off).all() and shift[2, 0] > 0:
                     found.append((float(np.sqrt(np.mean(off**2))), turn, shift))

@@ -140,7 +140,7 @@ def test_many_floors_and_sites_with_metadata_apart(tmp_path: Path) -> None:
         for number, name in ((-1, "B1"), (0, "F1"), (1, "L2"), (2, "3F"))
     ]
     assert {(each.width_m, each.height_m) for each in dataset.info.floors} == {(40.0, 30.0)}
-    assert dataset.files["plans/two.floor_-1.png"].read_bytes() == b"two"
+    assert Path(dataset.files["plans/two.floor_-1.png"]).read_bytes() == b"two"
     found = dataset.fingerprints.select("session", "building", "floor").collect()
     assert found.rows() == [
         (f"{site}.{name}.a", site, number)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.pipeline.datasets.session import SessionOutcome, survey_findings
+from vislam2tag.pipeline.labels.checking.walked_floors import WalkPlaces
+
+NOWHERE = WalkPlaces(np.empty((0, 2)), np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))
 
 
 def finding(kind: FindingKind, count: int, message: str = "m", severity: Severity = Severity.INFO) -> Finding:
@@ -12,7 +17,7 @@ def finding(kind: FindingKind, count: int, message: str = "m", severity: Severit
 
 
 def outcome(device: str, readings: int, error: str | None = None, *found: Finding) -> SessionOutcome:
-    return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found)
+    return SessionOutcome("s", device, error, {"wifi": readings} if readings else {}, found, NOWHERE)
 
 
 def test_what_sessions_lack_is_counted() -> None:

@@ -191,11 +191,10 @@ def test_known_and_unknown_rows() -> None:
         ("b", "ok", "east", 1, 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
         ("c", "unknown", *[None] * 8),
     ]
-    told = replace(found, unlike=np.array([True, False, True])).without(~found.known)
+    unlike = np.array([True, False, True])
+    told = replace(found, unlike=unlike).without(~found.known)
     marked = located_table(np.array(["a", "b", "c"]), told)
-    expected = [
-        "unlike" if one == "ok" and mark else one for one, mark in zip(table["status"], told.unlike, strict=True)
-    ]
+    expected = ["unlike" if one == "ok" and mark else one for one, mark in zip(table["status"], unlike, strict=True)]
     assert marked["status"].to_list() == expected
     assert "unlike" in expected
     assert "unknown" in expected

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.finding_kinds import FindingKind
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.dataset.by_session import one_session, session_readings
 from vislam2tag.dataset.model import Dataset, DatasetInfo, FloorInfo, Grouping, Related, Split
 from vislam2tag.dataset.schema import (
@@ -227,6 +227,6 @@ def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFra
     )
 
 
-def _files(base: Dataset, later: Dataset, floors: Sequence[FloorInfo]) -> dict[str, Path]:
+def _files(base: Dataset, later: Dataset, floors: Sequence[FloorInfo]) -> dict[str, AnyPath]:
     plans = {floor.plan for floor in floors}
     return {**{path: file for path, file in later.files.items() if path in plans}, **base.files}

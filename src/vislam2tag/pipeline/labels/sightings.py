@@ -84,7 +84,7 @@ def sightings(
     root, images = Path(root), path_or_none(images)
     detectors = _detectors(images, tags, tag_side_m, qr_side_m)
     survey = open_survey(root)
-    found = []
+    found = list[SightingsFound]()
     for ref in survey.sessions:
         one = _of_session(ref, detectors, again, _part_of(within, str(ref.key), len(found), len(survey.sessions)))
         found.append(one)

@@ -182,7 +182,7 @@ def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str, table
     store = stored.out.store
     made = job.out.tables(job.slug)
     tables = {name: store.put(table_name(name, job.slug), path) for name, path in made.items()}
-    store.delete(table_name(name, job.slug) for name in tables_before.union(OPTIONAL) - tables.keys())
+    store.delete(table_name(name, job.slug) for name in (tables_before | set(OPTIONAL)) - tables.keys())
     result = read_bytes(job.out.root / RESULTS / f"{job.slug}.json")
     stored.out.put_mark(job.slug, result, before, inputs, tables)
 

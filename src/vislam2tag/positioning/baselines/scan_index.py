@@ -144,7 +144,7 @@ class ScanIndex:
         theirs = np.concatenate([self.level[:0], *(self.level[part] for part in parts)])
         own = np.repeat(level, [part.stop - part.start for part in parts])
         shared = np.minimum(own, theirs) if self.distance is SignalDistance.SORENSEN else own * theirs
-        common = np.bincount(scan, shared, minlength=len(self))
+        common = np.asarray(np.bincount(scan, shared, minlength=len(self)), np.float64)
         return self._apart(_sizes(level, self.distance).sum(), self.size, common)
 
     def _apart(self, size: FloatArray, theirs: FloatArray, common: FloatArray) -> FloatArray:
