@@ -64,6 +64,13 @@ def radio(page: Page) -> None:
     page.get_by_role("button", name="Show all").click()
 
 
+def collect(page: Page) -> None:
+    """What walks have covered, and where to go next."""
+    page.get_by_role("tab", name="Collect").click()
+    page.get_by_role("button", name="Go here next").first.wait_for()
+    page.get_by_role("button", name="Show all").click()
+
+
 def change(page: Page) -> None:
     """A change before it is saved."""
     landmarks(page)
@@ -73,11 +80,12 @@ def change(page: Page) -> None:
 
 
 def corrections(page: Page) -> None:
-    """The change, saved."""
+    """The change, saved, and the form of another."""
     page.get_by_role("dialog").locator("button.main").click()
     page.get_by_text("Labels are new.").wait_for()
     page.get_by_role("tab", name="Corrections").click()
-    page.locator("details summary", has_text="Edit").click()
+    page.get_by_text("Add a correction").click()
+    page.get_by_label("Kind").select_option("turn_landmarks")
 
 
 def compare(page: Page) -> None:
@@ -100,7 +108,7 @@ def floors(page: Page) -> None:
 Scheme: TypeAlias = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 VIEWS: dict[str, Callable[[Page], None]] = {
-    view.__name__: view for view in (walks, diagnose, radio, landmarks, change, corrections, compare, floors)
+    view.__name__: view for view in (walks, diagnose, radio, collect, landmarks, change, corrections, compare, floors)
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import socket
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import IPv6Address, ip_address
@@ -96,6 +97,9 @@ class _Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
+        if threading.current_thread() is not threading.main_thread():  # only that one hears signals
+            yield
+            return
         before = {number: signal.signal(number, self.handle_exit) for number in (signal.SIGINT, signal.SIGTERM)}
         try:
             yield
@@ -110,6 +114,19 @@ class _Server(uvicorn.Server):
             opened.listen(_WAITING)
 
 
+@contextmanager
+def serving(app: Starlette, opened: socket.socket) -> Iterator[None]:
+    """Serve an application on an open socket in a thread of its own, until the block ends."""
+    server = _server(app, BoundedConnection, "off")
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [opened]}, name="receiving")
+    thread.start()
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
 def serve(
     app: Starlette,
     opened: socket.socket,
@@ -117,6 +134,10 @@ def serve(
     lifespan: Literal["on", "off"] = "off",
 ) -> None:
     """Serve an application on an open socket until SIGINT or SIGTERM."""
+    _server(app, connection, lifespan).run(sockets=[opened])
+
+
+def _server(app: Starlette, connection: type[H11Protocol], lifespan: Literal["on", "off"]) -> _Server:
     config = uvicorn.Config(
         app,
         log_level="critical",
@@ -127,4 +148,4 @@ def serve(
         ws="none",
         backlog=_ACCEPTED_AT_ONCE,
     )
-    _Server(config).run(sockets=[opened])
+    return _Server(config)

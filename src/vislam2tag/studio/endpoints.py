@@ -15,6 +15,9 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.receiving.address import code_of, url_for
 from vislam2tag.studio import corrections_view, diagnosis_view, session_view, survey_view, tracks
 from vislam2tag.studio import series as charts
+from vislam2tag.studio.collect.covered import covered_floors
+from vislam2tag.studio.collect.handover import Handover
+from vislam2tag.studio.collect.messages import CollectingView, CoveredFloors
 from vislam2tag.studio.comparison import comparison
 from vislam2tag.studio.events import Events
 from vislam2tag.studio.guard import Guard
@@ -62,6 +65,7 @@ class Studio:
     diagnoses: diagnosis_view.Diagnoses
     events: Events
     guard: Guard
+    handover: Handover
 
 
 @dataclass(frozen=True)
@@ -219,6 +223,22 @@ def _radio_map(studio: Studio, asked: Asked) -> Binary:
     return Binary(tracks.arrow_stream({"v": cells.ravel()}), tracks.ARROW)
 
 
+def _collecting(studio: Studio, _asked: Asked) -> CollectingView:
+    return studio.handover.view()
+
+
+def _collect(studio: Studio, _asked: Asked) -> CollectingView:
+    return studio.handover.open()
+
+
+def _end_collecting(studio: Studio, _asked: Asked) -> CollectingView:
+    return studio.handover.close()
+
+
+def _covered(studio: Studio, _asked: Asked) -> CoveredFloors:
+    return covered_floors(studio.workspace)
+
+
 def _invite(studio: Studio, _asked: Asked) -> Invitation:
     url = url_for(studio.guard.host, studio.guard.port, studio.guard.invite())
     return Invitation(url=url, code=code_of(url))
@@ -260,5 +280,9 @@ ENDPOINTS = (
     Endpoint("GET", "/api/layers/{name}", _layer, LayerView, FloorQuery),
     Endpoint("GET", "/api/radio", _radio, RadioView),
     Endpoint("GET", "/api/radio/map", _radio_map, None, RadioQuery),
+    Endpoint("GET", "/api/collecting", _collecting, CollectingView),
+    Endpoint("POST", "/api/collecting", _collect, CollectingView),
+    Endpoint("DELETE", "/api/collecting", _end_collecting, CollectingView),
+    Endpoint("GET", "/api/covered", _covered, CoveredFloors),
     Endpoint("POST", "/api/invitations", _invite, Invitation),
 )

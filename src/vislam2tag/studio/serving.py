@@ -12,6 +12,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from vislam2tag.receiving.address import url_for
 from vislam2tag.receiving.connections import serve
 from vislam2tag.studio.app import studio_app
+from vislam2tag.studio.collect.handover import Handover
 from vislam2tag.studio.diagnosis_view import Diagnoses
 from vislam2tag.studio.endpoints import Studio
 from vislam2tag.studio.events import Events
@@ -28,10 +29,12 @@ def opened_studio(
     events = Events(workspace.refresh)
     guard = Guard(host, opened.getsockname()[1])
     jobs = JobQueue(workspace, events.publish, workers)
+    handover = Handover(workspace, jobs, events.publish)
     try:
-        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard)
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover)
         yield url_for(host, guard.port, guard.invite()), studio_app(studio)
     finally:
+        handover.close()
         jobs.close()
         workspace.close()
 

@@ -1,5 +1,5 @@
 // Requests to the server. What it refuses is a Refusal with its sentence.
-import type { Change, Comparison, CorrectionTable, Corrections, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
+import type { Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, Feature, Job, LayerInfo, Preview, Problem, Radio, SessionDetail, Session, Survey } from './model';
 import { type Series, type Track, readCells, readSeries, readTrack } from './arrow';
 
 export class Refusal extends Error {
@@ -74,6 +74,10 @@ export const radio = () => json<Radio>('GET', '/api/radio');
 /** Cells of a layer, row by row from the lower edge. */
 export const radioMap = async (floor: number, technology: string, layer: string, bssid: string) =>
   readCells(await (await request('GET', `/api/radio/map?floor=${floor}&technology=${name(technology)}&layer=${layer}&bssid=${name(bssid)}`)).arrayBuffer());
+export const collecting = () => json<Collecting>('GET', '/api/collecting');
+export const collect = () => json<Collecting>('POST', '/api/collecting', {});
+export const endCollecting = () => json<Collecting>('DELETE', '/api/collecting');
+export const covered = async () => (await json<{ floors: Covered[] }>('GET', '/api/covered')).floors;
 export const layers = async () => (await json<{ layers: LayerInfo[] }>('GET', '/api/layers')).layers;
 export const features = async (layer: string, floor: number) =>
   (await json<{ features: Feature[] }>('GET', `/api/layers/${name(layer)}?floor=${floor}`)).features;

@@ -4,6 +4,22 @@
  */
 
 export interface paths {
+    "/api/collecting": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_collecting"];
+        put?: never;
+        post: operations["post_collecting"];
+        delete: operations["delete_collecting"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/compare": {
         parameters: {
             query?: never;
@@ -60,6 +76,22 @@ export interface paths {
             cookie?: never;
         };
         get: operations["get_corrections_tables"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/covered": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get: operations["get_covered"];
         put?: never;
         post?: never;
         delete?: never;
@@ -404,6 +436,22 @@ export interface components {
             ssid: string | null;
         };
         /**
+         * CollectingView
+         * @description Where phones hand over; without an address they cannot now.
+         */
+        CollectingView: {
+            /** Code */
+            code: string[];
+            /** Received */
+            received: components["schemas"]["ReceivedSession"][];
+            /** Refused */
+            refused: string[];
+            /** Token */
+            token: string;
+            /** Url */
+            url: string | null;
+        };
+        /**
          * ComparedSession
          * @description A session in two outputs; ``error`` is the mean against truth, where that is known.
          */
@@ -559,6 +607,39 @@ export interface components {
             text: string;
             /** Version */
             version: string;
+        };
+        /**
+         * Covered
+         * @description What of a floor was walked, by the labels; ``note`` says why nothing is known of it.
+         */
+        Covered: {
+            /** Floor */
+            floor: number;
+            /** Minutes Left */
+            minutes_left: number | null;
+            /** Never Entered */
+            never_entered: string[];
+            /** Next M */
+            next_m: [
+                number,
+                number
+            ] | null;
+            /** Note */
+            note: string;
+            /** Scanned */
+            scanned: number | null;
+            /** Walkable M2 */
+            walkable_m2: number | null;
+            /** Walked */
+            walked: number | null;
+        };
+        /**
+         * CoveredFloors
+         * @description Of each floor with a plan.
+         */
+        CoveredFloors: {
+            /** Floors */
+            floors: components["schemas"]["Covered"][];
         };
         /**
          * DiagnosisView
@@ -1120,6 +1201,16 @@ export interface components {
             state: "none" | "stale" | "ready";
         };
         /**
+         * ReceivedSession
+         * @description A session that was handed over; ``path`` is its folder in the survey.
+         */
+        ReceivedSession: {
+            /** Already */
+            already: boolean;
+            /** Path */
+            path: string;
+        };
+        /**
          * RemoveEntry
          * @description An entry less.
          */
@@ -1363,6 +1454,93 @@ export interface components {
 }
 export type $defs = Record<string, never>;
 export interface operations {
+    get_collecting: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CollectingView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_collecting: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CollectingView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_collecting: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CollectingView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     get_compare: {
         parameters: {
             query: {
@@ -1506,6 +1684,35 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["CorrectionTables"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_covered: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CoveredFloors"];
                 };
             };
             /** @description refused */

@@ -2,7 +2,7 @@
 import { t } from '../words/words.svelte';
 import type { Track } from '../api/arrow';
 import * as api from '../api/client';
-import type { CorrectionTable, Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
+import type { Collecting, CorrectionTable, Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
 
 class Data {
   survey = $state.raw<Survey | null>(null);
@@ -14,6 +14,8 @@ class Data {
   /** All kinds of corrections. */
   tables = $state.raw<CorrectionTable[]>([]);
   layers = $state.raw<LayerInfo[]>([]);
+  /** Where phones hand over, and what they did. */
+  collecting = $state.raw<Collecting | null>(null);
   jobs = $state.raw<Job[]>([]);
   /** The output that walks are drawn from: labels, before, or one to compare with. */
   output = $state('labels');
@@ -64,14 +66,14 @@ export async function start(): Promise<void> {
   await attempt(async () => {
     await api.enter();
     await loadSurvey();
-    await Promise.all([loadTracks(), loadCorrections(), loadKinds()]);
+    await Promise.all([loadTracks(), loadCorrections(), loadRest()]);
     listen();
     await loadDiagnosis();
   });
 }
 
-async function loadKinds(): Promise<void> {
-  [data.layers, data.tables] = await Promise.all([api.layers(), api.correctionTables()]);
+async function loadRest(): Promise<void> {
+  [data.layers, data.tables, data.collecting] = await Promise.all([api.layers(), api.correctionTables(), api.collecting()]);
 }
 
 async function loadCorrections(): Promise<void> {
@@ -96,6 +98,9 @@ function listen(): void {
   };
   source.addEventListener('hello', compare);
   source.addEventListener('versions', compare);
+  source.addEventListener('collecting', (event: MessageEvent<string>) => {
+    data.collecting = JSON.parse(event.data) as Collecting;
+  });
   source.addEventListener('job', (event: MessageEvent<string>) => {
     const job = JSON.parse(event.data) as Job;
     data.jobs = [...data.jobs.filter(({ id }) => id !== job.id), job];

@@ -1,0 +1,1 @@
+"""Sessions that phones hand over while the studio runs, and what of each floor they have covered."""
