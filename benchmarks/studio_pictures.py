@@ -93,6 +93,7 @@ def compare(page: Page) -> None:
     page.get_by_role("tab", name="Compare").click()
     page.get_by_label("Second").select_option(label="before the last change")
     page.locator(".form button.main").click()
+    page.get_by_label("Line between the two maps").wait_for()
 
 
 def floors(page: Page) -> None:
@@ -159,7 +160,8 @@ def opened(browser: Browser, address: str, scheme: Scheme, size: ViewportSize, l
 
 
 def take(page: Page, file: Path) -> None:
-    """Write a picture, small."""
+    """Write a picture, small, once no job is under way."""
+    page.locator(".status progress").wait_for(state="detached")
     page.wait_for_timeout(SETTLED_MS)
     Image.open(io.BytesIO(page.screenshot())).save(file, "webp", quality=70, method=6)
 
