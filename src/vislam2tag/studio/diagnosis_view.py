@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from vislam2tag.diagnosis.record import CorrectionEntry, Diagnosis, Fault, FaultKind
+from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
 from vislam2tag.pipeline.labels.process import kept_faults
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.studio.messages import Point
@@ -23,9 +23,9 @@ class Diagnoses:
         self._workspace = workspace
         self._quick: tuple[str, list[Fault]] | None = None
 
-    def view(self, full: tuple[Diagnosis, str] | None) -> DiagnosisView:
-        """The list; ``full`` is the last whole diagnosis and the version of the sessions that it was made of."""
-        version = self._workspace.refresh().sessions
+    def view(self) -> DiagnosisView:
+        """The list."""
+        version, full = self._workspace.refresh().sessions, self._workspace.diagnosis
         if full is not None and full[1] == version:
             return DiagnosisView(state="full", stale=False, faults=fault_views(full[0].faults, self._workspace.now))
         if not self._workspace.outputs[LABELS].stamp():

@@ -190,7 +190,7 @@ def _cancel(studio: Studio, asked: Asked) -> Job:
 
 
 def _diagnosis(studio: Studio, _asked: Asked) -> DiagnosisView:
-    return studio.diagnoses.view(studio.jobs.diagnosis)
+    return studio.diagnoses.view()
 
 
 def _compare(studio: Studio, asked: Asked) -> ComparisonView:

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError, Vislam2tagError
 from vislam2tag.common.records import FiniteRecord
-from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import TRAJECTORY
 from vislam2tag.labeling.settings import ProcessSettings
@@ -61,8 +60,6 @@ class JobQueue:
         self._stopping = False
         self._unfinished = False
         """Whether summary and report are older than the labels."""
-        self.diagnosis: tuple[Diagnosis, str] | None = None
-        """The last one, and the version of the sessions that it was made of."""
         self.radio: tuple[Radio, str] | None = None
         """The last radio maps, and the version of the labels that they were made of."""
         self._thread = threading.Thread(target=self._run, name="studio jobs")
@@ -217,7 +214,7 @@ class JobQueue:
 
         version = self._workspace.refresh().sessions
         found = diagnose(self._workspace.root, self._workspace.settings, jobs=self._workers, progress=progress)
-        self.diagnosis = found, version
+        self._workspace.diagnosis = found, version
 
     def _radio(self, number: int, pool: ProcessPoolExecutor) -> None:
         version = self._workspace.refresh().labels

@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.diagnosis.record import Diagnosis
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.process import jobs_of
 from vislam2tag.pipeline.labels.session import Job, still_holds
@@ -81,6 +82,8 @@ class Workspace:
             self.outputs[f"compare-{number}"] = Output(f"compare-{number}", folder)
         self.before_slugs: dict[str, str] = {}
         """Names that sessions with changed labels have in the output ``before``, by id."""
+        self.diagnosis: tuple[Diagnosis, str] | None = None
+        """The last whole one, and the version of the sessions that it was made of."""
         self._lock = threading.RLock()
         self._stale: tuple[str, frozenset[str]] | None = None
         self._site_stamp = self._look_at_site()
