@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.clock_alignment import ClockAlignment, align_by_motion
+from vislam2tag.core.clock_alignment import STAMPS_SIGMA_S, ClockAlignment, _line, align_by_motion
 from vislam2tag.core.clock_by_levels import align_by_levels
 
 UNIX_S = 1.7e9
@@ -98,3 +98,22 @@ def test_a_clock_that_runs_faster_is_set_right_everywhere() -> None:
     ours = np.array([1000, 2000, 5000])
     theirs = ours + 10_000 + np.round(0.25 * (ours - 1000)).astype(np.int64)
     assert clock.ours(theirs).tolist() == ours.tolist()
+
+
+def test_sigma_holds_at_both_ends_of_a_walk() -> None:
+    """Of walks whose windows scatter evenly, the larger error of both ends is within two sigma in 95 %."""
+    rng = np.random.default_rng(17)
+    middles = np.arange(24) * 5.0
+    within = 0
+    for _ in range(2000):
+        offset, rate, at, sigma = _line(middles, rng.normal(0, 0.003, 24))
+        within += abs(np.array((offset, offset)) + rate * (middles[[0, -1]] - at)).max() <= 2 * sigma
+    assert 0.94 < within / 2000 < 0.97
+
+
+def test_what_all_windows_share_is_part_of_sigma() -> None:
+    time_s, norm = motion(120.0, seed=3)
+    their_ns, theirs, _ = other_recorder(time_s, norm, rate_hz=200.0, drift=0.0, offset_s=5.0, noise=0.0, seed=1)
+    found = align_by_motion(their_ns, theirs, np.round(time_s * 1e9).astype(np.int64), norm)
+    assert found.offset_ns is not None
+    assert found.sigma_s > STAMPS_SIGMA_S

@@ -31,8 +31,13 @@ WINDOW_S, FEWEST_WINDOWS, FEWEST_FOR_RATE = 5.0, 5, 12
 USUAL_RATE = 5e-5
 """Clocks of phones and loggers run at rates that differ by less: what a walk too short to tell it may be off by."""
 FINE_STEP_S, FINE_REACH_S, SMOOTH_S = 0.01, 1.5, 0.06
-LEAST_SIGMA_S = 0.001
-"""Stamps are hardly ever better than this."""
+STAMPS_SIGMA_S = 0.001
+"""Stamps are hardly ever better than this; all windows share the error, so that their scatter does not tell it."""
+EITHER_END = 1.125
+"""How much wider than at one end the sigma is within which, twice, the error at both ends of a line lies as often as a
+normal error lies within two sigma. Of evenly spread windows the errors at the ends correlate by -1/2: with the normal
+distribution of two such both lie within 2.25 of their sigmas as often as one lies within 2.
+"""
 _OUTLIER = 4.0
 """Windows farther from the line than so many times the median distance (as a sigma) do not count."""
 
@@ -158,7 +163,11 @@ def _refined(
         return ClockAlignment(None, figures=f"{told}; an offset {rival:+.2f} s from there fits nearly as well")
     offset, rate, middle_s, sigma_s = _line(np.array(middles), np.array(offsets))
     return ClockAlignment(
-        start_ns + round(offset * 1e9), max(sigma_s, LEAST_SIGMA_S), rate, zero_ns + round(middle_s * 1e9), told
+        start_ns + round(offset * 1e9),
+        float(np.hypot(sigma_s, STAMPS_SIGMA_S)),
+        rate,
+        zero_ns + round(middle_s * 1e9),
+        told,
     )
 
 
@@ -180,7 +189,7 @@ def _rival(lags: FloatArray, correlation: FloatArray) -> float | None:
 
 
 def _line(time_s: FloatArray, offset_s: FloatArray) -> tuple[float, float, float, float]:
-    """Offset at the middle, slope, the middle, and the offset's sigma at either end, seconds; outliers left out."""
+    """Offset at the middle, slope, the middle, and the offset's sigma at both ends, seconds; outliers left out."""
     degree = 1 if len(time_s) >= FEWEST_FOR_RATE else 0
     residual = offset_s - np.median(offset_s)
     keep = np.ones(len(time_s), dtype=bool)
@@ -194,5 +203,7 @@ def _line(time_s: FloatArray, offset_s: FloatArray) -> tuple[float, float, float
     # Of so few windows the variance is Student's, not the normal one's.
     variance = np.sum(residual[keep] ** 2) / max(free - 2, 1)
     far = np.abs(arm).max()
-    at_end = variance / keep.sum() + (variance * far**2 / np.sum(arm**2) if degree else (USUAL_RATE * far) ** 2)
-    return float(fit[0]), float(fit[1]) if degree else 0.0, middle, float(np.sqrt(at_end))
+    if not degree:
+        return float(fit[0]), 0.0, middle, float(np.hypot(np.sqrt(variance / keep.sum()), USUAL_RATE * far))
+    at_end = variance / keep.sum() + variance * far**2 / np.sum(arm**2)
+    return float(fit[0]), float(fit[1]), middle, EITHER_END * float(np.sqrt(at_end))
