@@ -72,7 +72,8 @@ def run_survey(
     """
     survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
     settings = settings or Settings()
-    refuse_among_sessions(open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks), out)
+    survey = open_survey(survey_root, settings.survey.landmark_sigma_m, landmarks)
+    refuse_among_sessions(survey, out)
     name = survey_root.resolve().name
     with claim(out, {"survey": name}, PROGRAM) as folder:
         steps = _Steps(folder)
@@ -90,9 +91,10 @@ def run_survey(
         diagnosis = steps.unless_done(
             DIAGNOSIS,
             key_of(labels, code_key(diagnose.__module__)),
-            lambda: _kept(out / DIAGNOSIS_FILE, Diagnosis) if (out / CONFLICTS_PAGE).is_file() else None,
+            lambda: _kept(out / DIAGNOSIS_FILE, Diagnosis),
             lambda: _diagnose(survey_root, settings, landmarks, jobs, progress, folder),
         )
+        folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, survey, diagnosis.references))
         checked = steps.unless_done(
             CHECK,
             key_of(labels, walkable, code_key(check.__module__)),
@@ -139,8 +141,6 @@ def _diagnose(
     folder: OutputFolder,
 ) -> Diagnosis:
     found = diagnose(survey, settings, landmarks=landmarks, jobs=jobs, progress=_named("diagnose", progress))
-    here = open_survey(survey, settings.survey.landmark_sigma_m, landmarks)
-    folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, here, found.references))
     folder.write_text(DIAGNOSIS_FILE, found.model_dump_json(indent=1) + "\n")
     return found
 
