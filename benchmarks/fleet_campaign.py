@@ -2,8 +2,8 @@
 
 The fleet is made of one short generated walk, copied; it lies in FLEET, a folder or a bucket on the server that
 ``python -m tests.store_server PORT HOST`` starts (set AWS_ENDPOINT_URL and made-up credentials). Whatever ended the
-command, the same command goes on; each run adds a line to campaign.jsonl. What to look at: ``worked`` against sessions
-(repeats), ``requests`` a session, ``client_mb`` at each tenth (flat).
+command, the same command goes on; each run adds a line to campaign.jsonl at each hundredth and when it ends. What to
+look at: ``worked`` against sessions (repeats), ``requests`` a session, ``client_mb`` (flat).
 
     python benchmarks/fleet_campaign.py FLEET --sessions 10000 --kill-every 200
     python benchmarks/fleet_campaign.py --tasks 1000000
@@ -49,6 +49,8 @@ EACH = 100
 """Sessions of a survey."""
 SECONDS = 20.0
 RESULTS = Path("campaign.jsonl")
+LOOKS = 100
+"""How often memory and time are looked at."""
 
 
 def main() -> None:
@@ -86,7 +88,7 @@ def _options() -> argparse.Namespace:
 
 @dataclass
 class Watched:
-    """Counts outcomes, kills workers, and looks at memory and processor time at each tenth."""
+    """Counts outcomes, kills workers, and keeps memory and processor time at each hundredth."""
 
     cluster: DaskProcesses
     kill_every: int
@@ -94,8 +96,6 @@ class Watched:
     ended: int = 0
     worked: int = 0
     killed: int = 0
-    client_mb: list[float] = field(default_factory=list)
-    scheduler_mb: list[float] = field(default_factory=list)
     started: float = field(default_factory=time.perf_counter)
 
     def take(self, _: str) -> None:
@@ -103,10 +103,8 @@ class Watched:
         self.ended += 1
         if self.kill_every and self.ended % self.kill_every == 0:
             self._kill()
-        if self.ended * 10 // self.total > (self.ended - 1) * 10 // self.total:
-            self.client_mb.append(_resident_mb(os.getpid()))
-            self.scheduler_mb.append(_resident_mb(self.cluster.scheduler.pid))
-            print(f"{self.ended} of {self.total}: {self.client_mb[-1]:.0f} MB", flush=True)
+        if self.ended * LOOKS // self.total > (self.ended - 1) * LOOKS // self.total:
+            _keep({"of": self.total} | self.found())
 
     def take_of_fleet(self, outcome: FleetOutcome, _: int) -> None:
         """Take an outcome of a fleet."""
@@ -125,8 +123,8 @@ class Watched:
             "killed": self.killed,
             "client_s": round(_processor_s(os.getpid()), 1),
             "scheduler_s": round(_processor_s(self.cluster.scheduler.pid), 1),
-            "client_mb": [round(each, 1) for each in self.client_mb],
-            "scheduler_mb": [round(each, 1) for each in self.scheduler_mb],
+            "client_mb": round(_resident_mb(os.getpid()), 1),
+            "scheduler_mb": round(_resident_mb(self.cluster.scheduler.pid), 1),
         }
 
     def _kill(self) -> None:
@@ -145,8 +143,10 @@ def _make_fleet(fleet: Path, sessions: int) -> None:
         walk = next(survey.glob("floor_0/LG/*"))
         for number in range(-(-sessions // EACH)):
             store = any_store_at(fleet / SURVEYS / f"survey-{number:05d}")
+            there = {file.name for file in store.list()}
             for name, content in _files(survey, walk, range(min(EACH, sessions - number * EACH))):
-                store.put(name, content)
+                if name not in there:
+                    store.put(name, content)
     add_surveys(fleet)
 
 
@@ -180,7 +180,7 @@ def _processor_s(pid: int) -> float:
 
 
 def _keep(found: dict[str, object]) -> None:
-    print(json.dumps(found, indent=1))
+    print(json.dumps(found), flush=True)
     with RESULTS.open("a") as file:
         file.write(json.dumps(found) + "\n")
 

@@ -6,6 +6,7 @@ to ``/__faults`` says which requests go wrong, and how (:class:`tests.stores.Fau
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import socket
@@ -15,7 +16,7 @@ from collections.abc import Iterable
 from threading import Lock
 from typing import Any
 
-from moto.moto_server.werkzeug_app import DomainDispatcherApplication, create_backend_app
+from moto.moto_server.werkzeug_app import create_backend_app
 from werkzeug.serving import WSGIRequestHandler, make_server
 
 SILENT_S = 3.0
@@ -25,18 +26,19 @@ class Failing:
     """The server's application, with faults."""
 
     def __init__(self) -> None:
-        self.app = DomainDispatcherApplication(create_backend_app)
+        self.app = create_backend_app("s3")
         self.lock = Lock()
         self.seen: list[str] = []
         self.faults: list[dict[str, Any]] = []
 
     def __call__(self, environ: dict[str, Any], start: Any) -> Iterable[bytes]:
         request = f"{environ['REQUEST_METHOD']} {environ['PATH_INFO']}"
+        environ["wsgi.input"] = io.BytesIO(environ["wsgi.input"].read(int(environ.get("CONTENT_LENGTH") or 0)))
         if environ["PATH_INFO"] == "/__seen":
             seen, self.seen = self.seen, []
             return _answer(start, "200 OK", json.dumps(seen))
         if environ["PATH_INFO"] == "/__faults":
-            self.faults = json.loads(environ["wsgi.input"].read(int(environ["CONTENT_LENGTH"])))
+            self.faults = json.loads(environ["wsgi.input"].read())
             return _answer(start, "200 OK", "")
         with self.lock:
             self.seen.append(request)
@@ -52,13 +54,29 @@ class Failing:
             done = b"".join(self.app(environ, lambda *_: None)) if fault["answer"] == "lost" else b""
             environ["werkzeug.socket"].shutdown(socket.SHUT_RDWR)
             return _answer(start, "200 OK", done.decode("utf-8", errors="replace"))
-        environ["wsgi.input"].read(int(environ.get("CONTENT_LENGTH") or 0))
         code = fault["answer"].split()[-1]
         return _answer(start, fault["answer"], f"<Error><Code>{code}</Code><Message>{code}</Message></Error>")
 
 
-class Silent(WSGIRequestHandler):
-    """Prints no line for each request."""
+class Handler(WSGIRequestHandler):
+    """Keeps connections, as real stores do and Werkzeug's own handler does not, and prints no line for each request."""
+
+    protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True
+
+    def run_wsgi(self) -> None:
+        told: list[Any] = []
+        environ = self.make_environ()
+        body = b"".join(self.server.app(environ, lambda *status_and_headers: told.extend(status_and_headers)))
+        code, _, phrase = told[0].partition(" ")
+        self.send_response(int(code), phrase)
+        for name, value in told[1]:
+            self.send_header(name, value)
+        if not any(name.lower() == "content-length" for name, _ in told[1]):
+            self.send_header("Content-Length", str(len(body)))
+        self.end_headers()
+        if environ["REQUEST_METHOD"] != "HEAD":
+            self.wfile.write(body)
 
     def log(self, type: str, message: str, *args: Any) -> None:
         pass
@@ -72,4 +90,4 @@ def _answer(start: Any, status: str, text: str) -> list[bytes]:
 
 if __name__ == "__main__":
     port, host = sys.argv[1:]
-    make_server(host, int(port), Failing(), threaded=True, request_handler=Silent).serve_forever()
+    make_server(host, int(port), Failing(), threaded=True, request_handler=Handler).serve_forever()

@@ -13,6 +13,7 @@ from tests.stores import Bucket
 from tests.surveys import bytes_of, make_survey
 from tests.undrawn import undrawn
 from vislam2tag.common.files.stored_folder import MARK
+from vislam2tag.common.files.table_files import read_parquet
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE
 from vislam2tag.survey.corrections.lines import add_entries
 
@@ -78,6 +79,24 @@ def test_check_and_diagnose(folders: Folders, tmp_path: Path) -> None:
     assert (told[0].returncode, told[0].stdout) == (told[1].returncode, told[1].stdout)
 
 
+def test_evaluate_and_label(folders: Folders, tmp_path: Path) -> None:
+    options = ("--strategy", "local-corrected", "--device", "LG", "--jobs", "1")
+    there = vislam2tag("evaluate", f"{BUCKET}/survey", "--out", f"{BUCKET}/evaluated", *options)
+    here = vislam2tag("evaluate", folders.survey, "--out", tmp_path / "evaluated", *options)
+    assert (there.returncode, here.returncode) == (0, 0), there.stderr
+    assert stored(folders, "evaluated", tmp_path / "there") == bytes_of(tmp_path / "evaluated")
+    (trajectory, *_) = sorted((folders.labels / "trajectory").glob("*LG*.parquet"))
+    read_parquet(trajectory).select("time_ns").head(100).write_csv(tmp_path / "table.csv")
+    folders.s3.store("cli").put("table.csv", tmp_path / "table.csv")
+    options = ("--clock", "boot", "--unit", "ns", "--session", "LG")
+    answers = []
+    for table, labels in ((f"{BUCKET}/table.csv", f"{BUCKET}/labels"), (tmp_path / "table.csv", folders.labels)):
+        done = vislam2tag("label", table, "--labels", labels, "--out", tmp_path / "labelled.csv", *options)
+        assert done.returncode == 0, done.stderr
+        answers.append((tmp_path / "labelled.csv").read_bytes())
+    assert answers[0] == answers[1]
+
+
 def test_corrections_change_in_the_bucket(folders: Folders, tmp_path: Path) -> None:
     store = folders.s3.store("cli/survey")
     mine = b"# mine\n"
@@ -107,10 +126,30 @@ def test_what_reads_a_data_set_and_what_changes_it(folders: Folders, tmp_path: P
         )
     ]
     assert [each.returncode for each in done] == [0, 0, 0, 0, 0, 1], [each.stderr for each in done]
+    folders.s3.store("cli").put("model.v2t", tmp_path / "model.v2t")
+    located = vislam2tag("locate", f"{BUCKET}/model.v2t", at, "--out", tmp_path / "there.csv")
+    assert located.returncode == 0, located.stderr
+    vislam2tag("locate", tmp_path / "model.v2t", folders.dataset, "--out", tmp_path / "here.csv")
+    assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
     assert vislam2tag("radio-maps", folders.dataset, "--out", tmp_path / "maps", "--most", "1").returncode == 0
     assert stored(folders, "maps", tmp_path / "there") == bytes_of(tmp_path / "maps")
     vislam2tag("split", folders.dataset, "--by", "random", "--name", "second")
     assert stored(folders, "read", tmp_path / "read") == bytes_of(folders.dataset)
+
+
+def test_in_azure_it_is_as_in_s3(folders: Folders, azure: Bucket, tmp_path: Path) -> None:
+    at = f"{azure.address}/cli"
+    azure.upload(folders.survey, "cli/survey")
+    azure.upload(folders.labels, "cli/labels")
+    shown = [vislam2tag("inspect", survey, "--json").stdout for survey in (f"{at}/survey", folders.survey)]
+    assert shown[0].replace(f"{at}/survey", str(folders.survey)) == shown[1]
+    made = vislam2tag("dataset", f"{at}/labels", "--survey", f"{at}/survey", "--jobs", "1", "--out", f"{at}/set")
+    assert made.returncode == 0, made.stderr
+    assert bytes_of(azure.download("cli/set", tmp_path / "set")).items() >= bytes_of(folders.dataset).items()
+    added = vislam2tag("fleet", "add", f"{at}/fleet", f"{at}/survey", "--json")
+    assert added.stdout == vislam2tag("fleet", "status", f"{at}/fleet", "--json").stdout, added.stderr
+    nowhere = vislam2tag("fleet", "status", "az://nowhere/fleet")
+    assert "there is no such bucket: make it, or correct its name" in the_error(nowhere)
 
 
 def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None:
@@ -123,7 +162,7 @@ def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("evaluate", f"{BUCKET}/survey", "--out", "out"), "`vislam2tag evaluate` takes no address there; copy it to"),
+        (("run", f"{BUCKET}/survey", "--out", f"{BUCKET}/x"), "`vislam2tag run` takes no address there; copy it to"),
         (("site", "show", f"{BUCKET}/survey"), "`vislam2tag site show` takes no address there"),
         (
             ("dataset", f"{BUCKET}/labels", "--out", "out", "--labels", f"{BUCKET}/x"),

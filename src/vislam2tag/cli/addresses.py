@@ -49,6 +49,9 @@ _FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
     "process": {"survey": _survey, "out": _as_it_is},
     "diagnose": {"survey": _survey_to_correct},
     "check": {"survey": _survey, "out": _added_to},
+    "evaluate": {"survey": _whole, "truth": _whole, "out": _filled},
+    "run": {"survey": _survey},
+    "label": {"table": _whole, "labels": _whole, "survey": _whole},
     "dataset": {"sources": _labels_or_survey, "survey": _survey, "out": _filled},
     "split": {"dataset": _filled},
     "export": {"source": _whole, "out": _filled},
@@ -58,6 +61,7 @@ _FOLDERS: Mapping[str, Mapping[str, _Opener]] = {
     "radio-maps": {"dataset": _whole, "out": _filled},
     "train": {"dataset": _whole},
     "benchmark": {"folder": _whole},
+    "locate": {"model": _whole, "scans": _whole, "track": _whole, "plans": _whole},
     **{
         f"fleet {name}": {"store": _as_it_is, "surveys": _as_it_is}
         for name in ("add", "list", "process", "status", "report")

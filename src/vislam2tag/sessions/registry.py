@@ -17,6 +17,7 @@ from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, SessionError, SurveyError
 from vislam2tag.common.files.archives import zip_names
 from vislam2tag.common.files.plain_files import read_bytes
+from vislam2tag.common.files.store import at_once
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.text_paths import AnyPath, path_or_none
@@ -32,7 +33,7 @@ from vislam2tag.survey.model import SessionKey, SessionRef, Site, StoredFolder, 
 from vislam2tag.survey.names import session_slugs
 from vislam2tag.survey.settings import SurveySettings
 from vislam2tag.survey.site_checks import landmarks_off_plan, walks_twice
-from vislam2tag.survey.stored_survey import opened, stored_folder
+from vislam2tag.survey.stored_survey import opened, stored_folder, with_stored_drawings
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
@@ -125,8 +126,9 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 def at_hand(ref: SessionRef, *further: str, whole: bool = False) -> Iterator[SessionRef]:
     """Yield a session whose files are on this machine while the block lasts: one in a store is fetched, others stay.
 
-    Fetched is what its format reads, its companions, and the ``further`` files that are there, by name. Of one in a zip
-    what its format reads is unpacked, or the ``whole`` of it.
+    Fetched is what its format reads, its companions, and the ``further`` files that are there, by name; they lie as in
+    the survey, so that paths from one to the other hold. Of one in a zip what its format reads is unpacked, or the
+    ``whole`` of it.
     """
     with ExitStack() as stack:
         if ref.stored is not None:
@@ -142,19 +144,24 @@ def at_hand(ref: SessionRef, *further: str, whole: bool = False) -> Iterator[Ses
 
 def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Path, further: Sequence[str]) -> SessionRef:
     """A session of a store with the files that are read, in ``scratch``."""
-    folder = scratch / ref.folder.name
-    files = {stored.path(file, folder): file.name for file in stored.files}
+    place = scratch.resolve()
+    folder = place / stored.name
+    files = {place / file.name: file.name for file in stored.files}
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-    here = replace(ref, folder=folder, stored=None, packed=None if ref.packed is None else scratch / ref.packed.name)
-    if here.packed is None:
-        read = {*format_for(here).input_files(folder), *(folder / name for name in further)}
+    packed = None if ref.packed is None else folder.parent / ref.packed.name
+    here = replace(ref, folder=folder, stored=None, packed=packed)
+    if packed is None:
+        tied = {path for path in files if folder not in (path, *path.parents)}
+        read = {*format_for(here).input_files(folder), *(folder / name for name in further), *tied}
         read |= {path for path in files if folder / COMPANIONS in path.parents}
     else:
         read = set(files)
-    for path in files.keys() & read:
-        if stored.store.fetch(files[path], path) is None:
+    wanted = sorted(files.keys() & read)
+    versions = at_once(lambda path: stored.store.fetch(files[path], path), wanted)
+    for path, version in zip(wanted, versions, strict=True):
+        if version is None:
             path.unlink()  # removed since the survey was listed
     return here
 
@@ -202,7 +209,14 @@ class SurveyFiles:
         unused = unused_corrections(corrections, [*keys, *own], self.site)
         listed = zip(keys, self.sessions, session_slugs(keys), strict=True)
         refs = [
-            SessionRef(key, of.folder, of.format, slug, stored_folder(self.root, of.folder, of.packed), of.packed)
+            SessionRef(
+                key,
+                of.folder,
+                of.format,
+                slug,
+                stored_folder(self.root, of.folder, of.packed, tied_recordings),
+                of.packed,
+            )
             for key, of, slug in listed
         ]
         site = with_control_points_corrected(self.site, corrections)
@@ -230,6 +244,7 @@ def survey_files(root: Path, default_sigma_m: float, landmark_file: Path | None 
     """Look at a survey folder without its corrections; raises SurveyError as :func:`open_survey`."""
     try:
         site, findings = read_site(root, default_sigma_m, landmark_file)
+        site = with_stored_drawings(site, root)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
         raise SurveyError(f"{root}: cannot be looked into: {error}") from error

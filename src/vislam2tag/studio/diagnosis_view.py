@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from vislam2tag.diagnosis.record import CorrectionEntry, Fault, FaultKind
+from vislam2tag.pipeline.labels.diagnosing.survey_evidence import thinned
 from vislam2tag.pipeline.labels.process import kept_faults
 from vislam2tag.pipeline.run.store import OutputFolder
 from vislam2tag.studio.messages import Point
@@ -33,7 +34,9 @@ class Diagnoses:
         if self._quick is None or self._quick[0] != version:
             now, folder = self._workspace.now, OutputFolder(self._workspace.out)
             refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
-            self._quick = version, kept_faults(now.survey, refs, folder)
+            results = folder.results(ref.slug for ref in thinned(refs))
+            passes = {result.slug: result.passes for result in results if result.passes is not None}
+            self._quick = version, kept_faults(now.survey, refs, passes)
         faults = fault_views(self._quick[1], self._workspace.now)
         return DiagnosisView(state="quick", stale=full is not None, faults=faults)
 

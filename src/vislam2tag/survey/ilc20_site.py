@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ TRACES, INFO, PLAN, OUTLINES = "path_data_files", "floor_info.json", "floor_imag
 SITE_FILES = (f"*/{INFO}", f"*/{PLAN}", f"*/{OUTLINES}")
 UNKNOWN_PHONE = "unknown"
 _PHONE = re.compile(r"\b(?:Brand|Model):([^\t\r\n]*)")
-_HEADER_BYTES = 4096
+HEADER_BYTES = 4096
+"""Of a trace's beginning: they name the phone, if it is named at all."""
 
 
 def is_ilc20_site(root: Path) -> bool:
@@ -70,11 +72,14 @@ def _plan(folder: Path, width_m: float | None, height_m: float | None) -> tuple[
 
 def ilc20_sessions(root: Path) -> list[tuple[SessionKey, Path]]:
     """List the traces of a site, sorted by key: the device is the phone that a trace's header names."""
-    return sorted(
-        (SessionKey(number, _phone_of(path), path.stem), path)
-        for number, folder in _floor_folders(root).items()
-        for path in (folder / TRACES).glob("*.txt")
-    )
+    return sorted((SessionKey(number, _phone_of(path), path.stem), path) for number, path in ilc20_traces(root))
+
+
+def ilc20_traces(root: Path) -> Iterator[tuple[int, Path]]:
+    """The traces of a site, each with its floor's number."""
+    for number, folder in _floor_folders(root).items():
+        for path in (folder / TRACES).glob("*.txt"):
+            yield number, path
 
 
 def _floor_folders(root: Path) -> dict[int, Path]:
@@ -100,7 +105,7 @@ def _unnumbered(root: Path) -> list[Finding]:
 def _phone_of(path: Path) -> str:
     try:
         with plain(path).open("rb") as file:
-            head = file.read(_HEADER_BYTES).decode("utf-8", errors="replace")
+            head = file.read(HEADER_BYTES).decode("utf-8", errors="replace")
     except OSError:
         return UNKNOWN_PHONE
     return " ".join(word.strip() for word in _PHONE.findall(head)) or UNKNOWN_PHONE

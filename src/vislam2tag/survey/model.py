@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from vislam2tag.core.similarity import Similarity2
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.survey.georeference import Georeference
 from vislam2tag.survey.plans.source import PlanSource
+
+COMPANIONS = "companions"
+"""Folder of a session that says which recordings of other devices belong to it, and may hold them."""
 
 
 @dataclass(frozen=True, order=True)
@@ -38,16 +41,25 @@ class StoredFolder:
     name: str
     """Path below the survey."""
     files: tuple[Listed, ...]
-    """Those in it and, where it is read from one, the zip of its name beside it."""
+    """Those in it, the zip of its name beside it where it is read from one, and recordings elsewhere in the survey that
+    are tied to it.
+    """
 
     @property
     def address(self) -> str:
         """Address of the folder."""
         return f"{self.store.address}/{self.name}"
 
-    def path(self, file: Listed, folder: Path) -> Path:
-        """Where a file of the folder belongs in another one that stands for it."""
-        return folder.parent / PurePosixPath(file.name).relative_to(PurePosixPath(self.name).parent)
+
+@dataclass(frozen=True)
+class StoredFile:
+    """A file in a store, as it was when the survey was opened."""
+
+    store: Store
+    """That of the survey."""
+    name: str
+    """Path below the survey."""
+    sha256: str
 
 
 @dataclass(frozen=True)
@@ -104,6 +116,8 @@ class Floor:
     """Where the BCS lies on the earth."""
     site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
+    stored_plan: StoredFile | None = None
+    """Where the plan lies in an object store; ``plan`` is then a copy that other machines do not have."""
 
     @property
     def extent_m(self) -> tuple[float, float, float, float] | None:

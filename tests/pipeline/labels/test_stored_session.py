@@ -17,7 +17,7 @@ from tests.stores import SECRET, Bucket, Fault
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.common.errors import OutputError, StoreError, SurveyError
 from vislam2tag.common.files import store as store_module
-from vislam2tag.common.files.store import Store
+from vislam2tag.common.files.store import PROBE, Store
 from vislam2tag.labeling.results import RUN_FILE
 from vislam2tag.pipeline.labels.process import jobs_of, process
 from vislam2tag.pipeline.labels.session import Outcome
@@ -159,6 +159,11 @@ def test_two_runs_at_once_into_one_folder(survey: Both, tmp_path: Path) -> None:
     assert [run.wait() for run in runs] == [1, 1], "one of the sessions cannot be mapped"
     assert bytes_of(survey.s3.download("both", tmp_path / "there")) == bytes_of(survey.labels)
     assert set(survey.process("both").values()) == {False}
+
+
+def test_what_another_run_looks_for_when_it_begins_is_no_content(survey: Both) -> None:
+    survey.s3.store("begins").put(f"{PROBE}of-another", b"first")
+    assert set(survey.process("begins").values()) == {True}
 
 
 def test_a_run_that_began_after_the_first_look_is_joined(survey: Both) -> None:

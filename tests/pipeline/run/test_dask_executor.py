@@ -77,6 +77,35 @@ def processed(survey: Survey, name: str, cluster: DaskProcesses, told: Told) -> 
         process(survey.stored, Path(survey.s3.store(name).address), SETTINGS, executor=executor, progress=told)
 
 
+def begun(survey: Survey, name: str, cluster: DaskProcesses) -> subprocess.Popen[bytes]:
+    """The command as a process of its own."""
+    folders = [survey.stored.as_posix().replace(":/", "://"), "--out", survey.s3.store(name).address]
+    options = ["--strategy", "local-corrected", "--executor", "dask", "--scheduler", cluster.address]
+    return subprocess.Popen([sys.executable, "-m", "vislam2tag", "process", *folders, *options], cwd=ROOT)
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("written", range(2, 22))
+@pytest.mark.parametrize("victim", ["worker", "scheduler", "client"])
+def test_killed_when_so_many_files_are_written(
+    survey: Survey, tmp_path: Path, record_property: Callable[[str, object], None], victim: str, written: int
+) -> None:
+    name = f"killed-{victim}-{written}"
+    store = survey.s3.store(name)
+    with dask_processes(workers=2) as own:
+        with begun(survey, name, own) as client:
+            while client.poll() is None and sum(1 for _ in store.list()) < written:
+                time.sleep(0.01)
+            {"worker": own.kill_worker, "scheduler": own.kill_scheduler, "client": client.kill}[victim]()
+        if victim == "scheduler":
+            own.start_scheduler()
+            own.add_worker()
+        told = Told()
+        processed(survey, name, own, told)
+    record_property("repeated", told.repeated.count(True))
+    assert bytes_of(survey.s3.download(name, tmp_path)) == survey.labels
+
+
 def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
     told = Told(cluster.kill_worker)
     processed(survey, "worker-killed", cluster, told)
@@ -90,9 +119,7 @@ def test_a_worker_killed_meanwhile_changes_nothing(survey: Survey, cluster: Dask
 
 def test_a_client_killed_meanwhile_loses_nothing(survey: Survey, cluster: DaskProcesses, tmp_path: Path) -> None:
     store = survey.s3.store("client-killed")
-    command = ["process", survey.stored.as_posix().replace(":/", "://"), "--out", store.address]
-    options = ["--strategy", "local-corrected", "--executor", "dask", "--scheduler", cluster.address]
-    with subprocess.Popen([sys.executable, "-m", "vislam2tag", *command, *options], cwd=ROOT) as client:
+    with begun(survey, "client-killed", cluster) as client:
         while client.poll() is None and not list(store.list("sessions")):
             time.sleep(0.05)
         client.kill()

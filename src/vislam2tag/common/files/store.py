@@ -9,13 +9,16 @@ from __future__ import annotations
 import os
 import re
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import timedelta
 from functools import cache
+from itertools import islice
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line
 from vislam2tag.common.extras import import_extra
@@ -28,6 +31,8 @@ _ENDPOINTS = {
     "az": ("AZURE_STORAGE_ENDPOINT", "AZURE_ENDPOINT"),
 }
 """Variables that name a server of one's own."""
+AT_ONCE = 6
+"""Requests of one process that a store is asked at the same time."""
 PROBE = ".vislam2tag-probe-"
 """How the names of objects begin that tell whether a store has conditional writes; they last as long as that takes."""
 _TIMEOUT_S = 60
@@ -123,6 +128,24 @@ class Listed:
     """Path below the folder that was listed."""
     size: int
     version: Version = field(compare=False)
+
+
+_Asked = TypeVar("_Asked")
+_Answer = TypeVar("_Answer")
+
+
+def at_once(ask: Callable[[_Asked], _Answer], about: Iterable[_Asked]) -> Iterator[_Answer]:
+    """Ask a store about several things, a few at a time, as each answer takes a while; yield answers in their order.
+
+    No more than a few answers wait to be taken. Raises what asking raises.
+    """
+    rest = iter(about)
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        waiting = deque(pool.submit(ask, each) for each in islice(rest, AT_ONCE))
+        while waiting:
+            answer = waiting.popleft().result()
+            waiting.extend(pool.submit(ask, each) for each in islice(rest, 1))
+            yield answer
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,8 @@ def with_addresses(text: str) -> str:
 def folder_at_hand(folder: Path) -> Iterator[Path]:
     """Yield a folder for one by address, fetched whole, which lasts as long as the block; one of this machine as it is.
 
-    Raises UsageError where nothing is stored there, StoreError where the store cannot be read, and where a folder that
-    was put there as a whole is not whole.
+    A single file can be had so, too. Raises UsageError where nothing is stored there, StoreError where the store cannot
+    be read, and where a folder that was put there as a whole is not whole.
     """
     store = store_at(folder)
     if store is None:
@@ -45,7 +45,7 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
         return
     with place_for(store) as here:
         sums = _fetch(store, here)
-        if not here.exists():
+        if not here.exists() and not _fetch_file(store.address, here):
             raise UsageError(f"{store.address}: nothing is stored there")
         mark = store.get(MARK)
         if mark is not None and not _holds(mark.data, sums):
@@ -167,6 +167,12 @@ def _fetch(store: Store, here: Path) -> dict[str, str]:
         if store.fetch(file.name, path) is not None:
             sums[file.name] = _sha256(path)
     return sums
+
+
+def _fetch_file(address: str, here: Path) -> bool:
+    """Fetch the one object that has this address; tell whether there is one."""
+    folder, _, name = address.rpartition("/")
+    return not folder.endswith("/") and Store(folder).fetch(name, here) is not None
 
 
 def _put_whole(

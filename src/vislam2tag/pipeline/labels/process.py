@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,6 +27,7 @@ from vislam2tag.labeling.results import (
     CONFLICTS_PAGE,
     SUMMARY_FILE,
     FloorRecord,
+    PassesRecord,
     SessionResult,
     Summary,
 )
@@ -44,7 +45,7 @@ from vislam2tag.pipeline.run.selection import Selection, refuse_among_sessions, 
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.report.pages.conflict_page import write_conflict_page
 from vislam2tag.report.run_page.html import write_report
-from vislam2tag.report.run_page.summary import summarise
+from vislam2tag.report.run_page.summary import findings_by_kind, summarise
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.survey.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
@@ -249,42 +250,42 @@ def _sha256(path: Path) -> str | None:
 
 
 def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult], None]) -> Summary:
-    """Reduce the sessions' results, one at a time, to summary and report."""
+    """Reduce the sessions' results, read twice, one at a time, to summary and report."""
     settings, folder = run.settings, run.folder
+    slugs, looked_at = [ref.slug for ref in refs], {ref.slug for ref in thinned(refs)}
+    passes: dict[str, PassesRecord] = {}
 
-    def results(see: Callable[[SessionResult], None] = lambda _: None) -> Iterator[SessionResult]:
-        for ref in refs:
-            result = folder.result(ref.slug)
-            if result is not None:
-                see(result)
-                yield result
+    def results() -> Iterator[SessionResult]:
+        for result in folder.results(slugs):
+            each(result)
+            if result.slug in looked_at and result.passes is not None:
+                passes[result.slug] = result.passes
+            yield result
 
     rooms = RoomsOnPlans(run.survey.root, run.survey.site)
-    faults = kept_faults(run.survey, refs, folder, rooms)
+    summary = summarise(results(), settings.strategy, __version__)
+    faults = kept_faults(run.survey, refs, passes, rooms)
     survey = replace(run.survey, findings=(*run.survey.findings, *map(_fault_finding, faults)))
-    summary = summarise(results(each), settings.strategy, __version__, survey.findings)
     said = {
         "faults": [fault.summary for fault in faults],
+        "site_findings": findings_by_kind(survey.findings),
         "contradictions": [
             one.model_copy(update={"room": rooms(one.floor, complex(*one.surveyed_m))})
             for one in summary.contradictions
         ],
     }
     summary = summary.model_copy(update=said)
-    folder.write("report.html", lambda path: write_report(path, survey, settings, results(), summary, run.conflicts))
+    again = folder.results(slugs)
+    folder.write("report.html", lambda path: write_report(path, survey, settings, again, summary, run.conflicts))
     folder.write_text(SUMMARY_FILE, json.dumps(summary.model_dump(mode="json"), indent=1) + "\n")
     return summary
 
 
 def kept_faults(
-    survey: Survey, refs: Sequence[SessionRef], folder: Output, rooms: RoomsOnPlans | None = None
+    survey: Survey, refs: Sequence[SessionRef], passes: Mapping[str, PassesRecord], rooms: RoomsOnPlans | None = None
 ) -> list[Fault]:
-    """What the walks tell to be wrong with the survey, by their kept results."""
-    walks = []
-    for ref in thinned(refs):
-        result = folder.result(ref.slug)
-        if result is not None and result.passes is not None:
-            walks.append(kept_walk(ref.key, result.passes))
+    """What the walks tell to be wrong with the survey, by what is kept of their passes (by slug)."""
+    walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
     return found_faults(survey_evidence(survey, walks, rooms))[0]
 
 

@@ -9,9 +9,10 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from functools import cache, partial
 from logging import LogRecord
@@ -20,7 +21,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
 from vislam2tag.common.files.plain_files import read_bytes
-from vislam2tag.common.files.store import Version
+from vislam2tag.common.files.store import AT_ONCE, Version
 from vislam2tag.labeling.results import RESULTS
 from vislam2tag.labeling.schemas import OPTIONAL
 from vislam2tag.labeling.settings import ProcessSettings
@@ -105,24 +106,57 @@ def _code_of(format_name: str, settings: str) -> str:
 
 def _into_store(stored: StoredJob, work: Callable[[Job], Outcome]) -> Outcome:
     started, since = datetime.now(UTC), time.monotonic()
-    mark, version = stored.out.mark(stored.slug)
-    before = set() if mark is None else set(mark.tables)
-    if mark is not None and not stored.out.holds(stored.slug, mark):
-        mark = None
+    before, version = stored.out.mark(stored.slug)
+    mark = before if before is not None and stored.out.holds(stored.slug, before) else None
     inputs = _inputs(stored.task.ref)
-    with _scratch_job(stored) as job:
+    with _scratch_job(stored) as job, ThreadPoolExecutor(AT_ONCE) as pool:
         if mark is not None and mark.inputs == inputs != "" and not _reasons_by_listing(job, mark):
             return outcome_of(mark.result, repeated=False)
         if mark is not None:
             _lay_out(job, mark)
-        outcome, records = recorded(work, job)
+        tables = _SentTables(job.out.root, stored.out, pool)
+        outcome, records = recorded(work, replace(job, out=tables))
         if outcome.repeated:
-            _put(stored, job, version, inputs, before)
-            log = "".join(f"{json.dumps(line)}\n" for line in _log(outcome, records, started, time.monotonic() - since))
-            stored.out.write_text(f"{LOGS}/{job.slug}.jsonl", log)
+            log = _log(outcome, records, started, time.monotonic() - since)
+            tables.finish(job.slug, before, version, inputs, "".join(f"{json.dumps(line)}\n" for line in log))
     for record in records:
         LOG.handle(record)
     return outcome
+
+
+@dataclass(frozen=True)
+class _SentTables(OutputFolder):
+    """Scratch space of one session whose tables go to a store as soon as they are written, while more is made."""
+
+    to: OutputStore
+    pool: ThreadPoolExecutor
+    sent: dict[str, Future[Version]] = field(default_factory=dict)
+    """By table."""
+
+    def write(self, relative: str, fill: Callable[[Path], None]) -> None:
+        """Write as any folder does, and put what is a table; one that is written again, after that is there."""
+        super().write(relative, fill)
+        table, _, file = relative.partition("/")
+        if file.endswith(".parquet"):
+            self.sent[table] = self.pool.submit(self._put, relative, self.sent.get(table))
+
+    def _put(self, relative: str, earlier: Future[Version] | None) -> Version:
+        if earlier is not None:
+            wait([earlier])
+        return self.to.store.put(relative, self.root / relative)
+
+    def finish(self, slug: str, before: Mark | None, version: Version | None, inputs: str, log: str) -> None:
+        """Mark the session as done once all its tables stand there; tables of before that it has no more go.
+
+        Raises StoreError where that cannot be.
+        """
+        others = {*OPTIONAL, *(before.tables if before else ())} - self.sent.keys()
+        gone = self.pool.submit(self.to.store.delete, [table_name(name, slug) for name in sorted(others)])
+        versions = {name: future.result() for name, future in self.sent.items()}
+        gone.result()
+        logged = self.pool.submit(self.to.write_text, f"{LOGS}/{slug}.jsonl", log)
+        self.to.put_mark(slug, read_bytes(self.root / RESULTS / f"{slug}.json"), version, inputs, versions)
+        logged.result()
 
 
 @contextmanager
@@ -176,15 +210,6 @@ def _lay_out(job: Job, mark: Mark) -> None:
         (job.out.root / name).mkdir()
         (job.out.root / table_name(name, job.slug)).touch()
     job.out.write_text(f"{RESULTS}/{job.slug}.json", mark.result.model_dump_json())
-
-
-def _put(stored: StoredJob, job: Job, before: Version | None, inputs: str, tables_before: Set[str]) -> None:
-    store = stored.out.store
-    made = job.out.tables(job.slug)
-    tables = {name: store.put(table_name(name, job.slug), path) for name, path in made.items()}
-    store.delete(table_name(name, job.slug) for name in (tables_before | set(OPTIONAL)) - tables.keys())
-    result = read_bytes(job.out.root / RESULTS / f"{job.slug}.json")
-    stored.out.put_mark(job.slug, result, before, inputs, tables)
 
 
 def _log(outcome: Outcome, records: list[LogRecord], started: datetime, seconds: float) -> Iterator[dict[str, object]]:

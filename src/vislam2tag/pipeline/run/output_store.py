@@ -8,14 +8,14 @@ writing, leaves at worst a mark that does not hold, and the session is done agai
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from vislam2tag.common.errors import OutputError, StoreConflictError
-from vislam2tag.common.files.store import PROBE, Store, Stored, Version
+from vislam2tag.common.files.store import PROBE, Store, Stored, Version, at_once
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -72,10 +72,9 @@ class OutputStore:
         """Remove a file; none there is no fault."""
         self.store.delete([relative])
 
-    def result(self, slug: str) -> SessionResult | None:
-        """Read the result of a session; None where there is none that can be read."""
-        mark, _ = self.mark(slug)
-        return None if mark is None else mark.result
+    def results(self, slugs: Iterable[str]) -> Iterator[SessionResult]:
+        """Read the results of sessions, in this order, but for those that are not there or cannot be read."""
+        yield from (mark.result for mark, _ in at_once(self.mark, slugs) if mark is not None)
 
     def mark(self, slug: str) -> tuple[Mark | None, Version | None]:
         """A session's mark, and the version that stands there, be it readable or not."""
@@ -91,8 +90,9 @@ class OutputStore:
 
     def holds(self, slug: str, mark: Mark) -> bool:
         """Whether the tables that a mark speaks of stand there, in the versions it speaks of."""
-        found = {name: self.store.version(table_name(name, slug)) for name in mark.tables}
-        return {name: version and short(version) for name, version in found.items()} == dict(mark.tables)
+        versions = at_once(lambda name: self.store.version(table_name(name, slug)), mark.tables)
+        found = [None if version is None else short(version) for version in versions]
+        return found == list(mark.tables.values())
 
     def put_mark(
         self, slug: str, data: bytes, before: Version | None, inputs: str, tables: Mapping[str, Version]
@@ -113,13 +113,8 @@ class OutputStore:
 
     def keep_only(self, slugs: set[str]) -> int:
         """Remove what earlier runs left of sessions that this run does not cover; return how many there were."""
-        gone = [
-            f"{folder}/{file.name}"
-            for folder in self.store.folders()
-            for file in Store(f"{self.place}/{folder}").list()
-            if (folder in (RESULTS, LOGS) or PurePosixPath(file.name).match("floor_*.parquet"))
-            and PurePosixPath(file.name).stem not in slugs
-        ]
+        kept = {None, *slugs}
+        gone = [file.name for file in self.store.list() if _slug_of(file.name) not in kept]
         self.store.delete(gone)
         return sum(name.startswith(f"{RESULTS}/") for name in gone)
 
@@ -186,18 +181,27 @@ def _run_of_ours(store: Store) -> Stored | None:
 
 def _emptied(store: Store, replace: bool) -> Stored | None:
     """Refuse a folder that holds what ``process`` did not write, or remove it; return the run that began meanwhile."""
-    first = next((file for file in store.list() if not file.name.startswith(PROBE)), None)
-    if first is None:
+    files = [file.name for file in store.list() if not file.name.startswith(PROBE)]  # others may just begin, too
+    if not files:
         return None
     if (begun := _run_of_ours(store)) is not None:
         return begun
-    if not replace or any(file.name.startswith("floor_") for file in store.list()):
+    if not replace or any(name.startswith("floor_") for name in files):
         raise OutputError(
-            f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {first.name}); "
+            f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {files[0]}); "
             "choose an empty or new folder for --out"
         )
-    store.delete(file.name for file in store.list())
+    store.delete(files)
     return None
+
+
+def _slug_of(name: str) -> str | None:
+    """The session that a file of an output folder is of; None where it is of none."""
+    path = PurePosixPath(name)
+    if len(path.parts) != 2:
+        return None
+    table = path.suffix == ".parquet" and path.name.startswith("floor_")
+    return path.stem if table or path.parent.name in (RESULTS, LOGS) else None
 
 
 def _mark_name(slug: str) -> str:

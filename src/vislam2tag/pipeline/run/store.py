@@ -7,7 +7,7 @@ import os
 import platform
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,6 +78,10 @@ class OutputFolder:
             return SessionResult.model_validate_json(read_bytes(self.root / RESULTS / f"{slug}.json"))
         except (OSError, ValidationError):
             return None
+
+    def results(self, slugs: Iterable[str]) -> Iterator[SessionResult]:
+        """Read the results of sessions, in this order, but for those that are not there or cannot be read."""
+        yield from (result for slug in slugs if (result := self.result(slug)) is not None)
 
     def forget(self, slug: str) -> None:
         """Remove a session's done-mark, so that its tables are not trusted while they are rewritten.

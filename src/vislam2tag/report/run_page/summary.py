@@ -92,7 +92,7 @@ def summarise(
         frame_seconds=_rounded(totals.frame_seconds),
         readings={table: _sorted(counts) for table, counts in sorted(totals.readings.items())},
         findings=_sorted(totals.findings),
-        site_findings=_sorted(_by_kind(site_findings)),
+        site_findings=findings_by_kind(site_findings),
         failures=totals.failures,
         events=_sorted(totals.events),
         contradictions=totals.contradictions.all(),
@@ -101,6 +101,14 @@ def summarise(
         per_floor={str(floor): _rounded(sums) for floor, sums in sorted(totals.floors.items())},
         per_device={device: _rounded(sums) for device, sums in sorted(totals.devices.items())},
     )
+
+
+def findings_by_kind(findings: Iterable[Finding]) -> dict[str, int]:
+    """Count what was found, by kind, sorted."""
+    counts = _integers()
+    for finding in findings:
+        counts[finding.kind] += finding.count
+    return _sorted(counts)
 
 
 def _integers() -> dict[str, int]:
@@ -140,7 +148,7 @@ class _Totals:
         _accumulate(self.frame_seconds, result.frame_seconds)
         for table, counts in result.readings.items():
             _accumulate(self.readings[table], counts)
-        _accumulate(self.findings, _by_kind(result.findings))
+        _accumulate(self.findings, findings_by_kind(result.findings))
         _accumulate(self.events, Counter(event.kind.value for event in result.events))
         self.contradictions.add(result)
         if result.sigma is not None:
@@ -177,13 +185,6 @@ def _group_sums(result: SessionResult) -> dict[str, float]:
         "frames": frames,
         "frames_ok": result.frames.get(_OK, 0),
     }
-
-
-def _by_kind(findings: Iterable[Finding]) -> dict[str, int]:
-    counts = _integers()
-    for finding in findings:
-        counts[finding.kind] += finding.count
-    return counts
 
 
 def _accumulate(sums: dict[str, _Number], more: Mapping[str, _Number]) -> None:

@@ -16,9 +16,10 @@ from vislam2tag.common.files.whole_file import whole_file
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_paths import AnyPath
 from vislam2tag.core.clock_alignment import ClockAlignment
+from vislam2tag.survey.model import COMPANIONS
 from vislam2tag.survey.site_table import is_file
 
-FOLDER = "companions"
+FOLDER = COMPANIONS
 """Folder of a session that holds the ties, and may hold the recordings themselves."""
 _LARGEST_NS = 2**62
 
