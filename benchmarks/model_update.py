@@ -58,7 +58,8 @@ def library(folder: Path) -> None:
     for one in np.unique(month)[1:]:
         later = data[(month == one) & walked]
         asked = data[np.flatnonzero((month == one) & ~walked)]
-        tell(str(one), *errors(before, later, asked))
+        if len(later) and len(asked):
+            tell(str(one), *errors(before, later, asked))
 
 
 def building(seed: int) -> tuple[list[float], str]:
