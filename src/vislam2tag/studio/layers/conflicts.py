@@ -19,9 +19,7 @@ class Conflicts:
     """A dot for each landmark; a line to where each survey or walk has it that contradicts the others."""
 
     name = "conflicts"
-    title = Title(
-        en="Conflicts between walks (after a full search)", de="Widersprüche zwischen Aufnahmen (nach der Suche)"
-    )
+    title = Title(en="Conflicts, by the last diagnosis", de="Konflikte, nach der letzten Diagnose")
     shown = False
 
     def features(self, workspace: Workspace, floor: int) -> list[Feature]:
