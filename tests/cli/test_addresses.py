@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -133,8 +134,9 @@ def test_what_reads_a_data_set_and_what_changes_it(folders: Folders, tmp_path: P
     assert (tmp_path / "there.csv").read_bytes() == (tmp_path / "here.csv").read_bytes()
     assert vislam2tag("radio-maps", folders.dataset, "--out", tmp_path / "maps", "--most", "1").returncode == 0
     assert stored(folders, "maps", tmp_path / "there") == bytes_of(tmp_path / "maps")
-    vislam2tag("split", folders.dataset, "--by", "random", "--name", "second")
-    assert stored(folders, "read", tmp_path / "read") == bytes_of(folders.dataset)
+    mine = shutil.copytree(folders.dataset, tmp_path / "set")
+    vislam2tag("split", mine, "--by", "random", "--name", "second")
+    assert stored(folders, "read", tmp_path / "read") == bytes_of(mine)
 
 
 def test_in_azure_it_is_as_in_s3(folders: Folders, azure: Bucket, tmp_path: Path) -> None:
