@@ -19,8 +19,10 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
 
@@ -122,20 +124,21 @@ def budget_table(walks: list[Walk], own: dict[int, SpeedModel], area: WalkableAr
             apart_s = np.abs(walk.taps.time_ns[kept] - walk.taps.time_ns[hidden]).min() * 1e-9
             outer = hidden in (1, count - 2)
             rows.append((error[0], apart_s, outer, count, led.path.fix_sigma_m))
-    error, apart_s, outer, count, sigma_m = (np.array(column) for column in zip(*rows, strict=True))
-    limits = np.quantile(apart_s, (0.25, 0.5, 0.75)).tolist()
+    columns: list[NDArray[Any]] = [np.array(column) for column in zip(*rows, strict=True)]
+    errors_m, gaps_s, outermost, counts, sigma_m = columns
+    limits = np.quantile(gaps_s, (0.25, 0.5, 0.75)).tolist()
     groups = {
-        "all": count > 0,
-        "beside the first or last tap": outer,
-        "farther inside": ~outer,
-        f"nearest kept tap less than {limits[0]:.1f} s away": apart_s < limits[0],
-        f"{limits[0]:.1f} to {limits[2]:.1f} s": (apart_s >= limits[0]) & (apart_s < limits[2]),
-        f"{limits[2]:.1f} s or more": apart_s >= limits[2],
-        "walks of 12 taps or more": count >= 12,
+        "all": counts > 0,
+        "beside the first or last tap": outermost,
+        "farther inside": ~outermost,
+        f"nearest kept tap less than {limits[0]:.1f} s away": gaps_s < limits[0],
+        f"{limits[0]:.1f} to {limits[2]:.1f} s": (gaps_s >= limits[0]) & (gaps_s < limits[2]),
+        f"{limits[2]:.1f} s or more": gaps_s >= limits[2],
+        "walks of 12 taps or more": counts >= 12,
     }
     print("| hidden tap | taps | mean | along, rms | across, rms | scatter found, per axis |")
     for name, group in groups.items():
-        part, scatter_m = error[group], np.sqrt(np.mean(sigma_m[group] ** 2))
+        part, scatter_m = errors_m[group], np.sqrt(np.mean(sigma_m[group] ** 2))
         along_m, across_m = (np.sqrt(np.mean(axis**2)) for axis in (part.real, part.imag))
         cells = name, len(part), *(f"{each:.2f}" for each in (np.abs(part).mean(), along_m, across_m, scatter_m))
         print("| " + " | ".join(map(str, cells)) + " |")

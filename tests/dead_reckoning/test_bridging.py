@@ -25,7 +25,7 @@ from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.settings import TrackerSettings
 from vislam2tag.simulation.survey import simulate
 from vislam2tag.simulation.tracking import tracker
-from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning
+from vislam2tag.simulation.tracking.dead_reckoning import CameraFrames, DeadReckoning, dead_reckon
 from vislam2tag.smoother.observations import WalkObservations
 from vislam2tag.smoother.odometry import Odometry
 from vislam2tag.survey.corrections.file import Corrections
@@ -147,7 +147,7 @@ def test_a_slip_that_the_sensors_tell_of_is_doubted_where_it_was_and_no_other_st
 
 
 def test_a_tracker_that_slips_between_landmarks_is_asked_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    reckon = tracker.dead_reckon
+    reckon = dead_reckon
 
     def slipping(frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator) -> DeadReckoning:
         way, at_s = reckon(frames, settings, rng), (frames.exposure_ns - frames.exposure_ns[0]) * 1e-9

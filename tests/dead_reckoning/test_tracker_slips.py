@@ -36,4 +36,5 @@ def test_nothing_is_found_where_ways_agree_or_one_of_them_is_not_known() -> None
     assert told(0j, SOUND) == 0
     assert told(0.7, SOUND & (np.abs(TIME_S[1:] - 30.2) > 0.5)) == 0
     assert told(0.7, np.zeros_like(SOUND)) == 0
-    assert tracker_slips(TIME_S[:5], *(way[:5] for way in ways(0.7)), SOUND[:4]) == []
+    seen, walked = ways(0.7)
+    assert tracker_slips(TIME_S[:5], seen[:5], walked[:5], SOUND[:4]) == []

@@ -35,8 +35,8 @@ def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty
         [faults["moved"]["landmark"]],
     ]
     conflicts = [page.get("/api/layers/conflicts", floor=floor)["features"] for floor in (1, 2)]
-    wrong = {*faults["swapped"], faults["mis_surveyed"], faults["moved"]["landmark"]}
-    assert {feature["landmarks"][0] for feature in conflicts[0] if feature["shape"] == "line"} >= wrong
+    misplaced = {*faults["swapped"], faults["mis_surveyed"], faults["moved"]["landmark"]}
+    assert {feature["landmarks"][0] for feature in conflicts[0] if feature["shape"] == "line"} >= misplaced
     assert {feature["shape"] for feature in conflicts[1]} == {"point"}
     gains = [fault["gain"]["labelled_after"] - fault["gain"]["labelled_before"] for fault in found["faults"]]
     assert gains == sorted(gains, reverse=True)
