@@ -12,7 +12,7 @@ import re
 import socket
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from threading import Lock
 from typing import Any
 
@@ -51,11 +51,19 @@ class Failing:
         if fault["answer"] == "silent":
             time.sleep(SILENT_S)
         if fault["answer"] in ("lost", "torn", "silent"):
-            done = b"".join(self.app(environ, lambda *_: None)) if fault["answer"] == "lost" else b""
+            done = b"".join(self.app(environ, _Started())) if fault["answer"] == "lost" else b""
             environ["werkzeug.socket"].shutdown(socket.SHUT_RDWR)
             return _answer(start, "200 OK", done.decode("utf-8", errors="replace"))
         code = fault["answer"].split()[-1]
         return _answer(start, fault["answer"], f"<Error><Code>{code}</Code><Message>{code}</Message></Error>")
+
+
+class _Started:
+    """Keeps how an answer begins."""
+
+    def __call__(self, status: str, headers: list[tuple[str, str]], error: Any = None, /) -> Callable[[bytes], object]:
+        self.status, self.headers = status, headers
+        return bytes
 
 
 class Handler(WSGIRequestHandler):
@@ -65,14 +73,13 @@ class Handler(WSGIRequestHandler):
     disable_nagle_algorithm = True
 
     def run_wsgi(self) -> None:
-        told: list[Any] = []
-        environ = self.make_environ()
-        body = b"".join(self.server.app(environ, lambda *status_and_headers: told.extend(status_and_headers)))
-        code, _, phrase = told[0].partition(" ")
+        started, environ = _Started(), self.make_environ()
+        body = b"".join(self.server.app(environ, started))
+        code, _, phrase = started.status.partition(" ")
         self.send_response(int(code), phrase)
-        for name, value in told[1]:
+        for name, value in started.headers:
             self.send_header(name, value)
-        if not any(name.lower() == "content-length" for name, _ in told[1]):
+        if not any(name.lower() == "content-length" for name, _ in started.headers):
             self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         if environ["REQUEST_METHOD"] != "HEAD":
