@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from vislam2tag.sightings.detectors import Seen
 from vislam2tag.sightings.search import search
 
 TAG_SIDE_M, PAPER_M = 0.2, 0.25
+VIDEO = cv2.VideoCapture
 WALK = Walk.round_the_room(1.0)
 
 
@@ -107,21 +109,54 @@ class Bright:
         return [Seen("7", corners, 0.5, (0.2, 0.2))] if picture[0, 0] >= 200 else []
 
 
-def test_only_pictures_that_can_show_a_landmark_are_looked_at_twice_and_progress_is_told(tmp_path: Path) -> None:
-    grey = [10] * 40 + [200] * 5 + [10] * 55
+LEVELS = [10] * 40 + [220] * 5 + [10] * 55
+
+
+def ten_a_second(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times and lenses of pictures, ten a second."""
+    return np.arange(count) * 100_000_000, np.tile((300.0, 300.0, 160.0, 120.0), (count, 1))
+
+
+def test_only_pictures_that_can_show_a_landmark_are_looked_at_closely_and_progress_is_told(tmp_path: Path) -> None:
     files = tuple(tmp_path / f"{number}.png" for number in range(100))
-    for file, level in zip(files, grey, strict=True):
+    for file, level in zip(files, LEVELS, strict=True):
         cv2.imwrite(str(file), np.full((240, 320), level, np.uint8))
-    pictures = Pictures(np.arange(100) * 100_000_000, np.tile((300.0, 300.0, 160.0, 120.0), (100, 1)), files=files)
     detector, told = Bright(), list[tuple[int, int]]()
+    pictures = Pictures(*ten_a_second(100), files=files)
     found = search(pictures, [detector], lambda passed, total: told.append((passed, total)))
     assert [each.time_ns for each in found.sightings] == [n * 100_000_000 for n in range(40, 45)]
     assert len(detector.shown) == 25 + 17, "every fourth, then those within 0.6 s of what the first look found"
-    passed = [each for each, _ in told]
-    assert passed == sorted(set(passed))
-    assert {total for _, total in told} == {200}
-    assert passed[0] == 1
-    assert passed[24] == 97
+    assert told == [(number + 1, 100) for number in range(100)]
+
+
+def test_a_video_is_decoded_once_and_pictures_after_its_end_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    video = tmp_path / "walk.avi"
+    writer = cv2.VideoWriter(str(video), cv2.VideoWriter.fourcc(*"MJPG"), 10, (320, 240))
+    for level in LEVELS:
+        writer.write(np.full((240, 320, 3), level, np.uint8))
+    writer.release()
+    decoded = list[bool]()
+
+    class Counting:
+        def __init__(self, *arguments: Any) -> None:
+            self.video = VIDEO(*arguments)
+
+        def grab(self) -> bool:
+            decoded.append(self.video.grab())
+            return decoded[-1]
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.video, name)
+
+    monkeypatch.setattr(cv2, "VideoCapture", Counting)
+    detector = Bright()
+    found = search(Pictures(*ten_a_second(120), video=video, frame=np.arange(120)), [detector])
+    assert decoded == [True] * 100 + [False]
+    assert [each.time_ns for each in found.sightings] == [n * 100_000_000 for n in range(40, 45)]
+    assert (found.pictures, found.missing) == (120, 5)
+    assert len(detector.shown) == 25 + 17
 
 
 @pytest.mark.parametrize(

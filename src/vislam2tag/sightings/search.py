@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.sessions.apps.pictures import Pictures
 from vislam2tag.sightings.detectors import Detector, Seen
-from vislam2tag.sightings.pictures import unpacked
+from vislam2tag.sightings.pictures import Picture, in_order
 from vislam2tag.sightings.placing import Placed, placed
 
 QUICK_S = 0.4
@@ -45,26 +45,44 @@ class Search:
 
 
 def search(pictures: Pictures, detectors: Sequence[Detector], progress: Progress[int] = silent) -> Search:
-    """Look for landmarks; ``progress`` counts the pictures that were passed, of those of both looks.
+    """Look for landmarks; ``progress`` counts the pictures that were passed.
 
-    Raises SessionError where the pictures cannot be opened.
+    Those before a picture that shows a landmark are kept until they are too old to be looked at closely, so that no
+    video is decoded twice. Raises SessionError where the pictures cannot be opened.
     """
-    quick = _every(pictures.time_ns, QUICK_S)
-    count = len(pictures.time_ns)
-    near = np.zeros(count, dtype=bool)
-    looked = 0
-    for number, picture in unpacked(pictures, quick):
-        looked += 1
-        if any(detector.find(picture) for detector in detectors):
-            near |= np.abs(pictures.time_ns - pictures.time_ns[number]) <= CLOSE_S * 1e9
-        progress(number + 1, 2 * count)
-    found, doubtful = [], 0
-    for number, picture in unpacked(pictures, np.flatnonzero(near)):
-        sure, unsure = surest([detector.find(picture) for detector in detectors], pictures.lens_px[number])
-        found += [PictureSighting(name, int(pictures.time_ns[number]), pose) for name, pose in sure.items()]
-        doubtful += unsure
-        progress(count + number + 1, 2 * count)
+    quick = set(_every(pictures.time_ns, QUICK_S).tolist())
+    count, looked, doubtful = len(pictures.time_ns), 0, 0
+    found = list[PictureSighting]()
+    recent = deque[tuple[int, Picture]]()
+    close_ns = round(CLOSE_S * 1e9)
+    close_until_ns = -np.inf
+    for number, picture in in_order(pictures):
+        now_ns = int(pictures.time_ns[number])
+        recent.append((number, picture))
+        while now_ns - pictures.time_ns[recent[0][0]] > close_ns:
+            recent.popleft()
+        if number in quick and (grey := picture()) is not None:
+            looked += 1
+            if any(detector.find(grey) for detector in detectors):
+                close_until_ns = now_ns + close_ns
+        while recent and now_ns <= close_until_ns:
+            seen, unsure = _closely(pictures, *recent.popleft(), detectors)
+            found += seen
+            doubtful += unsure
+        progress(number + 1, count)
     return Search(tuple(found), doubtful, count, len(quick) - looked)
+
+
+def _closely(
+    pictures: Pictures, number: int, picture: Picture, detectors: Sequence[Detector]
+) -> tuple[list[PictureSighting], int]:
+    """The sure sightings in one picture, and how many are doubtful."""
+    grey = picture()
+    if grey is None:
+        return [], 0
+    sure, unsure = surest([detector.find(grey) for detector in detectors], pictures.lens_px[number])
+    time_ns = int(pictures.time_ns[number])
+    return [PictureSighting(name, time_ns, pose) for name, pose in sure.items()], unsure
 
 
 def surest(seen: Sequence[Sequence[Seen]], lens_px: FloatArray) -> tuple[dict[str, Placed], int]:
