@@ -37,7 +37,8 @@ def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
     assert (tmp_path / "a.v2t").read_bytes() == (tmp_path / "b.v2t").read_bytes()
 
 
-def test_without_a_model_a_table_says_which_is_taken(tmp_path: Path) -> None:
+def test_without_a_model_a_table_says_which_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     write_dataset(small_dataset(), tmp_path / "set")
     done = vislam2tag("train", tmp_path / "set", "--budget-s", "0", "--out", tmp_path / "a.v2t")
     assert done.returncode == 0, done.stderr

@@ -32,7 +32,8 @@ def test_the_same(sets: tuple[Path, Path]) -> None:
     assert done.stdout.startswith("the same: ")
 
 
-def test_different(sets: tuple[Path, Path]) -> None:
+def test_different(sets: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     done = vislam2tag("verify", *sets)
     assert done.returncode == 1
     assert "rows, at most 3 (at" in done.stdout

@@ -128,7 +128,8 @@ def _exported(source: Path, out: Path, format_name: str, options: ExportOptions,
 
 
 def _print(record: ExportRecord, out: Path) -> None:
-    say(f"{out}: {record.format}, {len(record.files)} files")
+    count = len(record.files)
+    say(f"{out}: {record.format}, {count} file{'' if count == 1 else 's'}")
     for finding in record.findings:
         if finding.message.startswith("columns"):  # of rows that are written
             rows = f"{finding.count:,} {finding.file.replace('_', ' ')}"

@@ -40,7 +40,10 @@ def test_status_reads_one_small_file_however_large_the_fleet_is(s3: Bucket) -> N
     assert len(found.data) < 2000
 
 
-def test_the_catalogue_says_site_floors_devices_dates_sessions_and_state(fleet: SmallFleet) -> None:
+def test_the_catalogue_says_site_floors_devices_dates_sessions_and_state(
+    fleet: SmallFleet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     rows = {each["survey"]: each for each in Fleet(Path(fleet.address)).catalogue().to_dicts()}
     ward = rows["ward"]
     assert (ward["floors"], ward["devices"], ward["sessions"]) == ([0, 1], ["LG"], 2)
