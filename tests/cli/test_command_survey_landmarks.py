@@ -43,8 +43,7 @@ def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_pa
     assert sum(row["sum_m"] for one in errors for row in one["rows"]) / labelled < 0.6
 
 
-def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "200")
+def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -> None:
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
     done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
     assert done.returncode == 1

@@ -103,7 +103,8 @@ def _print(result: LandmarkSurvey, out: Path) -> None:
     console.print(
         f"{len(result.landmarks)} landmarks: {surveyed} surveyed, {placed} estimated, "
         f"{len(result.landmarks) - surveyed - placed} without a position; "
-        f"{sum(session.used for session in result.sessions)} of {len(result.sessions)} sessions used"
+        f"{sum(session.used for session in result.sessions)} of {len(result.sessions)} sessions used",
+        soft_wrap=True,
     )
     console.print(f"landmarks: {escape(str(out))}", soft_wrap=True)
 
