@@ -31,6 +31,16 @@ def test_ways_lead_around_corners() -> None:
     assert way[[0, -1]].tolist() == [start.tolist(), stop.tolist()]
 
 
+def test_corners_are_moved_off_walls_and_the_way_stays_clear() -> None:
+    way = BEND.path(np.array([2.0, 2.0]), np.array([18.0, 18.0]))
+    moved = BEND.off_walls(way)
+    assert BEND.space.clearance_at(way[1:2])[0] < 0.2
+    assert BEND.space.clearance_at(moved)[1] >= 0.4
+    assert np.abs(moved - way).max() <= 0.4 + 1e-9
+    assert BEND.space.clear_line(moved[:-1], moved[1:]).all()
+    assert moved[[0, -1]].tolist() == way[[0, -1]].tolist(), "there is room around them"
+
+
 def test_the_nearest_of_several_targets_counts() -> None:
     targets = np.array([(2.0, 17.5), (18.0, 18.0)])
     points = np.array([(2.0, 8.0), (15.0, 18.0)])

@@ -126,7 +126,8 @@ def filling_walk(space: WalkedSpace) -> FillingWalk | None:
         tries=max(1, min(8, _MANY_STOPS // len(stops))),
     )
     legs = [_leg(space.distances, stops[one], stops[other], length_m[one, other]) for one, other in pairwise(order)]
-    return FillingWalk(np.vstack([stops[order[:1]], *(leg[1:] for leg in legs)]), stops[order])
+    line = np.vstack([stops[order[:1]], *(leg[1:] for leg in legs)])
+    return FillingWalk(space.distances.off_walls(line), stops[order])
 
 
 def _stops(places_m: FloatArray, area: IntArray, step_m: float) -> FloatArray:
