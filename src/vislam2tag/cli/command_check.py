@@ -21,7 +21,7 @@ from vislam2tag.cli.options import (
 )
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.settings_options import ConfigFile, setting, settings_of
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import metres, table, table_console
 from vislam2tag.cli.terminal import say, say_json
 
 if TYPE_CHECKING:
@@ -163,15 +163,15 @@ def _session_cells(session: SessionCheck) -> tuple[str, ...]:
     counted = (
         str(session.landmarks or session.fixes),
         str(len(session.left_out)),
-        _metres(median_left_out_m(session)),
+        metres(median_left_out_m(session)),
         share,
     )
     if session.estimated_m is None:
         return (*counted, "-", "-", "-")
-    estimated = _metres(session.estimated_m)
+    estimated = metres(session.estimated_m)
     return (
         *counted,
-        _metres(session.stated_m),
+        metres(session.stated_m),
         estimated if session.well_founded else f"({estimated})",
         f"{session.low_m:.2f} to {session.high_m:.2f} m",
     )
@@ -186,7 +186,7 @@ def _bad_table(found: list[BadLandmark]) -> Table:
     for bad in found:
         where = f" ({bad.room})" if bad.room else ""
         place = (str(bad.floor), escape(bad.landmark + where), FAULTS[bad.fault])
-        rows.add_row(*place, _metres(bad.size_m), _metres(bad.sigma_m), str(bad.sessions))
+        rows.add_row(*place, metres(bad.size_m), metres(bad.sigma_m), str(bad.sessions))
     return rows
 
 
@@ -199,7 +199,7 @@ def _doubtful_table(sessions: list[SessionCheck]) -> Table:
     for session in sessions:
         for fix in session.doubtful_fixes:
             place = (str(session.floor), escape(session.device), escape(session.session), escape(fix.name))
-            rows.add_row(*place, _metres(fix.size_m), _metres(fix.sigma_m))
+            rows.add_row(*place, metres(fix.size_m), metres(fix.sigma_m))
     return rows
 
 
@@ -259,7 +259,3 @@ def _walked_lines(floor: WalkedFloor) -> list[str]:
     more = f" and {len(missed) - _MOST_ROOMS} more" if len(missed) > _MOST_ROOMS else ""
     rooms = [f"floor {floor.number}, never entered: {', '.join(missed[:_MOST_ROOMS])}{more}"] if missed else []
     return odd + rooms
-
-
-def _metres(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f} m"

@@ -9,7 +9,7 @@ import typer
 
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson
-from vislam2tag.cli.tables import table, table_console
+from vislam2tag.cli.tables import metres, table, table_console
 from vislam2tag.cli.terminal import say_json, visible_console
 
 if TYPE_CHECKING:
@@ -120,14 +120,14 @@ def _print_walks(found: LabelComparison) -> None:
         rows.add_row(
             escape(one.id),
             f"{_share(one.labelled_a)}, {_share(one.labelled_b)}",
-            f"{_metres(one.sigma_a_m)}, {_metres(one.sigma_b_m)}",
-            f"{_metres(one.error_a_m)}, {_metres(one.error_b_m)}",
-            _metres(one.apart_median_m),
-            _metres(one.apart_p95_m),
+            f"{metres(one.sigma_a_m)}, {metres(one.sigma_b_m)}",
+            f"{metres(one.error_a_m)}, {metres(one.error_b_m)}",
+            metres(one.apart_median_m),
+            metres(one.apart_p95_m),
         )
     labelled, sigma, error = ((total.a, total.b) for total in found.totals[1:])
     rows.add_row(
-        "all", ", ".join(map(_share, labelled)), ", ".join(map(_metres, sigma)), ", ".join(map(_metres, error)), "", ""
+        "all", ", ".join(map(_share, labelled)), ", ".join(map(metres, sigma)), ", ".join(map(metres, error)), "", ""
     )
     table_console().print(rows)
     for setting in found.settings:
@@ -136,10 +136,6 @@ def _print_walks(found: LabelComparison) -> None:
 
 def _share(value: float | None) -> str:
     return "-" if value is None else f"{100 * value:.1f} %"
-
-
-def _metres(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2f} m"
 
 
 def _texts(one: TableDifferences) -> str:

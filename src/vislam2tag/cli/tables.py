@@ -42,6 +42,11 @@ def table(title: str, texts: tuple[str, ...], numbers: tuple[str, ...]) -> Table
     return empty
 
 
+def metres(value: float | None) -> str:
+    """Write a length to the centimetre; a dash where it is not known."""
+    return "-" if value is None else f"{value:.2f} m"
+
+
 def print_table_4(made: Table4) -> None:
     """Print it on standard output."""
     from rich.markup import escape

@@ -7,7 +7,7 @@ found there is compared exactly; a neighbour in no such cell is missed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple, Self
 
@@ -67,12 +67,7 @@ class ScanCells:
 
 def dense_levels(scans: RadioScans, level: FloatArray, rows: IntArray) -> FloatArray:
     """Make the (r, a) levels of some scans, of the levels (m,) of all readings; 0 where not heard."""
-    counts = scans.heard[rows]
-    row = np.repeat(np.arange(len(rows)), counts)
-    taken = np.repeat(scans.start[rows] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts) + np.arange(len(row))
-    matrix = np.zeros((len(rows), len(scans.access_points)))
-    matrix[row, scans.column[taken]] = level[taken]
-    return matrix
+    return replace(scans, rssi_dbm=level)[rows].dense(not_heard=0.0)
 
 
 def _cell(scans: RadioScans, level: FloatArray, members: IntArray) -> ScanCell:

@@ -11,6 +11,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.extras import missing_extra
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.status import Status
 from vislam2tag.pipeline.labels.checking.walked_floors import floor_areas
 from vislam2tag.studio.collect.messages import Covered, CoveredFloors
@@ -22,8 +23,6 @@ from vislam2tag.walkable.walked.areas import Areas
 from vislam2tag.walkable.walked.walked_record import WalkedFloor, walked_floor
 from vislam2tag.walkable.walked.walked_space import WalkedSpace, filling_walk, walked_space
 
-APART_M = 1.0
-"""Of a walk, places about so far apart are looked at."""
 KEPT = 20
 """Floors whose rooms and walks stay in memory."""
 _Value = TypeVar("_Value")
@@ -98,9 +97,8 @@ def _places(track: Track, floor: int) -> FloatArray:
     """Places (w, 2) about a metre apart where a walk is labelled on a floor, BCS metres."""
     own = (track.columns["status"] == Status.OK) & (track.columns["floor"] == floor)
     path = np.column_stack((track.columns["x"][own], track.columns["y"][own])).astype(np.float64)
-    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    metre = np.floor(np.concatenate(([0.0], np.cumsum(steps))) / APART_M)
-    return path[np.unique(metre[: len(path)], return_index=True)[1]]
+    metre = np.floor(arc_lengths(path)[: len(path)])
+    return path[np.unique(metre, return_index=True)[1]]
 
 
 def _view(record: WalkedFloor) -> Covered:
